@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What knows Blender: properties, the scene probes, the simulation, handlers, command line."""
+
+
+def _modules() -> tuple:
+    """Everything that registers, in order; later ones may need earlier ones."""
+    from .. import operators, panels
+    from . import command_line, handlers, properties
+
+    return (properties, operators, panels, handlers, command_line)
+
+
+def register() -> None:
+    for module in _modules():
+        module.register()
+
+
+def unregister() -> None:
+    for module in reversed(_modules()):
+        module.unregister()

@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`blender HOME.blend --command angen …`: simulate, list and check without a window."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..sensor_logic.event_log import differences, events, events_csv, read_events, samples_csv
+from ..sensor_logic.files import OutputError, check_folder, file_name, write_files
+from ..sensor_logic.kinds import KINDS, not_simulated
+from ..sensor_logic.recording import Recording
+from . import bake
+from .describe import describe
+from .progress import ProgressLine, note
+from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
+from .simulation import simulate
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+class BadInput(Exception):
+    """The command cannot be carried out as given; the text says why and what would work."""
+
+
+def _frames(text: str) -> tuple[int, int]:
+    try:
+        first, _, last = text.partition(":")
+        frames = int(first), int(last)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
+        ) from None
+    if frames[0] > frames[1]:
+        raise argparse.ArgumentTypeError(
+            f"{text}: the first frame is after the last; did you mean {frames[1]}:{frames[0]}?"
+        )
+    limits = bpy.types.Scene.bl_rna.properties["frame_current"]
+    if frames[0] < limits.hard_min or frames[1] > limits.hard_max:
+        raise argparse.ArgumentTypeError(
+            f"{text}: Blender's frames are {limits.hard_min} to {limits.hard_max}"
+        )
+    return frames
+
+
+def _tolerance(text: str) -> float:
+    value = float(text)
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of 0 or more")
+    return value
+
+
+def make_parser(program: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=program, description="Simulates the ambient sensors of a home in a blend file."
+    )
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="simulate | list | check")
+
+    run = argparse.ArgumentParser(add_help=False)
+    run.add_argument(
+        "--frames",
+        type=_frames,
+        metavar="A:B",
+        help="first and last frame (default: the scene's); t = 0 stays at the scene's start",
+    )
+    run.add_argument(
+        "--sensor",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="only this sensor; may be given again",
+    )
+    run.add_argument("--quiet", action="store_true", help="no progress on standard error")
+
+    one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
+    one.add_argument(
+        "--events", type=Path, metavar="FILE.csv", help="event log (default: standard output)"
+    )
+    one.add_argument(
+        "--samples", type=Path, metavar="DIR", help="every update, a CSV file a sensor"
+    )
+    one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
+    one.add_argument("--save", type=Path, metavar="FILE.blend", help="save the file, as a copy")
+
+    two = verbs.add_parser("list", help="the sensors of the file and their parameters")
+    two.add_argument("--json", action="store_true", help="for programs")
+
+    three = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
+    three.add_argument("expected", type=Path, metavar="EXPECTED.csv")
+    three.add_argument(
+        "--tolerance",
+        type=_tolerance,
+        default=0.0,
+        metavar="X",
+        help="largest difference of numbers that is none (default 0)",
+    )
+    three.add_argument(
+        "--time-tolerance",
+        type=_tolerance,
+        default=0.0,
+        metavar="SECONDS",
+        help="largest difference of an event's time that is none (default 0)",
+    )
+    return parser
+
+
+def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
+    """Carries out a command on the open file; returns the exit status."""
+    try:
+        options = make_parser(program).parse_args(arguments)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    verbs: dict[str, Callable[[argparse.Namespace], int]] = {
+        "simulate": _simulate,
+        "list": _list,
+        "check": _check,
+    }
+    # Blender takes Ctrl-C for itself and would go on to the end.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return verbs[options.verb](options)
+    except (BadInput, NoSuchSensor) as error:
+        note(str(error))
+        return BAD_INPUT
+    except (SensorError, OutputError) as error:
+        note(str(error))
+        return FAILED
+    except BrokenPipeError:
+        # Who reads our output had enough, as `head` does.
+        sys.stdout = None  # type: ignore[assignment]
+        return FAILED
+    except KeyboardInterrupt:
+        note("interrupted; nothing was written")
+        return FAILED
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+
+
+def _sensors() -> list[Sensor]:
+    if not bpy.data.filepath:
+        raise BadInput(
+            "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
+            "see Blender's own message above, if any"
+        )
+    if bpy.data.version[:2] > bpy.app.version[:2]:
+        saved, here = (".".join(map(str, v[:2])) for v in (bpy.data.version, bpy.app.version))
+        note(f"the file was saved by Blender {saved}, this is {here}: newer things in it are lost")
+    sensors = all_sensors(bpy.context.view_layer)
+    if not sensors:
+        raise BadInput(
+            f"{Path(bpy.data.filepath).name} has no sensors in its scene "
+            f"'{bpy.context.scene.name}': add one in Blender with Shift+A, Sensor"
+        )
+    return sensors
+
+
+def _run(options: argparse.Namespace) -> Recording:
+    """Simulates what the options ask for."""
+    scene = bpy.context.scene
+    sensors = chosen(_sensors(), options.sensor)
+    _tell_of_silent(sensors)
+    first, last = options.frames or (scene.frame_start, scene.frame_end)
+    if last < scene.frame_start:
+        raise BadInput(
+            f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}, "
+            "where time begins"
+        )
+    recording = Recording()
+    line = ProgressLine(sys.stderr, options.quiet)
+    progress = None
+    for progress in simulate(scene, sensors, first, last, recording):
+        line.show(progress)
+    line.finish(
+        progress.seconds_total if progress else 0.0,
+        sum(len(track) for track in recording.tracks.values()),
+    )
+    return recording
+
+
+def _tell_of_silent(sensors: list[Sensor]) -> None:
+    """Says which sensors will report nothing, and why."""
+    for kind in KINDS.values():
+        of_kind = [s for s in sensors if s.kind is kind]
+        if of_kind and kind.model is None:
+            note(f"{len(of_kind)} × {not_simulated(kind)}")
+    off = [s.name for s in sensors if not s.settings.enabled]
+    if off:
+        note(f"switched off: {', '.join(off)}")
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    if options.bake and not options.save:
+        raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
+    _check_outputs(options)
+    recording = _run(options)
+    texts: dict[Path, str] = {}
+    if options.events:
+        texts[options.events] = events_csv(recording)
+    if options.samples:
+        for track in recording.tracks.values():
+            texts[options.samples / f"{file_name(track.sensor)}.csv"] = samples_csv(track)
+    if options.samples and texts:
+        options.samples.mkdir(exist_ok=True)
+    write_files(texts)
+    if options.bake:
+        bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
+    if options.save:
+        _save(options.save)
+    if not options.events:
+        sys.stdout.write(events_csv(recording))
+        sys.stdout.flush()
+    return DONE
+
+
+def _check_outputs(options: argparse.Namespace) -> None:
+    """Finds out before a long run that its results could not be written."""
+    try:
+        for path, flag in ((options.events, "--events"), (options.save, "--save")):
+            if path is not None:
+                if path.is_dir():
+                    raise OutputError(f"{flag}: {path} is a folder, not a file name")
+                check_folder(path.parent, flag)
+        if options.samples is not None:
+            folder = options.samples
+            check_folder(folder if folder.exists() else folder.parent, "--samples")
+    except OutputError as error:
+        raise BadInput(str(error)) from None
+
+
+def _save(path: Path) -> None:
+    part = path.with_name(f".{path.name}.part")
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
+        part.replace(path)
+    except (OSError, RuntimeError) as error:
+        raise OutputError(f"cannot save {path}: {error}") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _list(options: argparse.Namespace) -> int:
+    sensors = _sensors()
+    found = [describe(sensor) for sensor in sensors]
+    if options.json:
+        print(json.dumps(found, indent=1, ensure_ascii=False))
+        return DONE
+    width = max(len(sensor.name) for sensor in sensors)
+    for sensor, facts in zip(sensors, found, strict=True):
+        remark = "" if facts["simulated"] else "  not simulated yet"
+        remark = remark if facts["enabled"] else "  off"
+        print(
+            f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "
+            f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}".rstrip()
+        )
+    return DONE
+
+
+def _check(options: argparse.Namespace) -> int:
+    try:
+        expected = read_events(options.expected)
+    except OSError as error:
+        raise BadInput(f"cannot read {options.expected}: {error.strerror}") from None
+    except ValueError as error:
+        raise BadInput(str(error)) from None
+    if options.sensor:
+        expected = [event for event in expected if event.sensor in options.sensor]
+    recording = _run(options)
+    found = differences(expected, events(recording), options.tolerance, options.time_tolerance)
+    for line in found:
+        print(line)
+    note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
+    return FAILED if found else DONE
+
+
+_command: Any = None
+
+
+def register() -> None:
+    global _command
+    _command = bpy.utils.register_cli_command("angen", run_command)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_cli_command(_command)

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's properties, built from the parameter dataclasses of `sensor_logic`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+from bpy.types import Collection, Object, PropertyGroup, Scene
+
+from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.parameters import Parameters, Spec, defaults, specs
+from . import state
+
+OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
+# Units that Blender knows how to show and convert; others stand in the tooltip.
+SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
+
+POINTERS = {"Object": Object, "Collection": Collection}
+
+
+def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
+    state.CACHE.settings_changed()
+
+
+def _kind_changed(self: Any, context: bpy.types.Context) -> None:
+    """A sensor of a new kind gets that kind's update rate, unless the user chose one."""
+    defaults_of_kinds = {kind.update_rate for kind in KINDS.values()}
+    if self.kind != NO_KIND and (
+        not self.is_property_set("update_rate") or self.update_rate in defaults_of_kinds
+    ):
+        self.update_rate = KINDS[self.kind].update_rate
+    _settings_changed(self, context)
+
+
+def _tip(spec: Spec) -> str:
+    unit = f" [{spec.unit}]" if spec.unit and spec.unit not in SUBTYPES else ""
+    source = f". Source: {spec.source}" if spec.source else ""
+    return f"{spec.tip}{unit}{source}"
+
+
+def _blender_property(default: Any, spec: Spec) -> Any:
+    """The bpy property of one parameter.
+
+    Its hard limits are looser than the valid range on purpose: a value that makes no sense must
+    be told to the user, not silently changed.
+    """
+    facts: dict[str, Any] = {
+        "name": spec.label,
+        "description": _tip(spec),
+        "override": OVERRIDABLE,
+        "update": _settings_changed,
+    }
+    if spec.pointer:
+        return PointerProperty(type=POINTERS[spec.pointer], **facts)
+    facts["default"] = default
+    if spec.choices:
+        items = [(c.identifier, c.label, c.tip, c.number) for c in spec.choices]
+        return EnumProperty(items=items, **facts)
+    if isinstance(default, bool):
+        return BoolProperty(**facts)
+    if isinstance(default, str):
+        return StringProperty(**facts)
+    if spec.minimum >= 0:
+        facts["min"] = 0
+    if math.isfinite(spec.minimum):
+        facts["soft_min"] = max(spec.minimum, 0)
+    if math.isfinite(spec.maximum):
+        facts["soft_max"] = spec.maximum
+    if isinstance(default, int):
+        facts = {k: int(v) if k in {"min", "soft_min", "soft_max"} else v for k, v in facts.items()}
+        return IntProperty(**facts)
+    if spec.unit in SUBTYPES:
+        facts["subtype"] = SUBTYPES[spec.unit]
+    facts["precision"] = 4 if spec.unit == "m" else 3
+    facts["step"] = 100 if spec.unit == "rad" else 10 if spec.unit == "s" else 1
+    return FloatProperty(**facts)
+
+
+def _group_of(name: str, parameters: type[Parameters]) -> type:
+    """A PropertyGroup class with a property for each parameter."""
+    known = defaults(parameters)
+    annotations = {n: _blender_property(known[n], spec) for n, spec in specs(parameters).items()}
+    return type(name, (PropertyGroup,), {"__annotations__": annotations})
+
+
+def _sensor_group(groups: dict[str, type]) -> type:
+    """The PropertyGroup of an object as a sensor, with those of every kind in it."""
+    kinds = [(NO_KIND, "None", "Not a sensor", "NONE", 0)]
+    kinds += [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
+    annotations = {
+        "kind": EnumProperty(
+            name="Kind",
+            description="What sensor the object is",
+            items=kinds,
+            update=_kind_changed,
+            override=OVERRIDABLE,
+        ),
+        "enabled": BoolProperty(
+            name="Enabled",
+            description="Off: the sensor costs nothing and reports nothing",
+            default=True,
+            update=_settings_changed,
+            override=OVERRIDABLE,
+        ),
+        "update_rate": FloatProperty(
+            name="Update rate",
+            description="How often the sensor publishes a reading [Hz]",
+            default=1.0,
+            min=0.0,
+            soft_min=0.1,
+            soft_max=100.0,
+            update=_settings_changed,
+            override=OVERRIDABLE,
+        ),
+        "active": BoolProperty(
+            name="Active",
+            description="Output: moved, open, pressed or lit. Drivers can read it",
+            override=OVERRIDABLE,
+        ),
+        "value": FloatProperty(
+            name="Value",
+            description="Output: the main reading (tilt, range, force or light). "
+            "Drivers can read it",
+            precision=4,
+            override=OVERRIDABLE,
+        ),
+    }
+    for kind in KINDS.values():
+        annotations[kind.attribute] = PointerProperty(
+            type=groups[kind.attribute], name=kind.label, override=OVERRIDABLE
+        )
+    return type("AngenSensor", (PropertyGroup,), {"__annotations__": annotations})
+
+
+def _load_group() -> type:
+    mass = FloatProperty(
+        name="Mass",
+        description="Weight that an animated, not simulated, body puts on pressure sensors; "
+        "0: none",
+        min=0.0,
+        unit="MASS",
+        override=OVERRIDABLE,
+    )
+    return type("AngenLoad", (PropertyGroup,), {"__annotations__": {"mass": mass}})
+
+
+def _scene_properties() -> dict[str, Any]:
+    return {
+        "angen_seed": IntProperty(
+            name="Seed",
+            description="Seed of every sensor's noise: the same file gives the same log",
+            min=0,
+            update=_settings_changed,
+        ),
+        "angen_substeps": IntProperty(
+            name="Substeps",
+            description="Divides frames, for movement too fast for the frame rate. "
+            "While scrubbing, sensors look at whole frames only",
+            default=1,
+            min=1,
+            soft_max=64,
+            update=_settings_changed,
+        ),
+        "angen_luminous_efficacy": FloatProperty(
+            name="Luminous efficacy",
+            description="Lumens of a watt of light [lm/W]",
+            default=683.0,
+            min=0.0,
+            update=_settings_changed,
+        ),
+        "angen_ray_caster": EnumProperty(
+            name="Ray caster",
+            description="How rays meet the scene. Both give the same events",
+            items=[
+                ("FAST", "Fast", "Casts again only where something moved", 0),
+                ("SCENE", "Reference", "Blender's own scene.ray_cast for every ray", 1),
+            ],
+            update=_settings_changed,
+        ),
+        "angen_live": BoolProperty(
+            name="Live",
+            description="Without a recording, sensors follow the playhead",
+            default=True,
+        ),
+    }
+
+
+# The classes live from register() to unregister() only: Blender 4.2 as a Python module crashes
+# at exit where a property with an update function is still around.
+_classes: list[type] = []
+
+
+def register() -> None:
+    groups = {
+        kind.attribute: _group_of(f"Angen{kind.parameters.__name__}", kind.parameters)
+        for kind in KINDS.values()
+    }
+    sensor, load = _sensor_group(groups), _load_group()
+    _classes.extend((*groups.values(), sensor, load))
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+    Object.angen_sensor = PointerProperty(type=sensor, override=OVERRIDABLE)
+    Object.angen_load = PointerProperty(type=load, override=OVERRIDABLE)
+    Object.angen_ignored = BoolProperty(
+        name="Ignored by sensors",
+        description="No sensor sees this object, e.g. a marker of a room's volume",
+        options=set(),
+        override=OVERRIDABLE,
+    )
+    for name, prop in _scene_properties().items():
+        setattr(Scene, name, prop)
+
+
+def unregister() -> None:
+    for name in reversed(_scene_properties()):
+        delattr(Scene, name)
+    del Object.angen_ignored
+    del Object.angen_load
+    del Object.angen_sensor
+    while _classes:
+        cls = _classes.pop()
+        bpy.utils.unregister_class(cls)
+        cls.__annotations__.clear()

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The evaluated shape of an object: its bounds, and a bounding volume hierarchy when needed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mathutils.bvhtree import BVHTree
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# A mesh this many times farther from its own origin than it is large loses digits in single
+# precision; its tree is then built about its centre.
+FAR_FROM_OWN_ORIGIN = 8.0
+
+
+class Geometry:
+    """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
+
+    `pivot` (3,) is the point of that space where the tree has its origin.
+    """
+
+    __slots__ = ("_surface", "_tree", "hi", "lo", "pivot", "source")
+
+    def __init__(self, source: Any) -> None:
+        self.source = source
+        self._surface: tuple[NDArray[np.float32], NDArray[np.int32]] | None = None
+        self._tree: BVHTree | None = None
+        self.pivot = np.zeros(3)
+
+    def read(self, evaluated: Any) -> bool:
+        """Reads the surface of the evaluated object; True where it differs from before."""
+        is_mesh = evaluated.type == "MESH"
+        mesh = evaluated.data if is_mesh else evaluated.to_mesh()
+        coordinates, corners = _surface(mesh)
+        if not is_mesh:
+            evaluated.to_mesh_clear()
+        before, self._surface = self._surface, (coordinates, corners)
+        if before is not None and all(map(np.array_equal, before, self._surface)):
+            return False
+        self._tree = None
+        points = coordinates.reshape(-1, 3).astype(np.float64)
+        if len(corners):
+            self.lo, self.hi = points.min(axis=0), points.max(axis=0)
+        else:
+            self.lo, self.hi = np.full(3, np.inf), np.full(3, -np.inf)
+        return True
+
+    def tree(self, depsgraph: Any) -> BVHTree:
+        """The hierarchy over all faces, built when first asked for. Epsilon 0 leaks nowhere."""
+        if self._tree is None:
+            centre = (self.lo + self.hi) / 2
+            size = float(np.linalg.norm(self.hi - self.lo))
+            if float(np.linalg.norm(centre)) > FAR_FROM_OWN_ORIGIN * size:
+                self._tree = self._pivoted_tree(depsgraph, centre)
+            else:
+                self.pivot = np.zeros(3)
+                self._tree = BVHTree.FromObject(self.source, depsgraph, epsilon=0.0)
+        return self._tree
+
+    def _pivoted_tree(self, depsgraph: Any, centre: Array) -> BVHTree:
+        evaluated = self.source.evaluated_get(depsgraph)
+        mesh = evaluated.to_mesh()
+        mesh.calc_loop_triangles()
+        points = np.empty(len(mesh.vertices) * 3, np.float32)
+        mesh.vertices.foreach_get("co", points)
+        triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
+        mesh.loop_triangles.foreach_get("vertices", triangles)
+        evaluated.to_mesh_clear()
+        self.pivot = centre
+        about_centre = points.reshape(-1, 3).astype(np.float64) - centre
+        return BVHTree.FromPolygons(
+            about_centre.tolist(),
+            triangles.reshape(-1, 3).tolist(),
+            all_triangles=True,
+            epsilon=0.0,
+        )
+
+
+def _surface(mesh: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Vertex coordinates and the vertex of each face corner, flat; empty without faces."""
+    if mesh is None or not len(mesh.polygons):
+        return np.empty(0, np.float32), np.empty(0, np.int32)
+    coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.vertices.foreach_get("co", coordinates)
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    return coordinates, corners

@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the viewport shows as solid, kept up to date from frame to frame at little cost.
+
+Solid is what `scene.ray_cast` meets: evaluated meshes, curves with a surface, text, metaballs and
+instances of them; not what is hidden from the viewport. Objects with `angen_ignored` are left out.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Geometry
+
+Array = NDArray[np.float64]
+SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+# Blender marks the unused levels of `persistent_id` with the largest integer.
+UNUSED_LEVEL = 2**31 - 1
+# A box is padded by this many units, and by the rounding of single precision at its distance, so
+# that a flat object's box still catches the rays that hit it.
+PADDING = 1e-5
+RELATIVE_PADDING = 1e-6
+
+Key = tuple[int, ...]
+
+
+class Solid:
+    """One visible object or instance. `number` is never reused; `owners` are the session uids of
+    the object (or of what instances it) and of its parents. `moving` once it was seen to change."""
+
+    __slots__ = ("geometry", "key", "moving", "number", "owners", "row")
+
+    def __init__(self, key: Key, number: int, moving: bool) -> None:
+        self.key = key
+        self.number = number
+        self.moving = moving
+        self.owners: frozenset[int] = frozenset()
+        self.geometry: Geometry
+        self.row = -1
+
+
+class Solids:
+    """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
+    and world bounds `lo`, `hi` (n, 3). `listing` counts how often the list was made anew;
+    `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
+    that met them is void."""
+
+    def __init__(self) -> None:
+        self.solids: list[Solid] = []
+        self.matrix = np.empty((0, 4, 4))
+        self.inverse = np.empty((0, 4, 4))
+        self.lo = np.empty((0, 3))
+        self.hi = np.empty((0, 3))
+        self.moving = np.empty(0, bool)
+        self.listing = 0
+        self.gone: list[int] = []
+        self._by_key: dict[Key, Solid] = {}
+        self._shapes: dict[int, Geometry] = {}
+        self._numbers = 0
+        self._listed: list[Any] = []
+        self._world = np.empty(0, np.float32)
+        self._solid_of_row: list[Solid | None] = []
+        self._instanced = False
+        self._must_list = True
+        self._touched: set[int] = set()
+        self._reshaped: set[int] = set()
+
+    def note(self, depsgraph: Any, edited: bool) -> None:
+        """Takes down what the depsgraph says has changed; to be called in its handlers.
+
+        Frame changes name every object that could have changed. An edit can change anything,
+        visibility included.
+        """
+        self._must_list |= edited
+        for update in depsgraph.updates:
+            changed = update.id
+            if isinstance(changed, bpy.types.Object):
+                uid = changed.original.session_uid
+                self._touched.add(uid)
+                if update.is_updated_geometry:
+                    self._reshaped.add(uid)
+
+    def sync(self, depsgraph: Any) -> None:
+        """Brings the solids to the depsgraph's present state."""
+        objects = list(depsgraph.objects)
+        # Evaluated objects are compared by identity alone, never looked into.
+        if (
+            self._must_list
+            or objects != self._listed
+            or (self._instanced and (self._touched or self._reshaped))
+        ):
+            self._list(depsgraph, objects)
+        else:
+            self._follow(depsgraph, len(objects))
+        self._touched.clear()
+        self._reshaped.clear()
+
+    def owned_by(self, uid: int) -> NDArray[np.bool_]:
+        """Mask (n,) of the solids that belong to the object `uid`: itself and its children."""
+        return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
+
+    def _follow(self, depsgraph: Any, count: int) -> None:
+        """Nothing appeared or went: moves what moved, reads shapes again that may have changed."""
+        world = np.empty(count * 16, np.float32)
+        depsgraph.objects.foreach_get("matrix_world", world)
+        changed = np.flatnonzero((world != self._world).reshape(count, 16).any(axis=1))
+        moved = {s.row for row in changed.tolist() if (s := self._solid_of_row[row])}
+        for solid in (s for row in changed.tolist() if (s := self._solid_of_row[row])):
+            self._set_moving(solid)
+        if len(changed):
+            matrices = _matrices(world)
+            for row in changed.tolist():
+                if solid := self._solid_of_row[row]:
+                    self.matrix[solid.row] = matrices[row]
+            self._world = world
+        for solid in self.solids:
+            if solid.key[0] in self._reshaped and self._read_again(depsgraph, solid):
+                moved.add(solid.row)
+        self._place(np.array(sorted(moved), dtype=np.intp))
+
+    def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
+        evaluated = solid.geometry.source.evaluated_get(depsgraph)
+        if not solid.geometry.read(evaluated):
+            return False
+        self._set_moving(solid)
+        return True
+
+    def _set_moving(self, solid: Solid) -> None:
+        if not solid.moving:
+            solid.moving = True
+            self.moving[solid.row] = True
+            self.gone.append(solid.number)
+
+    def _place(self, rows: NDArray[np.intp]) -> None:
+        """Inverse matrices and world bounds of some rows. A flattened or NaN one is never hit."""
+        if not len(rows):
+            return
+        matrix = self.matrix[rows]
+        with np.errstate(all="ignore"):
+            determinant = np.linalg.det(matrix[:, :3, :3])
+            good = np.isfinite(matrix).all(axis=(1, 2)) & (determinant != 0.0)
+            good &= np.isfinite(determinant)
+            inverse = np.linalg.inv(np.where(good[:, None, None], matrix, np.eye(4)))
+            lo = np.array([self.solids[row].geometry.lo for row in rows.tolist()])
+            hi = np.array([self.solids[row].geometry.hi for row in rows.tolist()])
+            good &= np.isfinite(lo).all(axis=1)
+            centre = (np.einsum("nij,nj->ni", matrix[:, :3, :3], (lo + hi) / 2)) + matrix[:, :3, 3]
+            half = np.einsum("nij,nj->ni", np.abs(matrix[:, :3, :3]), (hi - lo) / 2)
+            half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
+        self.inverse[rows] = inverse
+        self.lo[rows] = np.where(good[:, None], centre - half, np.inf)
+        self.hi[rows] = np.where(good[:, None], centre + half, -np.inf)
+
+    def _list(self, depsgraph: Any, objects: list[Any]) -> None:
+        """Makes the list anew; what was known of solids that stay is kept."""
+        before = self._by_key
+        self._by_key = {}
+        self.solids = []
+        self._instanced = False
+        transient: dict[int, Geometry] = {}
+        shapes: dict[int, Geometry] = {}
+        matrices: list[Array] = []
+        for instance in depsgraph.object_instances:
+            seen = instance.object
+            if not instance.show_self or seen.type not in SURFACE_TYPES:
+                continue
+            original = seen.original
+            owner = instance.parent.original if instance.is_instance else original
+            if instance.is_instance and _is_own_surface(instance, original, owner):
+                continue
+            self._instanced |= instance.is_instance
+            if original.angen_ignored or owner.angen_ignored:
+                continue
+            key: Key = (original.session_uid,)
+            if instance.is_instance:
+                key += (owner.session_uid, *instance.persistent_id)
+            made_by_nodes = instance.is_instance and original == owner
+            if made_by_nodes:
+                geometry, reshaped = self._transient_shape(depsgraph, seen, transient), True
+            else:
+                geometry, reshaped = self._shape(depsgraph, original, shapes)
+            solid = before.pop(key, None)
+            matrix = np.array(instance.matrix_world, np.float64)
+            if solid is None:
+                self._numbers += 1
+                late = self.listing > 0 or bool({key[0], owner.session_uid} & self._touched)
+                solid = Solid(key, self._numbers, late or made_by_nodes)
+            elif not solid.moving and (
+                reshaped or not np.array_equal(matrix, self.matrix[solid.row])
+            ):
+                solid.moving = True
+                self.gone.append(solid.number)
+            solid.geometry = geometry
+            solid.owners = _owners(owner)
+            self._by_key[key] = solid
+            self.solids.append(solid)
+            matrices.append(matrix)
+        self.gone += [solid.number for solid in before.values() if not solid.moving]
+        self._shapes = shapes
+        self._finish_list(depsgraph, objects, matrices)
+
+    def _finish_list(self, depsgraph: Any, objects: list[Any], matrices: list[Array]) -> None:
+        count = len(self.solids)
+        self.matrix = np.array(matrices).reshape(count, 4, 4)
+        self.inverse = np.empty((count, 4, 4))
+        self.lo, self.hi = np.empty((count, 3)), np.empty((count, 3))
+        self.moving = np.fromiter((s.moving for s in self.solids), bool, count)
+        for row, solid in enumerate(self.solids):
+            solid.row = row
+        self._place(np.arange(count))
+        self._listed = objects
+        self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
+        self._world = np.empty(len(objects) * 16, np.float32)
+        depsgraph.objects.foreach_get("matrix_world", self._world)
+        self._must_list = False
+        self.listing += 1
+
+    def _shape(
+        self, depsgraph: Any, original: Any, shapes: dict[int, Geometry]
+    ) -> tuple[Geometry, bool]:
+        """The shape of an object of the file, shared by all its instances; whether it changed."""
+        uid = original.session_uid
+        if uid in shapes:
+            return shapes[uid], uid in self._reshaped
+        geometry = shapes[uid] = self._shapes.get(uid) or Geometry(original)
+        known = uid in self._shapes and uid not in self._reshaped
+        changed = not known and geometry.read(original.evaluated_get(depsgraph))
+        if uid in self._reshaped and not changed:
+            self._reshaped.discard(uid)
+        return geometry, changed
+
+    def _transient_shape(
+        self, depsgraph: Any, seen: Any, transient: dict[int, Geometry]
+    ) -> Geometry:
+        """The shape of what geometry nodes made; it lives only as long as the iteration."""
+        pointer = seen.data.as_pointer()
+        if pointer not in transient:
+            geometry = transient[pointer] = Geometry(seen)
+            geometry.read(seen)
+            if np.isfinite(geometry.lo).all():
+                geometry.tree(depsgraph)
+        return transient[pointer]
+
+
+def _matrices(flat: NDArray[np.float32]) -> Array:
+    """(n, 4, 4) from what `foreach_get` gives, which is column by column."""
+    return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+
+
+def _is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
+    """Curves, text and the like come twice: as themselves and as an instance of their mesh."""
+    return (
+        original == owner and original.type != "MESH" and instance.persistent_id[1] == UNUSED_LEVEL
+    )
+
+
+def _owners(owner: Any) -> frozenset[int]:
+    found = set()
+    while owner is not None and owner.session_uid not in found:
+        found.add(owner.session_uid)
+        owner = owner.parent
+    return frozenset(found)

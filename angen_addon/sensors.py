@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the sensors of a scene and reads them, evaluated, at the present frame."""
+
+from __future__ import annotations
+
+import difflib
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.model import Pose, pose_from_matrix
+from ..sensor_logic.parameters import Parameters, specs
+
+
+class SensorError(Exception):
+    """A sensor cannot be simulated; the text names it, the reason and the way out."""
+
+
+class NoSuchSensor(Exception):
+    """A sensor was asked for by a name that the scene does not have."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """An object that is a sensor. `object` is the original; not to be kept across undo."""
+
+    name: str
+    kind: Kind
+    object: Any
+
+    @property
+    def uid(self) -> int:
+        return self.object.session_uid
+
+    @property
+    def settings(self) -> Any:
+        return self.object.angen_sensor
+
+    @property
+    def room(self) -> str:
+        """The room, where the user noted it in a custom property of that name."""
+        return str(self.object.get("room", ""))
+
+    @property
+    def library(self) -> str:
+        return self.object.library.filepath if self.object.library else ""
+
+
+def all_sensors(view_layer: Any) -> list[Sensor]:
+    """The sensors of a view layer by name; those in excluded collections are not in it."""
+    found = [
+        Sensor(o.name, KINDS[o.angen_sensor.kind], o)
+        for o in view_layer.objects
+        if o.angen_sensor.kind != NO_KIND
+    ]
+    return sorted(found, key=lambda sensor: (sensor.name, sensor.library))
+
+
+def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
+    """Those of the given names; all where no name is given. Raises NoSuchSensor."""
+    names = list(names)
+    known = [sensor.name for sensor in sensors]
+    for name in names:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=3, cutoff=0.4) or known[:5]
+            hint = f"; did you mean {', '.join(close)}?" if close else ""
+            raise NoSuchSensor(f"no sensor is called '{name}'{hint}")
+    return [sensor for sensor in sensors if not names or sensor.name in names]
+
+
+def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Those that a run senses: switched on, and of a kind whose physics is built."""
+    return [s for s in sensors if s.settings.enabled and s.kind.model is not None]
+
+
+def check_names(sensors: list[Sensor]) -> None:
+    """Raises SensorError where two sensors share a name, as a linked and a local one can."""
+    for name, count in Counter(sensor.name for sensor in sensors).items():
+        if count > 1:
+            origins = [s.library or "this file" for s in sensors if s.name == name]
+            raise SensorError(
+                f"{count} sensors are called '{name}' (from {', '.join(origins)}): "
+                "rename one, so that the log can tell them apart"
+            )
+
+
+def check(sensor: Sensor) -> None:
+    """Raises SensorError where the sensor's settings make no sense."""
+    rate = decimal(sensor.settings.update_rate)
+    if not 0.0 < rate < float("inf"):
+        raise SensorError(f"'{sensor.name}': update_rate is {rate:g} Hz: it must be above 0")
+    read_parameters(sensor, sensor.settings)
+
+
+def read_parameters(sensor: Sensor, settings: Any) -> Any:
+    """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
+    group = getattr(settings, sensor.kind.attribute)
+    values = tuple(getattr(group, name) for name in specs(sensor.kind.parameters))
+    parameters, problems = _checked(sensor.kind.parameters, values)
+    if problems:
+        raise SensorError(f"'{sensor.name}': {problems[0]}")
+    return parameters
+
+
+@lru_cache(maxsize=1024)
+def _checked(kind: type[Parameters], values: tuple[Any, ...]) -> tuple[Parameters, list[str]]:
+    known = specs(kind)
+    exact = {
+        name: decimal(value) if isinstance(value, float) and spec.unit != "rad" else value
+        for (name, spec), value in zip(known.items(), values, strict=True)
+    }
+    parameters = kind(**exact)
+    return parameters, parameters.problems()
+
+
+def decimal(value: float) -> float:
+    """The number that the user typed: Blender stores 0.05 as 0.0500000007."""
+    return float(f"{value:.7g}")
+
+
+def read_pose(sensor: Sensor, evaluated: Any, unit_scale: float) -> Pose:
+    """Where the sensor stands now, in metres. Raises SensorError."""
+    try:
+        return pose_from_matrix(evaluated.matrix_world, unit_scale)
+    except ValueError as error:
+        raise SensorError(f"'{sensor.name}': {error}; clear its scale (Alt+S)") from None
+
+
+def unit_scale(scene: Any) -> float:
+    """Metres in a Blender unit."""
+    settings = scene.unit_settings
+    return 1.0 if settings.system == "NONE" else decimal(settings.scale_length)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the add-on keeps in memory between calls: one object, emptied by undo and file load."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+from ..sensor_logic.recording import Recording
+from .scene_probe.solids import Solids
+
+
+class Cache:
+    """`recording`: the last run, by the scene's session uid; `running` while a run drives the
+    frames, so that handlers keep still; `live` is what follows the playhead without a recording;
+    `own_writes`: session uids of sensors whose outputs were written since the last edit.
+    """
+
+    def __init__(self) -> None:
+        self.running = False
+        self.live: Any = None
+        self.own_writes: set[int] = set()
+        self._recordings: dict[int, Recording] = {}
+        self._watching: weakref.WeakSet[Solids] = weakref.WeakSet()
+
+    def watch(self, solids: Solids) -> None:
+        """From now on `solids` is told what changes, for as long as it lives."""
+        self._watching.add(solids)
+
+    def note(self, depsgraph: Any, edited: bool) -> None:
+        for solids in self._watching:
+            solids.note(depsgraph, edited)
+
+    def recording(self, scene: Any) -> Recording | None:
+        return self._recordings.get(scene.session_uid)
+
+    def keep_recording(self, scene: Any, recording: Recording) -> None:
+        self._recordings[scene.session_uid] = recording
+
+    def drop_recording(self, scene: Any) -> None:
+        self._recordings.pop(scene.session_uid, None)
+
+    def settings_changed(self) -> None:
+        """A recording made with other settings would be a lie."""
+        if not self.running:
+            self._recordings.clear()
+            self._outdate_live()
+
+    def scene_edited(self, scene: Any) -> None:
+        """The same for a scene in which an object was moved, reshaped, added or removed."""
+        if not self.running:
+            self.drop_recording(scene)
+            self._outdate_live()
+
+    def _outdate_live(self) -> None:
+        if self.live is not None:
+            self.live.outdated = True
+
+    def clear(self) -> None:
+        """Forgets all that refers to the file's data, which undo and load make anew."""
+        self.live = None
+        self._recordings.clear()
+        self._watching = weakref.WeakSet()
+
+
+CACHE = Cache()

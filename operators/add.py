@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shift+A, Sensor: a new sensor at the 3D cursor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy.types import Context, Menu, Operator
+
+from ..sensor_logic.kinds import KINDS
+
+KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
+# What an empty looks like while a sensor has no housing of its own.
+DISPLAY = {"PIR": "SINGLE_ARROW", "OPTICAL_SWITCH": "SINGLE_ARROW"}
+
+
+class ANGEN_OT_sensor_add(Operator):
+    bl_idname = "angen.sensor_add"
+    bl_label = "Add Sensor"
+    bl_description = "Add a sensor at the 3D cursor; it looks along its −Z axis, +Y up"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: EnumProperty(name="Kind", items=KIND_ITEMS)
+    preset: StringProperty(name="Preset", description="Name of a preset; empty: the defaults")
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Switch to Object Mode to add a sensor")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        if self.preset:
+            self.report({"ERROR"}, f"No preset is called '{self.preset}' for this kind")
+            return {"CANCELLED"}
+        kind = KINDS[self.kind]
+        sensor = bpy.data.objects.new(kind.label, None)
+        sensor.empty_display_type = "CONE" if kind.identifier in DISPLAY else "CIRCLE"
+        sensor.empty_display_size = 0.05
+        sensor.matrix_world = context.scene.cursor.matrix
+        sensor.angen_sensor.kind = self.kind
+        context.collection.objects.link(sensor)
+        for selected in context.selected_objects:
+            selected.select_set(False)
+        sensor.select_set(True)
+        context.view_layer.objects.active = sensor
+        return {"FINISHED"}
+
+
+class ANGEN_MT_sensor_add(Menu):
+    bl_idname = "ANGEN_MT_sensor_add"
+    bl_label = "Sensor"
+
+    def draw(self, context: Context) -> None:
+        for kind in KINDS.values():
+            add = self.layout.operator(
+                ANGEN_OT_sensor_add.bl_idname, text=kind.label, icon=kind.icon
+            )
+            add.kind = kind.identifier
+
+
+def draw_in_add_menu(self: Any, context: Context) -> None:
+    self.layout.menu(ANGEN_MT_sensor_add.bl_idname, icon="OUTLINER_DATA_LIGHTPROBE")
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_sensor_add, ANGEN_MT_sensor_add)
+)
+
+
+def register() -> None:
+    _register()
+    bpy.types.VIEW3D_MT_add.append(draw_in_add_menu)
+
+
+def unregister() -> None:
+    bpy.types.VIEW3D_MT_add.remove(draw_in_add_menu)
+    _unregister()

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes an existing object a sensor, or an ordinary object again."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty
+from bpy.types import Context, Operator
+
+from ..sensor_logic.kinds import NO_KIND
+from .add import KIND_ITEMS
+
+
+class ANGEN_OT_sensor_assign(Operator):
+    bl_idname = "angen.sensor_assign"
+    bl_label = "Make Sensor"
+    bl_description = "Make the active object a sensor"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: EnumProperty(name="Kind", items=KIND_ITEMS)
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if context.object is None:
+            cls.poll_message_set("Select the object that is to be a sensor")
+            return False
+        if not context.object.is_editable:
+            cls.poll_message_set("The object is linked: make it local or a library override")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        context.object.angen_sensor.kind = self.kind
+        return {"FINISHED"}
+
+
+class ANGEN_OT_sensor_clear(Operator):
+    bl_idname = "angen.sensor_clear"
+    bl_label = "Clear Sensor"
+    bl_description = "Make the active object an ordinary object again"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if context.object is None or context.object.angen_sensor.kind == NO_KIND:
+            cls.poll_message_set("Select a sensor")
+            return False
+        if not context.object.is_editable:
+            cls.poll_message_set("The sensor is linked: make it local or a library override")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        context.object.angen_sensor.kind = NO_KIND
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_sensor_assign, ANGEN_OT_sensor_clear)
+)

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the recording as CSV files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Event, Operator
+from bpy_extras.io_utils import ExportHelper
+
+from ..angen_addon import state
+from ..sensor_logic.event_log import events_csv, samples_csv
+from ..sensor_logic.files import OutputError, check_folder, file_name, write_files
+
+
+class _Export:
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if state.CACHE.recording(context.scene) is None:
+            cls.poll_message_set("Simulate first")  # type: ignore[attr-defined]
+            return False
+        return True
+
+    def _write(self, texts: dict[Path, str], folder: Path) -> set[str]:
+        try:
+            check_folder(folder, "Export")
+            write_files(texts)
+        except OutputError as error:
+            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{len(texts)} files written to {folder}")  # type: ignore[attr-defined]
+        return {"FINISHED"}
+
+
+class ANGEN_OT_export_events(_Export, Operator, ExportHelper):
+    bl_idname = "angen.export_events"
+    bl_label = "Export Events"
+    bl_description = "Write the event log as CSV: a row for each change of a reading"
+
+    filename_ext = ".csv"
+    filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        recording = state.CACHE.recording(context.scene)
+        assert recording is not None
+        path = Path(bpy.path.abspath(self.filepath))
+        return self._write({path: events_csv(recording)}, path.parent)
+
+
+class ANGEN_OT_export_samples(_Export, Operator):
+    bl_idname = "angen.export_samples"
+    bl_label = "Export Samples"
+    bl_description = "Write every update, a CSV file a sensor, into a folder"
+
+    directory: StringProperty(name="Folder", subtype="DIR_PATH")
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> set[str]:
+        recording = state.CACHE.recording(context.scene)
+        assert recording is not None
+        folder = Path(bpy.path.abspath(self.directory))
+        texts = {
+            folder / f"{file_name(track.sensor)}.csv": samples_csv(track)
+            for track in recording.tracks.values()
+        }
+        return self._write(texts, folder)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_export_events, ANGEN_OT_export_samples)
+)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Simulates the sensors over a range of frames, with progress; Esc keeps what is done."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty
+from bpy.types import Context, Event, Operator
+
+from ..angen_addon import live, state
+from ..angen_addon.sensors import SensorError, all_sensors, simulated
+from ..angen_addon.simulation import Progress, simulate
+from ..sensor_logic.recording import Recording
+
+# Work done between two looks at the window's events.
+SLICE_S = 0.1
+SCENES_OWN = -(2**31)
+
+
+class ANGEN_OT_simulate(Operator):
+    bl_idname = "angen.simulate"
+    bl_label = "Simulate Sensors"
+    bl_description = "Record what every sensor reports over the frames. Esc keeps what is done"
+    bl_options = {"REGISTER"}
+
+    frame_start: IntProperty(
+        name="Start", description="First frame (default: the scene's)", default=SCENES_OWN
+    )
+    frame_end: IntProperty(
+        name="End", description="Last frame (default: the scene's)", default=SCENES_OWN
+    )
+
+    _run: Iterator[Progress]
+    _recording: Recording
+    _timer: Any = None
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if state.CACHE.running:
+            cls.poll_message_set("A simulation is running")
+            return False
+        if not simulated(all_sensors(context.view_layer)):
+            cls.poll_message_set("Add a sensor first: Shift+A, Sensor")
+            return False
+        return True
+
+    def _begin(self, context: Context) -> bool:
+        scene = context.scene
+        first = scene.frame_start if self.frame_start == SCENES_OWN else self.frame_start
+        last = scene.frame_end if self.frame_end == SCENES_OWN else self.frame_end
+        if first > last:
+            self.report({"ERROR"}, f"The first frame, {first}, is after the last, {last}")
+            return False
+        self._recording = Recording()
+        try:
+            sensors = all_sensors(context.view_layer)
+            self._run = simulate(scene, sensors, first, last, self._recording)
+        except SensorError as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        return True
+
+    def _end(self, context: Context) -> None:
+        """Keeps what was recorded and shows it at the playhead."""
+        scene = context.scene
+        state.CACHE.keep_recording(scene, self._recording)
+        frame = scene.frame_current + scene.frame_subframe
+        if self._recording.covers(frame):
+            live.show_recorded(self._recording, context.view_layer, frame)
+        updates = sum(len(track) for track in self._recording.tracks.values())
+        self.report({"INFO"}, f"{len(self._recording.tracks)} sensors, {updates} updates recorded")
+
+    def execute(self, context: Context) -> set[str]:
+        if not self._begin(context):
+            return {"CANCELLED"}
+        try:
+            for _ in self._run:
+                pass
+        except SensorError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._end(context)
+        return {"FINISHED"}
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        if context.window is None:
+            return self.execute(context)
+        if not self._begin(context):
+            return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        self._timer = manager.event_timer_add(0.01, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        if event.type == "ESC":
+            self._stop(context)
+            return {"FINISHED"}
+        if event.type != "TIMER":
+            # The scene is being stepped through: edits now would end up in the recording.
+            return {"RUNNING_MODAL"}
+        until = time.perf_counter() + SLICE_S
+        try:
+            while time.perf_counter() < until:
+                progress = next(self._run, None)
+                if progress is None:
+                    self._stop(context)
+                    return {"FINISHED"}
+        except SensorError as error:
+            self._stop(context)
+            self.report({"ERROR"}, str(error))
+            return {"FINISHED"}
+        share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
+        context.window_manager.progress_update(share)
+        context.workspace.status_text_set(
+            f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %. Esc keeps what is done"
+        )
+        return {"RUNNING_MODAL"}
+
+    def _stop(self, context: Context) -> None:
+        self._run.close()  # type: ignore[attr-defined]
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+        self._end(context)
+
+    def cancel(self, context: Context) -> None:
+        self._stop(context)
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_simulate,))

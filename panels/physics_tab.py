@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Physics tab of the Properties editor: the active object as a sensor."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Panel
+
+from .parameters import draw_output, draw_parameters, sensor_of
+
+
+class ANGEN_PT_physics(Panel):
+    bl_label = "Sensor"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "physics"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.object is not None
+
+    def draw_header(self, context: Context) -> None:
+        if sensor_of(context.object):
+            self.layout.prop(context.object.angen_sensor, "enabled", text="")
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(context.object.angen_sensor, "kind")
+        sensor = sensor_of(context.object)
+        if sensor is None:
+            layout.prop(context.object, "angen_ignored")
+            return
+        draw_output(layout, sensor)
+        column = layout.column()
+        column.active = sensor.settings.enabled
+        draw_parameters(column, sensor)
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics,))

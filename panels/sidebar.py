@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sidebar tab "Sensors" of the 3D view: simulate, read, and the active sensor."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Panel
+
+from ..angen_addon import state
+from ..angen_addon.sensors import all_sensors
+from .parameters import draw_output, draw_parameters, sensor_of
+
+
+class _Sidebar:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+
+class ANGEN_PT_simulation(_Sidebar, Panel):
+    bl_label = "Simulation"
+
+    def draw(self, context: Context) -> None:
+        layout, scene = self.layout, context.scene
+        layout.use_property_split = True
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.operator("angen.simulate", icon="PLAY")
+        recording = state.CACHE.recording(scene)
+        if recording is None:
+            layout.label(text="No recording: sensors follow the playhead", icon="INFO")
+        else:
+            layout.label(
+                text=f"Recorded: frames {recording.frame_start} to {recording.frame_end}",
+                icon="CHECKMARK",
+            )
+        row = layout.row(align=True)
+        row.operator("angen.export_events", text="Events", icon="EXPORT")
+        row.operator("angen.export_samples", text="Samples", icon="EXPORT")
+        row = layout.row(align=True)
+        row.operator("angen.bake_keyframes", icon="KEYFRAME_HLT")
+        row.operator("angen.clear_recording", text="", icon="TRASH")
+        column = layout.column()
+        column.prop(scene, "angen_live")
+        column.prop(scene, "angen_substeps")
+        column.prop(scene, "angen_seed")
+        column.prop(scene, "angen_ray_caster")
+
+
+class ANGEN_PT_readings(_Sidebar, Panel):
+    bl_label = "Readings"
+
+    def draw(self, context: Context) -> None:
+        sensors = all_sensors(context.view_layer)
+        if not sensors:
+            self.layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
+        column = self.layout.column(align=True)
+        for sensor in sensors:
+            split = column.split(factor=0.45, align=True)
+            split.label(text=sensor.name, icon=sensor.kind.icon)
+            draw_output(split, sensor)
+
+
+class ANGEN_PT_active_sensor(_Sidebar, Panel):
+    bl_label = "Active Sensor"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return sensor_of(context.object) is not None
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(context.object.angen_sensor, "enabled", text="")
+
+    def draw(self, context: Context) -> None:
+        sensor = sensor_of(context.object)
+        if sensor is None:
+            return
+        self.layout.label(text=f"{sensor.name}: {sensor.kind.label}", icon=sensor.kind.icon)
+        column = self.layout.column()
+        column.active = sensor.settings.enabled
+        draw_parameters(column, sensor)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_PT_simulation, ANGEN_PT_readings, ANGEN_PT_active_sensor)
+)

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When a sensor samples: exact rational arithmetic, so that every way of running agrees.
+
+A sensor with rate r publishes at t = k/r, with t = 0 at the scene's start frame; it samples at
+the first frame (or sub-frame, with `substeps` of them a frame) at or after k/r.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+
+def exact(value: float) -> Fraction:
+    """The decimal number that a user typed, from the single precision that Blender stores.
+
+    Blender keeps 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
+    frame late; seven digits are what single precision holds.
+    """
+    return Fraction(f"{value:.7g}")
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The scene's time base. `steps` count sub-frames from `frame_start`, `substeps` a frame."""
+
+    frame_start: int
+    fps: float
+    fps_base: float = 1.0
+    substeps: int = 1
+
+    @property
+    def steps_per_second(self) -> Fraction:
+        return exact(self.fps) / exact(self.fps_base) * self.substeps
+
+    def step_time(self, step: int) -> float:
+        """Seconds since the start frame at `step`."""
+        return float(step / self.steps_per_second)
+
+    def step_frame(self, step: int) -> float:
+        """The frame number at `step`; with decimals where it falls between frames."""
+        return self.frame_start + step / self.substeps
+
+    def frame_and_subframe(self, step: int) -> tuple[int, float]:
+        """What `Scene.frame_set` takes."""
+        whole, part = divmod(step, self.substeps)
+        return self.frame_start + whole, part / self.substeps
+
+    def first_step(self, frame: int) -> int:
+        """The step of a whole frame; never before the start frame, where time begins."""
+        return max(0, (frame - self.frame_start) * self.substeps)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The steps at which a sensor of one rate samples, numbered 0, 1, 2, … from t = 0.
+
+    A rate above the steps per second samples once a step: there is nothing new in between.
+    """
+
+    clock: Clock
+    rate: float
+
+    @property
+    def steps_per_update(self) -> Fraction:
+        return max(self.clock.steps_per_second / exact(self.rate), Fraction(1))
+
+    def step(self, number: int) -> int:
+        """The step at which update `number` samples."""
+        return math.ceil(number * self.steps_per_update)
+
+    def last_update(self, step: int) -> int:
+        """The number of the last update at or before `step` (−1: none yet)."""
+        return math.floor(step / self.steps_per_update) if step >= 0 else -1
+
+    def update_at(self, step: int) -> int | None:
+        """The number of the update that samples at `step`, if one does."""
+        number = self.last_update(step)
+        return number if number >= 0 and self.step(number) == step else None
+
+    def updates(self, first: int, last: int) -> Iterator[tuple[int, int]]:
+        """(number, step) of every update with first ≤ step ≤ last."""
+        number = max(0, self.last_update(first - 1) + 1)
+        while (step := self.step(number)) <= last:
+            yield number, step
+            number += 1

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The event log: a row for each change of a published field. CSV, UTF-8, RFC 4180."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .recording import Recording, Track
+
+HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
+
+
+@dataclass(frozen=True, order=True)
+class Event:
+    """A field's new value, as text; ordered by time, then sensor, then field."""
+
+    time: float
+    sensor: str
+    field: str
+    frame: float
+    kind: str
+    value: str
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        time, frame = format_time(self.time), format_frame(self.frame)
+        return (time, frame, self.sensor, self.kind, self.field, self.value)
+
+
+def format_time(seconds: float) -> str:
+    return f"{seconds:.6f}"
+
+
+def format_frame(frame: float) -> str:
+    return f"{frame:.6f}".rstrip("0").rstrip(".")
+
+
+def format_value(value: Any) -> str:
+    """Booleans 0/1, floats to 9 significant digits, text as it is; a missing value is empty."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return str(int(value)) if isinstance(value, (bool, int)) else str(value)
+
+
+def events(recording: Recording) -> list[Event]:
+    """All events of a recording in log order."""
+    return sorted(event for track in recording.tracks.values() for event in track_events(track))
+
+
+def track_events(track: Track) -> Iterable[Event]:
+    """Each published field's first value, and its value whenever that changes."""
+    for published in track.kind.events:
+        last = None
+        for index, value in enumerate(track.columns[published.name]):
+            text = format_value(value)
+            if text != last:
+                last = text
+                yield Event(
+                    track.times[index],
+                    track.sensor,
+                    published.name,
+                    track.frames[index],
+                    track.kind_name,
+                    text,
+                )
+
+
+def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """RFC 4180: comma, CRLF, quotes where needed."""
+    out = io.StringIO()
+    writer = csv.writer(out)
+    writer.writerow(header)
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def events_csv(recording: Recording) -> str:
+    return to_csv(HEADER, (event.row for event in events(recording)))
+
+
+def samples_csv(track: Track) -> str:
+    """Every update of one sensor: time_s, frame and the fields of its kind."""
+    columns = [track.columns[f.name] for f in track.kind.samples]
+    rows = (
+        (format_time(time), format_frame(frame), *(format_value(c[i]) for c in columns))
+        for i, (time, frame) in enumerate(zip(track.times, track.frames, strict=True))
+    )
+    return to_csv(("time_s", "frame", *(f.name for f in track.kind.samples)), rows)
+
+
+def read_events(path: Path) -> list[Event]:
+    """The events of a file. Raises ValueError naming the line that is no event, OSError."""
+    found = []
+    with open(path, newline="", encoding="utf-8") as file:
+        reader = csv.reader(file)
+        if tuple(next(reader, ())) != HEADER:
+            raise ValueError(f"{path}: line 1 is not the header {','.join(HEADER)}")
+        for row in reader:
+            try:
+                time, frame, sensor, kind, name, value = row
+                found.append(Event(float(time), sensor, name, float(frame), kind, value))
+            except ValueError:
+                raise ValueError(f"{path}: line {reader.line_num} is not an event") from None
+    return found
+
+
+def differences(
+    expected: Iterable[Event],
+    actual: Iterable[Event],
+    value_tolerance: float,
+    time_tolerance: float,
+) -> list[str]:
+    """What differs, a line each: missing and unexpected events, and other values.
+
+    Events of one field of one sensor are paired in order where their times agree within
+    `time_tolerance` seconds; numbers may differ by `value_tolerance`.
+    """
+    sides: dict[tuple[str, str], tuple[list[Event], list[Event]]] = defaultdict(lambda: ([], []))
+    for side, source in enumerate((expected, actual)):
+        for event in source:
+            sides[event.sensor, event.field][side].append(event)
+    found: list[tuple[float, str]] = []
+    for wanted, got in sides.values():
+        found += _compare(sorted(wanted), sorted(got), value_tolerance, time_tolerance)
+    return [line for _, line in sorted(found)]
+
+
+def _compare(
+    wanted: list[Event], got: list[Event], value_tolerance: float, time_tolerance: float
+) -> Iterable[tuple[float, str]]:
+    # Times are written with 6 decimals, so half of the last one is no difference.
+    slack = time_tolerance + 1e-6
+    i = j = 0
+    while i < len(wanted) or j < len(got):
+        if j == len(got) or (i < len(wanted) and wanted[i].time < got[j].time - slack):
+            yield wanted[i].time, f"missing:    {','.join(wanted[i].row)}"
+            i += 1
+        elif i == len(wanted) or got[j].time < wanted[i].time - slack:
+            yield got[j].time, f"unexpected: {','.join(got[j].row)}"
+            j += 1
+        else:
+            if not _same(wanted[i].value, got[j].value, value_tolerance):
+                row = ",".join(got[j].row)
+                yield wanted[i].time, f"different:  {row} (expected {wanted[i].value})"
+            i, j = i + 1, j + 1
+
+
+def _same(a: str, b: str, tolerance: float) -> bool:
+    if a == b:
+        return True
+    try:
+        return abs(float(a) - float(b)) <= tolerance
+    except ValueError:
+        return False

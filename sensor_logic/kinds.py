@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one table of sensor kinds. A new kind is a file beside this one and an entry here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from .light import LightParameters
+from .optical_switch import OpticalSwitchParameters, SlottedSwitch
+from .parameters import Parameters
+from .pir import PirParameters, RangeScan
+from .pressure import PressureParameters
+
+NO_KIND = "NONE"
+
+
+@dataclass(frozen=True)
+class Field:
+    """A published quantity: its name in logs and its Python type (bool, float, int or str)."""
+
+    name: str
+    type: type
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of sensor. `number` is what files store; `attribute` is where its parameters are.
+
+    `events` are the fields whose changes the event log tells, `samples` the columns of its own
+    file. `model` is None while the physics of the kind is not built.
+    """
+
+    identifier: str
+    number: int
+    label: str
+    tip: str
+    icon: str
+    attribute: str
+    update_rate: float
+    value_label: str
+    value_unit: str
+    parameters: type[Parameters]
+    events: tuple[Field, ...]
+    samples: tuple[Field, ...]
+    model: Callable[[], Any] | None = None
+
+
+KINDS: dict[str, Kind] = {
+    kind.identifier: kind
+    for kind in (
+        Kind(
+            "PIR",
+            1,
+            "Motion detector (PIR)",
+            "Passive infrared motion detector",
+            "LIGHT_AREA",
+            "pir",
+            10.0,
+            "Tilt",
+            "rad",
+            PirParameters,
+            events=(Field("moved", bool),),
+            samples=(Field("angle_rad", float), Field("moved", bool)),
+            model=RangeScan,
+        ),
+        Kind(
+            "OPTICAL_SWITCH",
+            2,
+            "Optical switch",
+            "Slotted optical switch, for doors and shutters",
+            "SNAP_EDGE",
+            "optical_switch",
+            1.0,
+            "Range",
+            "m",
+            OpticalSwitchParameters,
+            events=(Field("open", bool),),
+            samples=(Field("open", bool), Field("range_m", float)),
+            model=SlottedSwitch,
+        ),
+        Kind(
+            "PRESSURE",
+            3,
+            "Pressure sensor",
+            "Pressure sensor under furniture",
+            "MOD_CLOTH",
+            "pressure",
+            1.0,
+            "Force",
+            "N",
+            PressureParameters,
+            events=(
+                Field("pressed", bool),
+                Field("force_n", float),
+                Field("partners", str),
+                Field("valid", bool),
+            ),
+            samples=(
+                Field("force_n", float),
+                Field("pressed", bool),
+                Field("valid", bool),
+                Field("residual", float),
+                Field("resistance_ohm", float),
+                Field("voltage_v", float),
+                Field("adc", int),
+                Field("partners", str),
+            ),
+        ),
+        Kind(
+            "LIGHT",
+            4,
+            "Light sensor",
+            "Light sensor: luminance or illuminance",
+            "LIGHT_SUN",
+            "light",
+            1.0,
+            "Luminance",
+            "%",
+            LightParameters,
+            events=(
+                Field("luminance_percent", float),
+                Field("illuminance_lux", float),
+                Field("lit", bool),
+            ),
+            samples=(
+                Field("luminance_percent", float),
+                Field("illuminance_lux", float),
+                Field("resistance_ohm", float),
+                Field("voltage_v", float),
+                Field("lit", bool),
+            ),
+        ),
+    )
+}
+
+
+def not_simulated(kind: Kind) -> str:
+    """What a user is told of a kind whose physics is not built yet."""
+    return f"{kind.label}: not simulated yet in this version, it reports nothing"

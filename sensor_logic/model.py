@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every sensor model shares: how it asks the scene for rays and answers with a reading."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a sensor stands: origin (3,) in metres, axes (3, 3) whose columns are x, y, z.
+
+    The axes are orthonormal and right-handed: scale, shear and mirroring of the object and its
+    parents change its housing only.
+    """
+
+    origin: Array
+    axes: Array
+
+
+class CastRays(Protocol):
+    """Ranges in metres of `directions` (n, 3), unit vectors, from `origins` (n, 3).
+
+    Nothing within `length` metres (n,) reads `length`. `bundle` names the rays for the caches of
+    the caster: the same sensor and number, normally the same rays.
+    """
+
+    def __call__(self, bundle: int, origins: Array, directions: Array, length: Array) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Update:
+    """What a model gets at each of its updates, which follow each other without a gap."""
+
+    number: int
+    time: float
+    pose: Pose
+    cast: CastRays
+    noise: Callable[[], np.random.Generator]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One update's result: `active` and `value` as shown, `fields` as published."""
+
+    active: bool
+    value: float
+    fields: dict[str, Any]
+
+
+def pose_from_matrix(matrix: Array, unit_scale: float = 1.0) -> Pose:
+    """The pose that a 4 × 4 world matrix gives, `unit_scale` metres a unit.
+
+    Raises ValueError where the matrix does not define the −Z and +Y directions.
+    """
+    matrix = np.asarray(matrix, dtype=np.float64)
+    if not np.isfinite(matrix).all():
+        raise ValueError("its transform is not a number (NaN or infinite)")
+    z, y = matrix[:3, 2], matrix[:3, 1]
+    z_length, y_length = float(np.linalg.norm(z)), float(np.linalg.norm(y))
+    if z_length == 0.0 or y_length == 0.0:
+        raise ValueError("its scale is zero, so it looks nowhere")
+    z, y = z / z_length, y / y_length
+    y = y - z * (y @ z)
+    y_length = float(np.linalg.norm(y))
+    if y_length < 1e-6:
+        raise ValueError("its transform is sheared flat, so it looks nowhere")
+    y = y / y_length
+    axes = np.stack([np.cross(y, z), y, z], axis=1)
+    return Pose(matrix[:3, 3] * unit_scale, axes)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The output stage of a motion detector module: warm-up, hold time and blocking time.
+
+Terms as in the HC-SR501's datasheet: after a trigger the output stays high for the delay (hold)
+time, each new trigger in it starting it anew; after it fell, triggers are ignored for the
+blocking time. During warm-up the output stays low.
+"""
+
+from __future__ import annotations
+
+import math
+
+# Times are multiples of a frame; this only absorbs the rounding of their difference.
+TIME_TOLERANCE_S = 1e-9
+
+
+class OutputTiming:
+    """Turns triggers into the output, update by update. Times in seconds."""
+
+    def __init__(self) -> None:
+        self.active = False
+        self._last_trigger = -math.inf
+        self._fell = -math.inf
+
+    def update(
+        self, time: float, triggered: bool, hold: float, blocking: float, warm_up: float
+    ) -> bool:
+        """The output at `time`, given whether motion was seen at this update."""
+        blocked = not self.active and time - self._fell < blocking - TIME_TOLERANCE_S
+        if triggered and not blocked and time >= warm_up - TIME_TOLERANCE_S:
+            self._last_trigger = time
+            self.active = True
+        elif self.active and time - self._last_trigger >= hold - TIME_TOLERANCE_S:
+            self.active = False
+            self._fell = time
+        return self.active

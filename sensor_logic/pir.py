@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passive infrared motion detector (PIR), modelled as a range scan.
+
+The model is the thesis's: a fan of rays, tilted a step further below the horizon at every update
+and back (a saw-tooth), each scan compared with the previous scan at the same tilt. Movement is
+any ray whose range changed by more than the threshold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from .model import Array, Reading, Update
+from .output_timing import OutputTiming
+from .parameters import Choice, Parameters, parameter
+
+THESIS = "range scan of the thesis's Gazebo plugin"
+MAX_RAYS = 100_000
+
+
+@dataclass(frozen=True)
+class PirParameters(Parameters):
+    # PYROELECTRIC keeps number 1; it joins the choices when its model works.
+    model: str = parameter(
+        "RANGE_SCAN",
+        "Model",
+        "How motion is found",
+        choices=(Choice("RANGE_SCAN", "Range scan", "Compares the ranges of a fan of rays", 0),),
+    )
+    horizontal_fov: float = parameter(
+        math.radians(120),
+        "Horizontal field of view",
+        "Angle of the whole fan about the sensor's up axis. Datasheets: horizontal detection angle",
+        unit="rad",
+        minimum=0.0,
+        maximum=2 * math.pi,
+        source=THESIS,
+    )
+    rays: int = parameter(
+        120,
+        "Rays",
+        "Rays in the fan. More find smaller movements and cost more time",
+        minimum=1,
+        maximum=MAX_RAYS,
+        source=THESIS,
+    )
+    range_min: float = parameter(
+        0.05,
+        "Range min",
+        "Nearer than this is not seen",
+        unit="m",
+        minimum=0.0,
+        source=THESIS,
+    )
+    range_max: float = parameter(
+        4.0,
+        "Range max",
+        "How far the sensor sees; a ray that meets nothing reads this. "
+        "Datasheets: detection distance",
+        unit="m",
+        minimum=0.0,
+        above_minimum=True,
+        source=THESIS,
+    )
+    vertical_fov: float = parameter(
+        math.radians(90),
+        "Vertical field of view",
+        "Angle below the sensor's horizon that the tilts sweep. "
+        "Datasheets: vertical detection angle",
+        unit="rad",
+        minimum=0.0,
+        maximum=math.pi,
+        source=THESIS,
+    )
+    vertical_step: float = parameter(
+        math.radians(10),
+        "Vertical step",
+        "Angle between two tilts of the fan. Large steps leave dead zones between the fans",
+        unit="rad",
+        minimum=0.0,
+        above_minimum=True,
+        maximum=math.pi,
+        source=THESIS,
+    )
+    sweep: str = parameter(
+        "SAWTOOTH",
+        "Sweep",
+        "Which tilts are scanned at an update",
+        choices=(
+            Choice("SAWTOOTH", "Saw-tooth", "One tilt an update, each in turn", 0),
+            Choice("ALL", "All tilts", "Every tilt at every update: quicker to notice", 1),
+        ),
+        source=THESIS,
+    )
+    threshold: float = parameter(
+        0.05,
+        "Threshold",
+        "A range must change by more than this to count as movement",
+        unit="m",
+        minimum=0.0,
+        source=THESIS,
+    )
+    noise_sigma: float = parameter(
+        0.0,
+        "Noise",
+        "Standard deviation of the noise on every range (Gaussian)",
+        unit="m",
+        minimum=0.0,
+    )
+    hold_time: float = parameter(
+        0.0,
+        "Hold time",
+        "How long the output stays on after the last movement. Datasheets: delay time",
+        unit="s",
+        minimum=0.0,
+    )
+    blocking_time: float = parameter(
+        0.0,
+        "Blocking time",
+        "How long movement is ignored after the output went off. Datasheets: block time",
+        unit="s",
+        minimum=0.0,
+    )
+    warm_up_time: float = parameter(
+        0.0,
+        "Warm-up time",
+        "How long the output stays off after the start. Datasheets: stabilisation time",
+        unit="s",
+        minimum=0.0,
+    )
+
+    @property
+    def tilt_count(self) -> int:
+        """vertical_fov / vertical_step whole tilts, at least one."""
+        return max(1, math.floor(self.vertical_fov / self.vertical_step + 1e-4))
+
+    def contradictions(self) -> list[str]:
+        if self.range_min >= self.range_max:
+            return [
+                f"range_min ({self.range_min:.6g} m) must be smaller than "
+                f"range_max ({self.range_max:.6g} m)"
+            ]
+        if self.rays * self.tilt_count > MAX_RAYS:
+            return [
+                f"{self.rays} rays times {self.tilt_count} tilts are more than {MAX_RAYS}: "
+                "take fewer rays or a larger vertical_step"
+            ]
+        return []
+
+
+@lru_cache(maxsize=256)
+def _local_directions(rays: int, fov: float, step: float, tilts: int) -> Array:
+    """Unit vectors (tilts, rays, 3) in the sensor's frame; see `fan_directions`."""
+    spacing = fov / (rays - 1) if rays > 1 else 0.0
+    start = -fov / 2 if rays > 1 else 0.0
+    out = np.empty((tilts, rays, 3))
+    for k in range(tilts):
+        sin_tilt, cos_tilt = math.sin(k * step), math.cos(k * step)
+        for i in range(rays):
+            azimuth = start + i * spacing
+            ahead = math.cos(azimuth)
+            out[k, i] = (-math.sin(azimuth), -ahead * sin_tilt, -ahead * cos_tilt)
+    out.flags.writeable = False
+    return out
+
+
+def fan_directions(parameters: PirParameters) -> Array:
+    """Ray directions (tilts, rays, 3), unit vectors in the sensor's frame (looks along −Z, +Y up).
+
+    Ray i of n has azimuth −h/2 + i·h/(n−1), counter-clockwise seen from +Y; tilt k turns the
+    whole fan by k·vertical_step about X, from −Z towards −Y. A single ray looks straight ahead.
+    """
+    return _local_directions(
+        parameters.rays, parameters.horizontal_fov, parameters.vertical_step, parameters.tilt_count
+    )
+
+
+class RangeScan:
+    """The state of one detector: the last scan at each tilt, and its output stage."""
+
+    def __init__(self) -> None:
+        self._previous: dict[int, Array] = {}
+        self._output = OutputTiming()
+
+    def update(self, parameters: PirParameters, update: Update) -> Reading:
+        fan = fan_directions(parameters)
+        if parameters.sweep == "ALL":
+            tilts = range(len(fan))
+            bundle = 0
+        else:
+            bundle = update.number % len(fan)
+            tilts = range(bundle, bundle + 1)
+        ranges = self._scan(parameters, update, bundle, fan[tilts.start : tilts.stop])
+        change = self._largest_changes(tilts, ranges)
+        most = int(np.argmax(change))
+        triggered = bool(change[most] > parameters.threshold)
+        angle = tilts[most if triggered else 0] * parameters.vertical_step
+        moved = self._output.update(
+            update.time,
+            triggered,
+            parameters.hold_time,
+            parameters.blocking_time,
+            parameters.warm_up_time,
+        )
+        return Reading(moved, angle, {"angle_rad": angle, "moved": moved})
+
+    def _scan(self, parameters: PirParameters, update: Update, bundle: int, fan: Array) -> Array:
+        """Ranges (tilts, rays) in metres, within range_min … range_max."""
+        directions = fan.reshape(-1, 3) @ update.pose.axes.T
+        origins = update.pose.origin + directions * parameters.range_min
+        reach = np.full(len(directions), parameters.range_max - parameters.range_min)
+        ranges = update.cast(bundle, origins, directions, reach) + parameters.range_min
+        if parameters.noise_sigma > 0.0:
+            ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
+        return np.clip(ranges, parameters.range_min, parameters.range_max).reshape(fan.shape[:2])
+
+    def _largest_changes(self, tilts: range, ranges: Array) -> Array:
+        """Largest |range − range of the previous scan at that tilt|, (tilts,); 0 at the first."""
+        change = np.zeros(len(tilts))
+        for row, tilt in enumerate(tilts):
+            before = self._previous.get(tilt)
+            if before is not None and before.shape == ranges[row].shape:
+                change[row] = np.abs(ranges[row] - before).max()
+            self._previous[tilt] = ranges[row]
+        return change

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The readings of a run: what scrubbing shows and what the logs are written from."""
+
+from __future__ import annotations
+
+from array import array
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import Any
+
+from .kinds import KINDS, Kind
+from .model import Reading
+
+_COLUMN_CODES = {bool: "b", int: "q", float: "d"}
+
+
+def _column(of: type) -> Any:
+    return array(_COLUMN_CODES[of]) if of in _COLUMN_CODES else []
+
+
+@dataclass
+class Track:
+    """One sensor's readings in time order, a column each; frames and times as floats (s)."""
+
+    sensor: str
+    kind_name: str
+    frames: array[float] = field(default_factory=lambda: array("d"))
+    times: array[float] = field(default_factory=lambda: array("d"))
+    active: array[int] = field(default_factory=lambda: array("b"))
+    value: array[float] = field(default_factory=lambda: array("d"))
+    columns: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.columns:
+            self.columns = {f.name: _column(f.type) for f in self.kind.samples}
+
+    @property
+    def kind(self) -> Kind:
+        return KINDS[self.kind_name]
+
+    def append(self, frame: float, time: float, reading: Reading) -> None:
+        self.frames.append(frame)
+        self.times.append(time)
+        self.active.append(reading.active)
+        self.value.append(reading.value)
+        for name, column in self.columns.items():
+            column.append(reading.fields[name])
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def at(self, frame: float) -> int | None:
+        """Index of the last update at or before `frame`."""
+        index = bisect_right(self.frames, frame) - 1
+        return index if index >= 0 else None
+
+
+@dataclass
+class Recording:
+    """The tracks of a run by sensor name, and the frames that it covered."""
+
+    tracks: dict[str, Track] = field(default_factory=dict)
+    frame_start: int = 0
+    frame_end: int = 0
+
+    def covers(self, frame: float) -> bool:
+        return self.frame_start <= frame < self.frame_end + 1

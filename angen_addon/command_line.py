@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 from ..sensor_logic.event_log import differences, events, events_csv, read_events, samples_csv
-from ..sensor_logic.files import OutputError, check_folder, file_name, write_files
+from ..sensor_logic.files import OutputError, check_folder, file_names, write_files
 from ..sensor_logic.kinds import KINDS, not_simulated
 from ..sensor_logic.recording import Recording
 from . import bake
@@ -204,8 +204,8 @@ def _simulate(options: argparse.Namespace) -> int:
     if options.events:
         texts[options.events] = events_csv(recording)
     if options.samples:
-        for track in recording.tracks.values():
-            texts[options.samples / f"{file_name(track.sensor)}.csv"] = samples_csv(track)
+        for sensor, name in file_names(recording.tracks).items():
+            texts[options.samples / name] = samples_csv(recording.tracks[sensor])
     if options.samples and texts:
         options.samples.mkdir(exist_ok=True)
     write_files(texts)

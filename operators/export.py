@@ -12,7 +12,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon import state
 from ..sensor_logic.event_log import events_csv, samples_csv
-from ..sensor_logic.files import OutputError, check_folder, file_name, write_files
+from ..sensor_logic.files import OutputError, check_folder, file_names, write_files
 
 
 class _Export:
@@ -65,8 +65,8 @@ class ANGEN_OT_export_samples(_Export, Operator):
         assert recording is not None
         folder = Path(bpy.path.abspath(self.directory))
         texts = {
-            folder / f"{file_name(track.sensor)}.csv": samples_csv(track)
-            for track in recording.tracks.values()
+            folder / name: samples_csv(recording.tracks[sensor])
+            for sensor, name in file_names(recording.tracks).items()
         }
         return self._write(texts, folder)
 

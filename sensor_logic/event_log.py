@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -98,18 +99,26 @@ def samples_csv(track: Track) -> str:
 
 def read_events(path: Path) -> list[Event]:
     """The events of a file. Raises ValueError naming the line that is no event, OSError."""
-    found = []
-    with open(path, newline="", encoding="utf-8") as file:
+    # "-sig" passes over the byte order mark that spreadsheets put in front.
+    with open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
-        if tuple(next(reader, ())) != HEADER:
-            raise ValueError(f"{path}: line 1 is not the header {','.join(HEADER)}")
-        for row in reader:
-            try:
-                time, frame, sensor, kind, name, value = row
-                found.append(Event(float(time), sensor, name, float(frame), kind, value))
-            except ValueError:
-                raise ValueError(f"{path}: line {reader.line_num} is not an event") from None
+        try:
+            header = tuple(next(reader, ()))
+            found = [_read_event(row) for row in reader] if header == HEADER else []
+        except UnicodeDecodeError:
+            raise ValueError(f"{path} is not a text file in UTF-8") from None
+        except (ValueError, csv.Error):
+            raise ValueError(f"{path}: line {reader.line_num} is not an event") from None
+    if header != HEADER:
+        raise ValueError(f"{path}: line 1 is not the header {','.join(HEADER)}")
     return found
+
+
+def _read_event(row: list[str]) -> Event:
+    time, frame, sensor, kind, name, value = row
+    if not (math.isfinite(float(time)) and math.isfinite(float(frame))):
+        raise ValueError
+    return Event(float(time), sensor, name, float(frame), kind, value)
 
 
 def differences(

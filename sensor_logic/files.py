@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 
@@ -28,18 +28,31 @@ def check_folder(folder: Path, what: str) -> None:
 
 
 def write_files(texts: Mapping[Path, str]) -> None:
-    """Writes all of `texts`, or, where one fails, none of them. Raises OutputError."""
+    """Writes all of `texts`, or, where one fails, none of them. Raises OutputError.
+
+    Links are followed; a device or a pipe is written to, not replaced.
+    """
     written: list[tuple[str, Path]] = []
     path = Path()
     try:
         for path, text in texts.items():
-            handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".angen-", suffix=".part")
-            written.append((temporary, path))
+            if path.is_dir():
+                raise OutputError(f"cannot write {path}: it is a folder")
+            if _is_special(path):
+                continue
+            target = path.resolve()
+            handle, temporary = tempfile.mkstemp(
+                dir=target.parent, prefix=".angen-", suffix=".part"
+            )
+            written.append((temporary, target))
             with open(handle, "w", encoding="utf-8", newline="") as file:
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())
             os.chmod(temporary, 0o666 & ~_umask())
+        for path in filter(_is_special, texts):
+            with open(path, "w", encoding="utf-8", newline="") as file:
+                file.write(texts[path])
         while written:
             temporary, path = written[0]
             os.replace(temporary, path)
@@ -51,12 +64,35 @@ def write_files(texts: Mapping[Path, str]) -> None:
             Path(temporary).unlink(missing_ok=True)
 
 
+def _is_special(path: Path) -> bool:
+    """Whether there is something that is no plain file, such as /dev/null."""
+    return path.exists() and not path.is_file()
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
-def file_name(sensor: str) -> str:
-    """The name of a sensor's sample file: its own, without what file systems do not take."""
+def file_names(sensors: Iterable[str]) -> dict[str, str]:
+    """Sensor → its sample file: its own name without what file systems do not take.
+
+    Where that gives two sensors the same file, on a system that ignores case too, the later one
+    by name gets a number; sensors whose name can stay as it is come first.
+    """
+    sensors = list(sensors)
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for sensor in sorted(sensors, key=lambda name: (_stem(name) != name, name)):
+        stem, number = _stem(sensor), 1
+        while stem.casefold() in taken:
+            number += 1
+            stem = f"{_stem(sensor)}-{number}"
+        taken.add(stem.casefold())
+        found[sensor] = f"{stem}.csv"
+    return {sensor: found[sensor] for sensor in sensors}
+
+
+def _stem(sensor: str) -> str:
     return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", sensor).strip(" .") or "_"

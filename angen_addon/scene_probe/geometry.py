@@ -52,14 +52,20 @@ class Geometry:
         if self._tree is None:
             centre = (self.lo + self.hi) / 2
             size = float(np.linalg.norm(self.hi - self.lo))
+            self.pivot = np.zeros(3)
             if float(np.linalg.norm(centre)) > FAR_FROM_OWN_ORIGIN * size:
-                self._tree = self._pivoted_tree(depsgraph, centre)
+                self.pivot = centre
+                self._tree = self._tree_of_triangles(depsgraph)
             else:
-                self.pivot = np.zeros(3)
-                self._tree = BVHTree.FromObject(self.source, depsgraph, epsilon=0.0)
+                try:
+                    self._tree = BVHTree.FromObject(self.source, depsgraph, epsilon=0.0)
+                except (ValueError, SystemError):
+                    # A hidden object that is instanced; SystemError is Blender 4.2's way to say so.
+                    self._tree = self._tree_of_triangles(depsgraph)
         return self._tree
 
-    def _pivoted_tree(self, depsgraph: Any, centre: Array) -> BVHTree:
+    def _tree_of_triangles(self, depsgraph: Any) -> BVHTree:
+        """The slower way: through Python, about the pivot."""
         evaluated = self.source.evaluated_get(depsgraph)
         mesh = evaluated.to_mesh()
         mesh.calc_loop_triangles()
@@ -68,10 +74,9 @@ class Geometry:
         triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
         mesh.loop_triangles.foreach_get("vertices", triangles)
         evaluated.to_mesh_clear()
-        self.pivot = centre
-        about_centre = points.reshape(-1, 3).astype(np.float64) - centre
+        about_pivot = points.reshape(-1, 3).astype(np.float64) - self.pivot
         return BVHTree.FromPolygons(
-            about_centre.tolist(),
+            about_pivot.tolist(),
             triangles.reshape(-1, 3).tolist(),
             all_triangles=True,
             epsilon=0.0,

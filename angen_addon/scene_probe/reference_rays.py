@@ -63,10 +63,11 @@ class SceneRayCaster:
 
     def _counts(self, sensor: int, seen: Any, matrix: Any) -> bool:
         """Whether what was hit is a solid, and none of the sensor's own."""
-        rows = self._rows.get(seen.original.session_uid, ())
+        uid = seen.original.session_uid
+        rows = self._rows.get(uid, ())
         solids = self.solids.solids
-        if len(rows) == 1 and len(solids[rows[0]].key) == 1:
-            return sensor not in solids[rows[0]].owners
+        if uid not in self.solids.instanced:
+            return any(sensor not in solids[row].owners for row in rows)
         here = np.array(matrix, np.float64)
         for row in rows:
             if np.allclose(self.solids.matrix[row], here, rtol=1e-6, atol=1e-6):

@@ -46,7 +46,7 @@ class Solids:
     """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
     and world bounds `lo`, `hi` (n, 3). `listing` counts how often the list was made anew;
     `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
-    that met them is void."""
+    that met them is void; `instanced` are the session uids of objects that others instance."""
 
     def __init__(self) -> None:
         self.solids: list[Solid] = []
@@ -63,7 +63,7 @@ class Solids:
         self._listed: list[Any] = []
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
-        self._instanced = False
+        self.instanced: set[int] = set()
         self._must_list = True
         self._touched: set[int] = set()
         self._reshaped: set[int] = set()
@@ -90,7 +90,7 @@ class Solids:
         if (
             self._must_list
             or objects != self._listed
-            or (self._instanced and (self._touched or self._reshaped))
+            or (self.instanced and (self._touched or self._reshaped))
         ):
             self._list(depsgraph, objects)
         else:
@@ -159,7 +159,7 @@ class Solids:
         before = self._by_key
         self._by_key = {}
         self.solids = []
-        self._instanced = False
+        self.instanced = set()
         transient: dict[int, Geometry] = {}
         shapes: dict[int, Geometry] = {}
         matrices: list[Array] = []
@@ -171,7 +171,8 @@ class Solids:
             owner = instance.parent.original if instance.is_instance else original
             if instance.is_instance and _is_own_surface(instance, original, owner):
                 continue
-            self._instanced |= instance.is_instance
+            if instance.is_instance:
+                self.instanced.add(original.session_uid)
             if original.angen_ignored or owner.angen_ignored:
                 continue
             key: Key = (original.session_uid,)

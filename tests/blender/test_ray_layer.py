@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The fast ray caster against Blender's own `scene.ray_cast`, on random scenes that change."""
+
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.angen_sensors.angen_addon import state
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
+
+sys.path.insert(0, str(Path(__file__).parent))
+from random_scene import LAST_FRAME, RandomScene
+
+TOLERANCE_M = 2e-5
+RAYS = 80
+STEPS = 16
+REACH = 6.0
+
+
+def casters():
+    pair = RayCaster(), SceneRayCaster(bpy.context.scene)
+    for caster in pair:
+        state.CACHE.watch(caster.solids)
+    return pair
+
+
+def ranges(caster, sensor, origins, ways):
+    caster.update(bpy.context.evaluated_depsgraph_get())
+    o = np.array([tuple(v) for v in origins])
+    d = np.array([tuple(v) for v in ways], np.float64)
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    return caster.cast(sensor, 0, o, d, np.full(len(o), REACH))
+
+
+def grazing(reference, sensor, origin, way):
+    """Whether the reference itself is undecided: a hair's breadth aside it says something else."""
+    aside = way.orthogonal().normalized()
+    across = way.cross(aside)
+    nearby = [origin + offset * 2e-6 for offset in (aside, -aside, across, -across)]
+    seen = ranges(reference, sensor, nearby, [way] * 4)
+    return seen.max() - seen.min() > TOLERANCE_M
+
+
+@pytest.mark.parametrize("instances", [False, True])
+@pytest.mark.parametrize("seed", range(8))
+def test_same_ranges_as_scene_ray_cast(empty_scene, seed, instances):
+    world = RandomScene(seed, instances)
+    scene = world.scene
+    fast, reference = casters()
+    origins, ways = world.rays(RAYS)
+    compared = hits = 0
+    frame = 1
+    for _ in range(STEPS):
+        frame = world.random.choice((frame + 1, frame + 1, frame, world.random.randrange(1, 24)))
+        # An edit tells the casters that anything may have changed: most steps are frames alone.
+        done = world.change() if world.random.random() < 0.4 else "frame"
+        if done != "frame":
+            bpy.context.view_layer.update()
+        scene.frame_set(min(frame, LAST_FRAME))
+        uids = [o.session_uid for o in scene.objects]
+        sensor = world.random.choice(sorted(uids))
+        got = ranges(fast, sensor, origins, ways)
+        expected = ranges(reference, sensor, origins, ways)
+        wrong = [
+            row
+            for row in np.flatnonzero(np.abs(got - expected) > TOLERANCE_M).tolist()
+            if not grazing(reference, sensor, origins[row], ways[row])
+        ]
+        assert not wrong, (seed, frame, done, [(r, got[r], expected[r]) for r in wrong[:5]])
+        compared += len(got)
+        hits += int((expected < REACH).sum())
+    assert instances or fast.solids.listing < STEPS, "every step made the list anew"
+    assert hits > compared / 8, "the scene is too empty to show anything"

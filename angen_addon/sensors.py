@@ -121,10 +121,10 @@ def decimal(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def read_pose(sensor: Sensor, evaluated: Any, unit_scale: float) -> Pose:
-    """Where the sensor stands now, in metres. Raises SensorError."""
+def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
+    """Where a sensor with this world matrix stands, in metres. Raises SensorError."""
     try:
-        return pose_from_matrix(evaluated.matrix_world, unit_scale)
+        return pose_from_matrix(matrix, unit_scale)
     except ValueError as error:
         raise SensorError(f"'{sensor.name}': {error}; clear its scale (Alt+S)") from None
 

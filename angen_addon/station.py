@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ..sensor_logic.clock import Clock, Schedule
-from ..sensor_logic.model import Array, Reading, Update
+from ..sensor_logic.model import Array, Pose, Reading, Update
 from ..sensor_logic.noise import generator
 from . import state
 from .scene_probe.rays import RayCaster
@@ -45,6 +45,7 @@ class Station:
         """Forgets earlier updates, as after a jump of the playhead."""
         assert self.sensor.kind.model is not None
         self._model = self.sensor.kind.model()
+        self._pose: tuple[Any, float, Pose] | None = None
 
     def sense(self, number: int, step: int, depsgraph: Any, caster: Caster) -> Reading:
         """Update `number` at the scene's present state. Raises SensorError."""
@@ -54,6 +55,8 @@ class Station:
         parameters = read_parameters(self.sensor, evaluated.angen_sensor)
 
         def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
+            if metres == 1.0:
+                return caster.cast(self.sensor.uid, bundle, origins, directions, length)
             in_units = origins / metres, directions, length / metres
             return caster.cast(self.sensor.uid, bundle, *in_units) * metres
 
@@ -63,12 +66,21 @@ class Station:
         update = Update(
             number,
             self.clock.step_time(step),
-            read_pose(self.sensor, evaluated, metres),
+            self._pose_now(evaluated, metres),
             cast,
             noise,
         )
         reading: Reading = self._model.update(parameters, update)
         return reading
+
+    def _pose_now(self, evaluated: Any, metres: float) -> Pose:
+        """The pose, the same object as long as the sensor stands still."""
+        matrix = evaluated.matrix_world
+        known = self._pose
+        if known is None or known[0] != matrix or known[1] != metres:
+            known = (matrix.copy(), metres, read_pose(self.sensor, matrix, metres))
+            self._pose = known
+        return known[2]
 
 
 def evaluated_depsgraph() -> bpy.types.Depsgraph:

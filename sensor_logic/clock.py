@@ -7,10 +7,10 @@ the first frame (or sub-frame, with `substeps` of them a frame) at or after k/r.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 
 def exact(value: float) -> Fraction:
@@ -31,13 +31,14 @@ class Clock:
     fps_base: float = 1.0
     substeps: int = 1
 
-    @property
+    @cached_property
     def steps_per_second(self) -> Fraction:
         return exact(self.fps) / exact(self.fps_base) * self.substeps
 
     def step_time(self, step: int) -> float:
         """Seconds since the start frame at `step`."""
-        return float(step / self.steps_per_second)
+        rate = self.steps_per_second
+        return step * rate.denominator / rate.numerator
 
     def step_frame(self, step: int) -> float:
         """The frame number at `step`; with decimals where it falls between frames."""
@@ -63,22 +64,19 @@ class Schedule:
     clock: Clock
     rate: float
 
-    @property
+    @cached_property
     def steps_per_update(self) -> Fraction:
         return max(self.clock.steps_per_second / exact(self.rate), Fraction(1))
 
     def step(self, number: int) -> int:
         """The step at which update `number` samples."""
-        return math.ceil(number * self.steps_per_update)
+        spacing = self.steps_per_update
+        return -(-number * spacing.numerator // spacing.denominator)
 
     def last_update(self, step: int) -> int:
         """The number of the last update at or before `step` (−1: none yet)."""
-        return math.floor(step / self.steps_per_update) if step >= 0 else -1
-
-    def update_at(self, step: int) -> int | None:
-        """The number of the update that samples at `step`, if one does."""
-        number = self.last_update(step)
-        return number if number >= 0 and self.step(number) == step else None
+        spacing = self.steps_per_update
+        return step * spacing.denominator // spacing.numerator if step >= 0 else -1
 
     def updates(self, first: int, last: int) -> Iterator[tuple[int, int]]:
         """(number, step) of every update with first ≤ step ≤ last."""

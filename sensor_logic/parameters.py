@@ -11,6 +11,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+# Blender stores angles in single precision, in which 180° is a little more than π.
+SINGLE_PRECISION = 1e-6
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -88,7 +91,7 @@ def _out_of_range(value: Any, spec: Spec) -> str:
         return f"{shown}: it must be above {format_quantity(spec.minimum, spec.unit)}"
     if value < spec.minimum:
         return f"{shown}: it must be at least {format_quantity(spec.minimum, spec.unit)}"
-    if value > spec.maximum:
+    if value > spec.maximum * (1.0 + SINGLE_PRECISION):
         return f"{shown}: it must be at most {format_quantity(spec.maximum, spec.unit)}"
     return ""
 

@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from .model import Array, Reading, Update
+from .model import Array, Pose, Reading, Update
 from .output_timing import OutputTiming
 from .parameters import Choice, Parameters, parameter
 
@@ -179,12 +180,23 @@ def fan_directions(parameters: PirParameters) -> Array:
     )
 
 
+class _AimedRays(NamedTuple):
+    """Rays of one bundle in the world, kept while parameters and pose stay the same objects."""
+
+    parameters: PirParameters
+    pose: Pose
+    origins: Array
+    directions: Array
+    reach: Array
+
+
 class RangeScan:
     """The state of one detector: the last scan at each tilt, and its output stage."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
         self._output = OutputTiming()
+        self._aimed: dict[int, _AimedRays] = {}
 
     def update(self, parameters: PirParameters, update: Update) -> Reading:
         fan = fan_directions(parameters)
@@ -210,13 +222,22 @@ class RangeScan:
 
     def _scan(self, parameters: PirParameters, update: Update, bundle: int, fan: Array) -> Array:
         """Ranges (tilts, rays) in metres, within range_min … range_max."""
-        directions = fan.reshape(-1, 3) @ update.pose.axes.T
-        origins = update.pose.origin + directions * parameters.range_min
-        reach = np.full(len(directions), parameters.range_max - parameters.range_min)
-        ranges = update.cast(bundle, origins, directions, reach) + parameters.range_min
+        rays = self._aim(parameters, update.pose, bundle, fan)
+        ranges = update.cast(bundle, rays.origins, rays.directions, rays.reach)
+        ranges = ranges + parameters.range_min
         if parameters.noise_sigma > 0.0:
             ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
         return np.clip(ranges, parameters.range_min, parameters.range_max).reshape(fan.shape[:2])
+
+    def _aim(self, parameters: PirParameters, pose: Pose, bundle: int, fan: Array) -> _AimedRays:
+        known = self._aimed.get(bundle)
+        if known is None or known.parameters is not parameters or known.pose is not pose:
+            directions = fan.reshape(-1, 3) @ pose.axes.T
+            origins = pose.origin + directions * parameters.range_min
+            reach = np.full(len(directions), parameters.range_max - parameters.range_min)
+            known = _AimedRays(parameters, pose, origins, directions, reach)
+            self._aimed[bundle] = known
+        return known
 
     def _largest_changes(self, tilts: range, ranges: Array) -> Array:
         """Largest |range − range of the previous scan at that tilt|, (tilts,); 0 at the first."""

@@ -25,16 +25,52 @@ NOTHING = 0
 
 
 @dataclass
-class _Still:
-    """What a bundle of rays meets among the still solids: ranges (n,), solid numbers met (n,)."""
+class _Rays:
+    """A bundle: origins (n, 3), unit directions (n, 3), how far they reach (n,)."""
 
     origins: Array
     directions: Array
     length: Array
+
+    def same(self, other: _Rays) -> bool:
+        return all(
+            a is b or np.array_equal(a, b)
+            for a, b in (
+                (self.origins, other.origins),
+                (self.directions, other.directions),
+                (self.length, other.length),
+            )
+        )
+
+    def box(self, ranges: Array) -> tuple[Array, Array]:
+        """Bounds (3,), (3,) of the rays as far as `ranges`."""
+        ends = self.origins + self.directions * ranges[:, None]
+        both = np.concatenate([self.origins, ends])
+        return both.min(axis=0), both.max(axis=0)
+
+
+@dataclass
+class _Still:
+    """What a bundle meets among the still solids: ranges (n,), the numbers of the solids met (n,),
+    and the box of the rays up to there. `gone_seen`: how much of `Solids.gone` is dealt with."""
+
+    rays: _Rays
     own: frozenset[int]
     ranges: Array
     met: NDArray[np.int64]
+    box: tuple[Array, Array]
     gone_seen: int
+
+
+@dataclass
+class _Own:
+    """The solids of one sensor, which its rays pass through: numbers; and the rows of the others,
+    still and moving. Valid for one state of the list of solids."""
+
+    state: tuple[int, int]
+    numbers: frozenset[int]
+    still: NDArray[np.intp]
+    moving: NDArray[np.intp]
 
 
 class RayCaster:
@@ -43,7 +79,7 @@ class RayCaster:
     def __init__(self) -> None:
         self.solids = Solids()
         self._still: dict[tuple[int, int], _Still] = {}
-        self._own: dict[int, tuple[int, NDArray[np.bool_], frozenset[int]]] = {}
+        self._own: dict[int, _Own] = {}
         self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
@@ -58,99 +94,86 @@ class RayCaster:
 
         `sensor` is the session uid of the object whose own solids the rays pass through.
         """
-        own_mask, own = self._own_solids(sensor)
-        still = self._still_ranges(sensor, bundle, origins, directions, length, own_mask, own)
+        rays = _Rays(origins, directions, length)
+        own = self._own_solids(sensor)
+        still = self._meet_still(sensor, bundle, rays, own)
         ranges, met = still.ranges.copy(), still.met.copy()
-        movers = np.flatnonzero(self.solids.moving & ~own_mask)
-        self._meet(movers, origins, directions, ranges, met)
+        self._meet(own.moving, rays, still.box, ranges, met)
         return ranges
 
-    def _own_solids(self, sensor: int) -> tuple[NDArray[np.bool_], frozenset[int]]:
+    def _own_solids(self, sensor: int) -> _Own:
+        state = self.solids.listing, len(self.solids.gone)
         known = self._own.get(sensor)
-        if known is None or known[0] != self.solids.listing:
+        if known is None or known.state != state:
             mask = self.solids.owned_by(sensor)
             numbers = frozenset(self.solids.solids[i].number for i in np.flatnonzero(mask))
-            known = self._own[sensor] = (self.solids.listing, mask, numbers)
-        return known[1], known[2]
+            moving = self.solids.moving
+            known = _Own(
+                state, numbers, np.flatnonzero(~moving & ~mask), np.flatnonzero(moving & ~mask)
+            )
+            self._own[sensor] = known
+        return known
 
-    def _still_ranges(
-        self,
-        sensor: int,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        own_mask: NDArray[np.bool_],
-        own: frozenset[int],
-    ) -> _Still:
+    def _meet_still(self, sensor: int, bundle: int, rays: _Rays, own: _Own) -> _Still:
+        """What is known of the bundle, made anew where solids that it met are gone."""
         gone = self.solids.gone
         known = self._still.get((sensor, bundle))
-        if (
-            known is None
-            or known.own != own
-            or not np.array_equal(known.origins, origins)
-            or not np.array_equal(known.directions, directions)
-            or not np.array_equal(known.length, length)
-        ):
-            met = np.full(len(length), NOTHING, np.int64)
-            known = _Still(origins, directions, length, own, length.copy(), met, len(gone))
+        if known is None or known.own != own.numbers or not known.rays.same(rays):
+            met = np.full(len(rays.length), NOTHING, np.int64)
+            ranges = rays.length.copy()
+            known = _Still(rays, own.numbers, ranges, met, rays.box(ranges), len(gone))
             self._still[sensor, bundle] = known
-            again = np.arange(len(length))
+            again = np.arange(len(ranges))
         elif known.gone_seen < len(gone):
             again = np.flatnonzero(np.isin(known.met, gone[known.gone_seen :]))
             known.gone_seen = len(gone)
         else:
             return known
         if len(again):
-            ranges, met = length[again].copy(), np.full(len(again), NOTHING, np.int64)
-            rows = np.flatnonzero(~self.solids.moving & ~own_mask)
-            self._meet(rows, origins[again], directions[again], ranges, met)
+            part = _Rays(rays.origins[again], rays.directions[again], rays.length[again])
+            ranges, met = part.length.copy(), np.full(len(again), NOTHING, np.int64)
+            self._meet(own.still, part, part.box(ranges), ranges, met)
             known.ranges[again], known.met[again] = ranges, met
+            known.box = rays.box(known.ranges)
         return known
 
     def _meet(
         self,
         rows: NDArray[np.intp],
-        origins: Array,
-        directions: Array,
+        rays: _Rays,
+        box: tuple[Array, Array],
         ranges: Array,
         met: NDArray[np.int64],
     ) -> None:
         """Shortens `ranges` in place to the nearest of the solids `rows`; `met` says which."""
-        if not len(rows):
-            return
-        ends = origins + directions * ranges[:, None]
-        lo = np.minimum(origins, ends).min(axis=0)
-        hi = np.maximum(origins, ends).max(axis=0)
-        near = (self.solids.lo[rows] <= hi).all(axis=1) & (self.solids.hi[rows] >= lo).all(axis=1)
-        rows = rows[near]
+        near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
+        rows = rows[near.all(axis=1)]
         at_once = max(1, PAIRS_AT_ONCE // len(ranges))
         for start in range(0, len(rows), at_once):
-            self._meet_some(rows[start : start + at_once], origins, directions, ranges, met)
+            self._meet_some(rows[start : start + at_once], rays, ranges, met)
 
     def _meet_some(
         self,
         rows: NDArray[np.intp],
-        origins: Array,
-        directions: Array,
+        rays: _Rays,
         ranges: Array,
         met: NDArray[np.int64],
     ) -> None:
-        enter, leave = _slabs(self.solids.lo[rows], self.solids.hi[rows], origins, directions)
+        lo, hi = self.solids.lo[rows], self.solids.hi[rows]
+        enter, leave = _slabs(lo, hi, rays.origins, rays.directions)
         crossed = (leave >= enter) & (enter <= ranges)
         hit_rows = np.flatnonzero(crossed.any(axis=1))
         nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
         for i in hit_rows[nearest_first].tolist():
-            rays = np.flatnonzero(crossed[i] & (enter[i] <= ranges))
-            if len(rays):
-                self._meet_one(int(rows[i]), rays, origins, directions, ranges, met)
+            which = np.flatnonzero(crossed[i] & (enter[i] <= ranges))
+            if len(which):
+                self._meet_one(int(rows[i]), which, rays, ranges, met)
 
     def _meet_one(
         self,
         row: int,
-        rays: NDArray[np.intp],
-        origins: Array,
-        directions: Array,
+        which: NDArray[np.intp],
+        rays: _Rays,
         ranges: Array,
         met: NDArray[np.int64],
     ) -> None:
@@ -158,12 +181,12 @@ class RayCaster:
         ray_cast = solid.geometry.tree(self._depsgraph).ray_cast
         inverse = self.solids.inverse[row]
         turn = inverse[:3, :3].T
-        starts = origins[rays] @ turn + (inverse[:3, 3] - solid.geometry.pivot)
-        ways = directions[rays] @ turn
+        starts = rays.origins[which] @ turn + (inverse[:3, 3] - solid.geometry.pivot)
+        ways = rays.directions[which] @ turn
         scale = np.linalg.norm(ways, axis=1)
-        limits = ranges[rays] * scale * LIMIT_SLACK
+        limits = ranges[which] * scale * LIMIT_SLACK
         for ray, start, way, limit, size in zip(
-            rays.tolist(),
+            which.tolist(),
             starts.tolist(),
             ways.tolist(),
             limits.tolist(),

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Every target sets up what it needs: a virtual environment with Blender as a Python module.
+#   PYTHON=COMMAND   the Python to make it with (3.11 or 3.13; else the first one found)
+#   BPY=4.2          the version of Blender in it (else 4.5 for Python 3.11, 5.2 for 3.13)
+#   BLENDER=PATH     a Blender program, for `make demo` and the end-to-end tests
+VENV ?= .venv$(addprefix -,$(BPY))
+LINT_VENV ?= .venv-lint
+RUN = $(VENV)/bin/python
+LINT = $(LINT_VENV)/bin/python
+export PYTHON BPY BLENDER
+
+.DEFAULT_GOAL := help
+.PHONY: help venv lint-venv demo test lint zip sample clean
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@sed -n 's/^#   /          /p' Makefile
+
+demo: venv ## simulate the sample home and show what its sensors saw
+	@$(RUN) scripts/demo.py
+
+test: venv ## run the tests (ARGS="-k pir": pytest's options)
+	@$(RUN) -m pytest $(ARGS)
+
+lint: lint-venv ## check style and types
+	@$(LINT) -m ruff check --output-format concise .
+	@$(LINT) -m ruff format --check .
+	@sh scripts/check_types.sh $(LINT)
+
+zip: venv ## build the extension for Blender in dist/
+	@$(RUN) scripts/build_zip.py dist
+
+sample: ## rebuild sample_blends/angen.blend (with Blender 4.2, so that every later version opens it)
+	@BPY=4.2 sh scripts/make_venv.sh .venv-4.2 test
+	@.venv-4.2/bin/python sample_blends/build_angen.py
+
+clean: ## remove what these targets made
+	rm -rf .venv* .types build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+venv:
+	@sh scripts/make_venv.sh $(VENV) test
+
+lint-venv:
+	@BPY= sh scripts/make_venv.sh $(LINT_VENV) lint

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Simulates the sample home and shows what its sensors saw: `make demo`.
+
+It runs in Blender's Python module, or in the Blender program that BLENDER names (or, without the
+module, the one on PATH).
+"""
+
+import contextlib
+import importlib.util
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from demo_table import Report, active_share, change_times, last_time, row, table
+
+ROOT = Path(__file__).resolve().parent.parent
+HOME = ROOT / "sample_blends" / "angen.blend"
+OUTPUT = ROOT / "build" / "demo"
+MIB = 1024**2
+# ru_maxrss is in KiB, but in bytes on macOS.
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024
+
+
+@contextlib.contextmanager
+def angen_command() -> Iterator[list[str]]:
+    """The command line, up to its verb, that runs this checkout's extension on the sample home."""
+    blender = os.environ.get("BLENDER")
+    if not blender and importlib.util.find_spec("bpy"):
+        yield [sys.executable, "-m", "angen_addon"]
+        return
+    blender = blender or shutil.which("blender")
+    if not blender:
+        sys.exit("demo: needs Blender's Python module, or a Blender program (BLENDER=PATH)")
+    with tempfile.TemporaryDirectory(prefix="angen_demo_") as resources:
+        link = Path(resources, "extensions", "user_default", "angen_sensors")
+        link.parent.mkdir(parents=True)
+        link.symlink_to(ROOT)
+        os.environ["BLENDER_USER_RESOURCES"] = resources
+        addon = ["--addons", "bl_ext.user_default.angen_sensors"]
+        yield [blender, "--factory-startup", *addon, str(HOME), "--command", "angen"]
+
+
+def run(command: list[str], verb: str, *arguments: str) -> str:
+    """Runs a verb on the sample home, its progress on this terminal, and gives its output."""
+    home = [] if "--command" in command else [str(HOME)]
+    whole = [*command, verb, *home, *arguments]
+    done = subprocess.run(whole, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"demo: {verb} failed with status {done.returncode}")
+    return done.stdout
+
+
+def lines(path: Path) -> list[str]:
+    """A CSV file's lines, as csv.reader wants them."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(file)
+
+
+def main() -> None:
+    events, samples = OUTPUT / "events.csv", OUTPUT / "samples"
+    shutil.rmtree(OUTPUT, ignore_errors=True)
+    samples.mkdir(parents=True)
+
+    with angen_command() as command:
+        print(f"Simulating {HOME.relative_to(ROOT)} ...", flush=True)
+        started = time.perf_counter()
+        run(command, "simulate", "--events", str(events), "--samples", str(samples))
+        wall = time.perf_counter() - started
+        memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * RSS_UNIT
+        sensors = sorted(json.loads(run(command, "list", "--json")), key=lambda s: s["room"])
+
+    changes = change_times(lines(events))
+    sampled = {s["name"]: lines(samples / f"{s['name']}.csv") for s in sensors if s["simulated"]}
+    rows = [
+        row(s, Report(changes[s["name"]], active_share(sampled[s["name"]], s["kind"])))
+        if s["simulated"]
+        else row(s, None)
+        for s in sensors
+    ]
+    simulated = max(last_time(text) for text in sampled.values())
+    print(f"\n{table(rows)}\n")
+    print("Events are changes of what a sensor publishes; active is its share of the time.")
+    print(
+        f"{simulated:.0f} s of the home in {wall:.1f} s: {simulated / wall:.1f} times real time, "
+        f"Blender's start included; {memory / MIB:.0f} MiB of memory at most."
+    )
+    print(f"Event log: {events.relative_to(ROOT)}   samples: {samples.relative_to(ROOT)}/")
+
+
+if __name__ == "__main__":
+    main()

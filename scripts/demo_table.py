@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table that `make demo` shows: what each sensor reported, from the files of one run."""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+# The field of a kind's samples that says whether the sensor was active.
+ACTIVE_FIELD = {"PIR": "moved", "OPTICAL_SWITCH": "open", "PRESSURE": "pressed", "LIGHT": "lit"}
+HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active")
+NAME_COLUMNS = 3
+NOT_SIMULATED = "not simulated yet"
+
+
+@dataclass(frozen=True)
+class Report:
+    """What one sensor reported: its times of change (s), its share of time active (0..1)."""
+
+    changes: list[float]
+    active: float
+
+
+def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
+    """Each sensor's times of change (s) in an event log; its first update is no change."""
+    times: dict[str, list[float]] = {}
+    first: dict[str, str] = {}
+    for row in csv.DictReader(event_log):
+        changes = times.setdefault(row["sensor"], [])
+        if first.setdefault(row["sensor"], row["time_s"]) != row["time_s"]:
+            changes.append(float(row["time_s"]))
+    return times
+
+
+def active_share(samples: Iterable[str], kind: str) -> float:
+    """The share (0..1) of a sensor's samples in which it was active; 0 without samples."""
+    states = [line[ACTIVE_FIELD[kind]] for line in csv.DictReader(samples)]
+    return states.count("1") / max(len(states), 1)
+
+
+def last_time(samples: Iterable[str]) -> float:
+    """The time (s) of a sensor's last sample; 0 without samples."""
+    return max((float(line["time_s"]) for line in csv.DictReader(samples)), default=0.0)
+
+
+def row(sensor: Mapping[str, Any], report: Report | None) -> tuple[str, ...]:
+    """A line of the table for a sensor as `list --json` describes it; no report: no figures."""
+    kind = sensor["kind"].lower().replace("_", " ")
+    start = (sensor["room"] or "-", sensor["name"], kind)
+    if report is None:
+        return (*start, "", "", "", NOT_SIMULATED)
+    changes = [f"{time:.1f}" for time in report.changes] or ["-"]
+    count = str(len(report.changes))
+    return (*start, count, changes[0], changes[-1], f"{report.active:.1%}")
+
+
+def table(rows: Sequence[tuple[str, ...]]) -> str:
+    """Rows under the header in columns: names to the left, figures to the right."""
+    lines = [HEADER, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    text = [
+        "  ".join(
+            cell.ljust(width) if i < NAME_COLUMNS else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    ]
+    return "\n".join([text[0], "-" * len(text[0]), *text[1:]])

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all tests share: Blender's folders in an empty place, and the extension switched on.
+
+tests/pure needs Python and numpy, tests/blender Blender's Python module (bpy), tests/e2e a Blender
+program. What is missing is skipped and says so; nothing here imports bpy for the others.
+"""
+
+import functools
+import importlib.util
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+ADDON = "bl_ext.user_default.angen_sensors"
+HAS_BPY = importlib.util.find_spec("bpy") is not None
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Gives Blender empty folders of its own; it reads this variable when bpy is imported."""
+    resources = tempfile.mkdtemp(prefix="angen_tests_")
+    config.add_cleanup(lambda: shutil.rmtree(resources, ignore_errors=True))
+    extensions = Path(resources, "extensions", "user_default")
+    extensions.mkdir(parents=True)
+    extensions.joinpath("angen_sensors").symlink_to(ROOT)
+    os.environ["BLENDER_USER_RESOURCES"] = resources
+
+
+@functools.cache
+def enabled_addon() -> ModuleType:
+    """The extension, switched on in this process's Blender."""
+    import addon_utils
+
+    module = addon_utils.enable(ADDON, default_set=True)
+    if module is None:  # what went wrong is printed above, by Blender
+        raise RuntimeError(f"{ADDON} could not be enabled")
+    return module
+
+
+def pytest_sessionfinish() -> None:
+    """Switches the extension off: Blender 4.2's module crashes at its end where it is still on."""
+    if enabled_addon.cache_info().currsize:
+        import addon_utils
+
+        addon_utils.disable(ADDON)
+
+
+class NeedsBlender(pytest.Module):
+    """Stands for a test file that cannot be imported here."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        pytest.skip("needs Blender's Python module (bpy)")
+
+
+def pytest_pycollect_makemodule(
+    module_path: Path, parent: pytest.Collector
+) -> pytest.Module | None:
+    """Switches the extension on before a file of tests/blender, which imports parts of it."""
+    if ROOT / "tests" / "blender" not in module_path.parents:
+        return None
+    if not HAS_BPY:
+        return NeedsBlender.from_parent(parent, path=module_path)
+    import bpy  # noqa: F401  (it makes addon_utils and bl_ext importable)
+
+    enabled_addon()
+    return None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Marks the tests by their folder."""
+    for item in items:
+        for folder in ("blender", "e2e"):
+            if ROOT / "tests" / folder in item.path.parents:
+                item.add_marker(folder)
+
+
+@pytest.fixture(scope="session")
+def addon() -> ModuleType:
+    """The extension's root module, switched on."""
+    return enabled_addon()
+
+
+@pytest.fixture
+def empty_scene(addon: ModuleType) -> None:
+    """A new file with one empty scene, in which the extension is still on."""
+    import bpy
+
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert hasattr(bpy.types.Object, "angen_sensor"), "the extension was lost with the file"

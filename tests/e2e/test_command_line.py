@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line of the installed extension, in a real Blender."""
+
+import csv
+import importlib.util
+import json
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import build_zip
+
+Angen = Callable[..., subprocess.CompletedProcess[str]]
+HOME = build_zip.ROOT / "sample_blends" / "angen.blend"
+
+
+@pytest.fixture(scope="module")
+def event_log(angen: Angen, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The events of the sample home's first 240 frames."""
+    path = tmp_path_factory.mktemp("events") / "events.csv"
+    done = angen(HOME, "simulate", "--frames", "1:240", "--events", str(path))
+    assert done.returncode == 0, done.stderr
+    return path
+
+
+def test_list_names_every_sensor_of_the_sample_home(angen: Angen) -> None:
+    done = angen(HOME, "list", "--json")
+    assert done.returncode == 0, done.stderr
+    sensors = json.loads(done.stdout)
+    assert len(sensors) == 22
+    assert len({sensor["name"] for sensor in sensors}) == 22
+
+
+def test_simulate_writes_the_events(event_log: Path) -> None:
+    with event_log.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["time_s", "frame", "sensor", "kind", "field", "value"]
+    assert {row["value"] for row in rows if row["field"] == "moved"} == {"0", "1"}
+    assert Counter(row["time_s"] for row in rows)["0.000000"] >= 2
+
+
+def test_events_go_to_standard_output_without_a_file(angen: Angen, event_log: Path) -> None:
+    done = angen(HOME, "simulate", "--frames", "1:240")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == event_log.read_text(encoding="utf-8").splitlines()
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("bpy") is None, reason="needs Blender's Python module (bpy)"
+)
+def test_the_python_module_gives_the_same_bytes(event_log: Path, tmp_path: Path) -> None:
+    path = tmp_path / "events.csv"
+    arguments = ["simulate", str(HOME), "--frames", "1:240", "--events", str(path)]
+    subprocess.run(
+        [sys.executable, "-m", "angen_addon", *arguments], cwd=build_zip.ROOT, check=True
+    )
+    assert path.read_bytes() == event_log.read_bytes()
+
+
+def test_check_finds_no_difference_to_its_own_log(angen: Angen, event_log: Path) -> None:
+    assert angen(HOME, "check", str(event_log)).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("file", "arguments", "named"),
+    [
+        ("missing.blend", ["simulate"], "no blend file is open"),
+        (HOME, ["simulate", "--sensor", "no such sensor"], "no such sensor"),
+        (HOME, ["simulate", "--frames", "nonsense"], "nonsense"),
+        (HOME, ["check", "missing.csv"], "missing.csv"),
+    ],
+    ids=["missing file", "unknown sensor", "bad frames", "missing expectation"],
+)
+def test_what_cannot_be_done_exits_with_2(
+    angen: Angen, file: str | Path, arguments: list[str], named: str
+) -> None:
+    done = angen(file, *arguments)
+    assert done.returncode == 2
+    assert named in done.stderr

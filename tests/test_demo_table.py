@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of `make demo`."""
+
+import demo_table
+from demo_table import Report
+
+EVENT_LOG = '''\
+time_s,frame,sensor,kind,field,value
+0.000000,1,"pad, ""bed""",PRESSURE,force_n,0
+0.000000,1,"pad, ""bed""",PRESSURE,pressed,0
+0.000000,1,still,PIR,moved,0
+0.100000,4,pir,PIR,moved,0
+2.500000,61,pir,PIR,moved,1
+3.000000,73,"pad, ""bed""",PRESSURE,force_n,700
+3.000000,73,"pad, ""bed""",PRESSURE,pressed,1
+4.000000,97,pir,PIR,moved,0
+'''.splitlines(keepends=True)
+
+
+def test_the_first_update_of_a_sensor_is_no_change() -> None:
+    assert demo_table.change_times(EVENT_LOG) == {
+        'pad, "bed"': [3.0, 3.0],
+        "still": [],
+        "pir": [2.5, 4.0],
+    }
+
+
+def test_the_share_of_time_active_counts_samples() -> None:
+    samples = ["time_s,frame,moved\n", "0,1,0\n", "0.1,4,1\n", "0.2,7,1\n", "0.3,9,1\n"]
+    assert demo_table.active_share(samples, "PIR") == 0.75
+    assert demo_table.active_share(samples[:1], "PIR") == 0.0
+
+
+def test_the_last_sample_tells_how_long_the_run_was() -> None:
+    assert demo_table.last_time(["time_s,frame,moved\n", "0,1,0\n", "59.9,1438,1\n"]) == 59.9
+
+
+def sensor(kind: str, room: str = "bedroom") -> dict[str, str]:
+    return {"name": f"{kind} 1", "kind": kind, "room": room}
+
+
+def test_a_row_has_what_the_sensor_reported() -> None:
+    assert demo_table.row(sensor("OPTICAL_SWITCH"), Report([2.5, 3.0, 4.04], 0.5)) == (
+        ("bedroom", "OPTICAL_SWITCH 1", "optical switch", "3", "2.5", "4.0", "50.0%")
+    )
+
+
+def test_a_sensor_that_never_changed_has_no_times() -> None:
+    assert demo_table.row(sensor("PIR", room=""), Report([], 0.0)) == (
+        ("-", "PIR 1", "pir", "0", "-", "-", "0.0%")
+    )
+
+
+def test_a_kind_without_physics_has_no_figures() -> None:
+    row = demo_table.row(sensor("LIGHT"), None)
+    assert row[3:] == ("", "", "", "not simulated yet")
+
+
+def test_columns_are_aligned() -> None:
+    rows = [
+        demo_table.row(sensor("PIR"), Report([1.0, 12.0], 1.0)),
+        demo_table.row(sensor("LIGHT"), None),
+    ]
+    assert demo_table.table(rows).splitlines() == [
+        "room     sensor   kind   events  first s  last s             active",
+        "-------------------------------------------------------------------",
+        "bedroom  PIR 1    pir         2      1.0    12.0             100.0%",
+        "bedroom  LIGHT 1  light                           not simulated yet",
+    ]

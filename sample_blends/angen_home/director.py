@@ -1,0 +1,447 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a story from top to bottom and lays everything out in time."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import cos, hypot, radians, sin, tanh
+
+import numpy as np
+from mathutils import Vector
+
+from . import actions, plan, seat
+from .gait import Stand, Walk, footsteps, standing
+from .paths import (
+    NoWayError,
+    clearance,
+    door_side,
+    door_spot,
+    handle_at,
+    leaf_clear,
+    place_yaw,
+    rounded,
+    route,
+    yaw_between,
+)
+from .pose import Pose, ease, solve
+from .story import PROPS, SPOTS, START, STORY
+from .timeline import Clip, Gesture, Hold, Swing, Timeline, carrying, reaching
+
+REACH_TIME = 0.6
+SWING_TIME = 1.7
+CLEAR = 0.42  # between a leaf that falls shut and the body's middle, m
+BESIDE = {"Coat": 0.08}  # rad by which what hangs far down is held away from the leg
+SEAT_DISTANCE = 0.57  # from the feet that stand to the seat behind them
+
+
+@dataclass(frozen=True)
+class Hinged:
+    """A thing's own door: hinge (x, y), yaws in degrees, its handle in the leaf's frame."""
+
+    hinge: tuple[float, float]
+    closed_yaw: float
+    open_yaw: float
+    handle: tuple[float, float, float]
+
+    def handle_at(self, yaw: float) -> Vector:
+        c, s = cos(radians(yaw)), sin(radians(yaw))
+        u, v, z = self.handle
+        return Vector((self.hinge[0] + u * c - v * s, self.hinge[1] + u * s + v * c, z))
+
+
+_FRIDGE = plan.FURNITURE["Fridge"]
+HINGED = {
+    "Fridge door": Hinged(
+        (_FRIDGE.x0, _FRIDGE.y0), 0.0, -105.0, (_FRIDGE.x1 - _FRIDGE.x0 - 0.05, -0.035, 1.12)
+    )
+}
+
+
+class Director:
+    """Where everybody and everything is while the story goes on."""
+
+    def __init__(self, start: str) -> None:
+        place = _known("START", "place", start, plan.PLACES)
+        self.floor = plan.FLOOR_Z
+        self.line = Timeline()
+        self.now = 0.0
+        self.stand = Stand.at(place.x, place.y, place_yaw(place))
+        self.pose: Pose = standing(self.stand, self.floor)
+        self.seat: plan.Place | None = None
+        self.gate = ""  # the waypoint by which a narrow place is left
+        self.doors = {name: door.closed_yaw for name, door in plan.DOORS.items()}
+        self.opened_from: dict[str, float] = {}
+        self.falling: dict[str, float] = {}  # doors that fall shut: since when they may
+        self.hands: dict[str, int] = {}
+        self.grabbed: dict[str, float] = {}
+        self.spots = {name: Vector(at) for name, at in SPOTS.items()}
+        for prop, where in PROPS.items():
+            if where == "hand":
+                self._into_hand(prop, 0)
+            else:
+                at = self.spots[_named("PROPS", "spot", where, self.spots)]
+                self.line.props[prop] = [Hold(0.0, None, at)]
+
+    # --- small pieces ---------------------------------------------------------------------
+    def _clip(self, seconds: float, pose: Callable[[float], Pose]) -> None:
+        self.line.clips.append(Clip(self.now, self.now + seconds, pose))
+        self.now += seconds
+        self.pose = pose(seconds)
+
+    def _stay(self, seconds: float) -> None:
+        pose = self.pose
+        self._clip(seconds, lambda _t: pose)
+
+    def _gesture(
+        self, start: float, end: float, rise: float, fall: float,
+        apply: Callable[[Pose, float, float], Pose],
+    ) -> None:  # fmt: skip
+        self.line.gestures.append(Gesture(start, end, rise, fall, apply))
+
+    def _reach(
+        self, side: int, point: Callable[[float], Vector], start: float, end: float,
+        rise: float = REACH_TIME, fall: float = 0.55, most: float = 1.0,
+    ) -> None:  # fmt: skip
+        slide = 0.12 if self.seat else -0.03
+        self._gesture(start, end, rise, fall,
+                      lambda pose, t, w: reaching(pose, side, point(t), w, slide, most))
+
+    def _free_hand(self, point: Vector) -> int:
+        """The hand that is nearer to a point, or the one that holds nothing."""
+        x, y = self.pose.pelvis.xy
+        yaw = self.pose.heading
+        left = -(point.x - x) * sin(yaw) + (point.y - y) * cos(yaw) > 0.02
+        side = 0 if left else 1
+        return 1 - side if side in self.hands.values() else side
+
+    def _into_hand(self, prop: str, side: int) -> None:
+        self.hands[prop] = side
+        self.grabbed[prop] = self.now
+        self.line.props.setdefault(prop, []).append(Hold(self.now, side))
+
+    def _out_of_hand(self, prop: str, at: Vector, when: float) -> None:
+        side = self.hands.pop(prop)
+        self.line.props[prop].append(Hold(when, None, at))
+        self._gesture(self.grabbed[prop] - 0.4, when + 0.5, 0.8, 0.7,
+                      lambda pose, _t, w: carrying(pose, side, w, BESIDE.get(prop, 0.0)))
+
+    def _swing(self, name: str, start: float, before: float, after: float) -> float:
+        end = start + SWING_TIME
+        self.line.swings.setdefault(name, []).append(Swing(start, end, before, after))
+        return end
+
+    def _on_feet(self) -> None:
+        if self.seat is not None:
+            raise ValueError("the person sits: StandUp() first")
+
+    # --- walking --------------------------------------------------------------------------
+    def go(self, x: float, y: float, yaw: float, gate: str, speed: float = 1.1) -> None:
+        """Walks to a point and turns to a yaw (radians)."""
+        self._on_feet()
+        start = self.stand.centre
+        if hypot(x - start[0], y - start[1]) < 0.05:
+            path = np.array([start])
+        else:
+            points: list[tuple[float, float]] = []
+            here = start
+            if self.gate and self.gate != gate:
+                here = plan.WAYPOINTS[self.gate]
+                points = [start]
+            points += route(here, (x, y), gate, self.doors)
+            path = rounded(points, self.doors)
+        self.gate = gate if clearance((x, y), []) < 0.26 else ""
+        steps = footsteps(self.stand, path, yaw)
+        if len(steps) > 2:
+            walk = Walk(steps, speed, self.floor)
+            self.stand = walk.end
+            self._clip(walk.duration, walk.pose)
+        for name in list(self.falling):
+            self._fall_shut(name)
+
+    def _fall_shut(self, name: str) -> None:
+        """Shuts a door behind the person, as soon as nobody is in its way."""
+        door = plan.DOORS[name]
+        times = np.arange(self.falling[name], self.now + SWING_TIME, 0.1)
+        where = [tuple(self.line.base(min(float(t), self.now)).pelvis.xy) for t in times]
+        count = int(SWING_TIME / 0.1)
+        for k, t in enumerate(times):
+            if t > self.now:
+                return
+            if door_side(name, where[k]) == self.opened_from[name]:
+                continue
+            if all(
+                leaf_clear(name, door.open_yaw + (door.closed_yaw - door.open_yaw)
+                           * ease(j / count), where[min(k + j, len(where) - 1)]) > CLEAR
+                for j in range(count + 1)
+            ):  # fmt: skip
+                self._swing(f"Door {name}", float(t), door.open_yaw, door.closed_yaw)
+                self.doors[name] = door.closed_yaw
+                del self.falling[name]
+                return
+
+    def walk(self, action: actions.Walk) -> None:
+        place = _known(action, "place", action.place, plan.PLACES)
+        self.go(place.x, place.y, place_yaw(place), place.waypoint, action.speed)
+
+    # --- doors ----------------------------------------------------------------------------
+    def _to_handle(self, name: str) -> float:
+        """Steps to where the door can be moved from; returns the side."""
+        here = self.stand.centre
+        door = plan.DOORS[name]
+        side = door_side(name, here)
+        handle = handle_at(name, door.closed_yaw, side)
+        near = hypot(here[0] - handle[0], here[1] - handle[1])
+        u, v = here[0] - door.hinge[0], here[1] - door.hinge[1]
+        out_of_swing = side < 0 or hypot(u, v) > door.leaf_width + 0.24
+        yaw = yaw_between(here, handle[:2])
+        if 0.4 < near < 0.75 and out_of_swing:
+            turn = (yaw - self.stand.yaw + np.pi) % (2 * np.pi) - np.pi
+            if abs(turn) > 0.7:
+                self.go(*here, yaw, self.gate)
+            return side
+        self.go(*door_spot(name, side, self.doors), "")
+        return side
+
+    def open_door(self, action: actions.OpenDoor) -> None:
+        door = _known(action, "door", action.door, plan.DOORS)
+        name = action.door
+        if self.doors[name] != door.closed_yaw:
+            raise ValueError("the door is open already")
+        side = self._to_handle(name)
+        last = self.line.swings.get(f"Door {name}", [])
+        if last and last[-1].end > self.now - 0.2:
+            self._stay(last[-1].end - self.now + 0.2)
+        self._move_leaf(name, side, door.closed_yaw, door.open_yaw)
+        self.doors[name] = door.open_yaw
+        self.opened_from[name] = side
+
+    def close_door(self, action: actions.CloseDoor) -> None:
+        door = _known(action, "door", action.door, plan.DOORS)
+        name = action.door
+        if self.doors[name] == door.closed_yaw:
+            raise ValueError("the door is closed already")
+        side = self._to_handle(name)
+        self._move_leaf(name, side, door.open_yaw, door.closed_yaw)
+        self.doors[name] = door.closed_yaw
+        self.falling.pop(name, None)
+
+    def _move_leaf(self, name: str, side: float, before: float, after: float) -> None:
+        """A hand at the handle while the leaf is within reach: first or last part of its way."""
+        door = plan.DOORS[name]
+        handle = Vector(handle_at(name, door.closed_yaw, side))
+        hand = self._free_hand(handle)
+        opening = after != door.closed_yaw
+        start = self.now + (REACH_TIME if opening else 0.1)
+        end = self._swing(f"Door {name}", start, before, after)
+        line = self.line
+
+        def followed(yaw: float) -> float:
+            # The hand stays behind softly where the leaf goes out of reach.
+            limit = 42.0 if side > 0 else 28.0
+            return door.closed_yaw - limit * tanh((door.closed_yaw - yaw) / limit)
+
+        def grip(t: float) -> Vector:
+            return Vector(handle_at(name, followed(line.door_yaw(name, t)), side))
+
+        if opening:
+            self._reach(hand, grip, self.now, start + 1.1, most=0.25)
+            self._stay(end - self.now - 0.25)
+        else:
+            self._reach(hand, grip, end - 1.15, end + 0.55, most=0.25)
+            self._stay(end - self.now + 0.25)
+
+    def let_door_close(self, action: actions.LetDoorClose) -> None:
+        door = _known(action, "door", action.door, plan.DOORS)
+        if self.doors[action.door] == door.closed_yaw:
+            raise ValueError("the door is closed already")
+        opened = self.line.swings[f"Door {action.door}"][-1].end
+        self.falling[action.door] = opened
+        self._fall_shut(action.door)
+
+    def open(self, action: actions.Open) -> None:
+        thing = _known(action, "thing", action.thing, HINGED)
+        self._turn_thing(action.thing, thing, thing.closed_yaw, thing.open_yaw)
+
+    def close(self, action: actions.Close) -> None:
+        thing = _known(action, "thing", action.thing, HINGED)
+        self._turn_thing(action.thing, thing, thing.open_yaw, thing.closed_yaw)
+
+    def _turn_thing(self, name: str, thing: Hinged, before: float, after: float) -> None:
+        line = self.line
+        hand = self._free_hand(thing.handle_at(thing.closed_yaw))
+        start = self.now + REACH_TIME
+        end = self._swing(name, start, before, after)
+
+        def grip(t: float) -> Vector:
+            return thing.handle_at(80.0 * tanh(line.yaw(name, t, thing.closed_yaw) / 80.0))
+
+        self._reach(hand, grip, self.now, end + 0.3)
+        self._stay(end - self.now)
+
+    # --- hands ----------------------------------------------------------------------------
+    def take(self, action: actions.Take) -> None:
+        holds = _known(action, "prop", action.prop, self.line.props)
+        if action.prop in self.hands:
+            raise ValueError("the prop is in the hand already")
+        at = holds[-1].at + Vector((0.0, 0.0, 0.10))
+        side = 1 if 1 not in self.hands.values() else 0
+        self._reach(side, lambda _t: at, self.now, self.now + 1.8, 0.9, 0.8)
+        self._stay(0.95)
+        self._into_hand(action.prop, side)
+        self._stay(0.75)
+
+    def put(self, action: actions.Put) -> None:
+        at = self.spots[_named(action, "spot", action.spot, self.spots)]
+        if action.prop not in self.hands:
+            raise ValueError(f"in the hands is: {', '.join(self.hands) or 'nothing'}")
+        side = self.hands[action.prop]
+        grip = at + Vector((0.0, 0.0, 0.10 if at.z < 1.4 else -0.02))
+        self._reach(side, lambda _t: grip, self.now, self.now + 2.0, 1.0, 0.9)
+        self._stay(1.05)
+        self._out_of_hand(action.prop, at, self.now)
+        self._stay(0.9)
+
+    def drink(self, action: actions.Drink) -> None:
+        if action.prop not in self.hands:
+            raise ValueError(f"in the hands is: {', '.join(self.hands) or 'nothing'}")
+        side = self.hands[action.prop]
+
+        def sip(pose: Pose, _t: float, w: float) -> Pose:
+            turn, at = solve(pose)
+            sign = 1.0 if side == 0 else -1.0
+            mouth = at["head"] + turn["head"] @ Vector((0.255, 0.035 * sign, -0.030))
+            arm = pose.arms[side]
+            pose = pose.with_arm(side, arm.mixed(replace(arm, target=mouth, grip=1.0), w))
+            return replace(pose, look=pose.look + Vector((0.0, -0.2 * w, 0.0)))
+
+        self._gesture(self.now, self.now + 3.6, 1.1, 1.0, sip)
+        tilt = Gesture(self.now + 0.5, self.now + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
+        self.line.tilts.setdefault(action.prop, []).append(tilt)
+        self._stay(3.7)
+
+    def use_both_hands(self, action: actions.UseBothHands) -> None:
+        at = self.spots[_named(action, "spot", action.spot, self.spots)]
+        across = Vector((-sin(self.pose.heading), cos(self.pose.heading), 0.0))
+        began = self.now
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            if side in self.hands.values():
+                continue
+
+            def point(t: float, sign: float = sign) -> Vector:
+                since = t - began
+                rub = Vector((0.02 * sin(7 * since), 0.0, 0.012 * sin(5.1 * since + sign)))
+                return at + across * 0.045 * sign + rub * sign
+
+            self._reach(side, point, began, began + action.seconds, 0.8, 0.8)
+        self._stay(action.seconds)
+
+    def look_around(self, action: actions.LookAround) -> None:
+        began = self.now
+
+        def turn(pose: Pose, t: float, w: float) -> Pose:
+            yaw = 0.75 * sin(2 * np.pi * (t - began) / action.seconds) * w
+            return replace(pose, look=pose.look + Vector((0.0, 0.0, yaw)),
+                           spine=pose.spine + Vector((0.0, 0.0, 0.25 * yaw)))
+
+        self._gesture(began, began + action.seconds, 0.5, 0.5, turn)
+        self._stay(action.seconds)
+
+    # --- sitting and lying ------------------------------------------------------------------
+    def sit(self, action: actions.Sit) -> None:
+        place = _known(action, "place", action.place, plan.PLACES)
+        if place.seat is None:
+            seats = [name for name, p in plan.PLACES.items() if p.seat]
+            raise ValueError(f"there is no seat; seats: {', '.join(seats)}")
+        yaw = place_yaw(place)
+        ahead = (place.x - place.seat[0]) * cos(yaw) + (place.y - place.seat[1]) * sin(yaw)
+        beside = (place.y - place.seat[1]) * cos(yaw) - (place.x - place.seat[0]) * sin(yaw)
+        if abs(beside) > 0.15 or ahead < 0.45:
+            raise ValueError("one cannot sit down backwards from where the place lets one stand")
+        x = place.seat[0] + SEAT_DISTANCE * cos(yaw)
+        y = place.seat[1] + SEAT_DISTANCE * sin(yaw)
+        self.go(x, y, yaw, place.waypoint)
+        stand, seated = self.pose, seat.sitting(self.pose, place, self.floor)
+        self._clip(1.7, lambda t: seat.sitting_down(stand, seated, t / 1.7))
+        self.seat = place
+        self._stay(0.4)
+
+    def stand_up(self, _action: actions.StandUp) -> None:
+        if self.seat is None:
+            raise ValueError("the person does not sit")
+        seated, stand = self.pose, standing(self.stand, self.floor)
+        self._clip(1.7, lambda t: seat.sitting_down(stand, seated, 1 - t / 1.7))
+        self.seat = None
+
+    def shift(self, _action: actions.Shift) -> None:
+        if self.seat is None:
+            raise ValueError("the person does not sit")
+        self._gesture(self.now, self.now + 2.6, 1.0, 1.2, seat.shifted)
+        self._stay(2.7)
+
+    def lie(self, action: actions.Lie) -> None:
+        place = _known(action, "place", action.place, plan.PLACES)
+        if self.seat is None or place.seat is None:
+            raise ValueError("one lies down from sitting: Sit on the bed's edge first")
+        seated, lying = self.pose, seat.lying(self.pose, place)
+        self._clip(3.2, lambda t: seat.lying_down(seated, lying, t / 3.2))
+
+    # --- the rest -------------------------------------------------------------------------
+    def wait(self, action: actions.Wait) -> None:
+        self._stay(action.seconds)
+
+    def switch(self, action: actions.Switch) -> None:
+        self.line.lamps.append((self.now, action.lamp, action.on))
+
+    def finish(self) -> Timeline:
+        for prop, side in self.hands.items():
+            self._gesture(self.grabbed[prop] - 0.4, self.now + 1, 0.8, 0.7,
+                          lambda pose, _t, w, side=side, prop=prop: carrying(
+                              pose, side, w, BESIDE.get(prop, 0.0)))
+        if self.falling:
+            raise ValueError(f"nobody goes through: {', '.join(self.falling)}")
+        # A hand that carries is drawn elsewhere only after that.
+        self.line.gestures.sort(key=lambda g: g.start)
+        return self.line
+
+
+def _known(action: object, kind: str, name: str, table: dict) -> object:
+    return table[_named(action, kind, name, table)]
+
+
+def _named(action: object, kind: str, name: str, table: dict) -> str:
+    if name not in table:
+        known = ", ".join(sorted(table))
+        raise ValueError(f"{action}: there is no {kind} {name!r}; known: {known}")
+    return name
+
+
+_VERBS: dict[type, Callable] = {
+    actions.Walk: Director.walk,
+    actions.OpenDoor: Director.open_door,
+    actions.CloseDoor: Director.close_door,
+    actions.LetDoorClose: Director.let_door_close,
+    actions.Open: Director.open,
+    actions.Close: Director.close,
+    actions.Take: Director.take,
+    actions.Put: Director.put,
+    actions.Drink: Director.drink,
+    actions.UseBothHands: Director.use_both_hands,
+    actions.LookAround: Director.look_around,
+    actions.Sit: Director.sit,
+    actions.Shift: Director.shift,
+    actions.StandUp: Director.stand_up,
+    actions.Lie: Director.lie,
+    actions.Wait: Director.wait,
+    actions.Switch: Director.switch,
+}
+
+
+def direct(story: Sequence[actions.Action] = STORY, start: str = START) -> Timeline:
+    """The timeline of a story; a ValueError names the entry that cannot be played."""
+    director = Director(start)
+    for number, action in enumerate(story, 1):
+        director.line.marks.append((director.now, repr(action)))
+        try:
+            _VERBS[type(action)](director, action)
+        except (NoWayError, ValueError) as error:
+            raise ValueError(f"entry {number} of the story, {action}: {error}") from error
+    return director.finish()

@@ -1,0 +1,538 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures of the home: rooms, walls, openings, doors, furniture footprints, places, ways.
+
+Plain data, no bpy. Metres; x east, y north, z up; the finished floor lies at `FLOOR_Z`.
+Angles are degrees; a yaw of 0 faces +x, counter-clockwise seen from above. The walls,
+doors, switches and lamps follow the figures of the real research apartment; what stands
+in living room, kitchen, bathroom and hall is our own.
+"""
+
+from dataclasses import dataclass
+from math import cos, radians, sin
+
+FLOOR_Z = 0.055
+WALL_TOP = 3.0
+DOOR_HEAD = 2.25
+WINDOW_SILL = 0.75
+WINDOW_HEAD = 2.25
+FPS = 24
+
+
+@dataclass(frozen=True)
+class Box:
+    """An axis-aligned box: its low and high corner."""
+
+    x0: float
+    y0: float
+    z0: float
+    x1: float
+    y1: float
+    z1: float
+
+
+# --- rooms -----------------------------------------------------------------------------
+# Free floor of each room as rectangles (x0, y0, x1, y1). Hall and living room are open to
+# each other; the line between them is ours.
+ROOMS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
+    "workroom": ((0.0, 6.3, 3.5, 8.3),),
+    "kitchen": ((0.0, 3.3, 3.5, 6.0),),
+    "bedroom": ((0.0, 0.3, 3.5, 3.0),),
+    "bathroom": ((3.7, 0.3, 6.7, 1.6),),
+    "closet": ((5.7, 1.8, 6.2, 2.8), (6.2, 1.8, 6.7, 2.7)),
+    "hall": ((3.7, 1.8, 5.5, 8.3), (5.5, 3.0, 6.2, 8.3)),
+    "living room": ((6.2, 3.0, 10.665, 7.0),),
+    "balcony": ((10.965, 3.0, 12.165, 7.0),),
+}
+LANDING = (3.4, 8.5, 6.6, 10.3)  # the stairwell's floor outside the entrance
+
+# --- walls, as boxes (full solids; openings are where no box is) ------------------------
+_T, _S, _H, _D = WALL_TOP, WINDOW_SILL, WINDOW_HEAD, DOOR_HEAD
+OUTER_WALLS: tuple[Box, ...] = (
+    Box(-0.4, 0.0, 0, 7.0, 0.3, _T),
+    Box(6.7, 0.3, 0, 7.0, 2.7, _T),
+    Box(6.2, 2.7, 0, 10.965, 3.0, _T),
+    Box(6.2, 7.0, 0, 10.965, 7.3, _T),
+    Box(6.2, 7.3, 0, 6.5, 8.5, _T),
+    Box(5.4, 8.3, 0, 6.2, 8.5, _T),
+    Box(-0.4, 8.3, 0, 4.4, 8.5, _T),
+    Box(4.4, 8.3, _D, 5.4, 8.5, _T),  # over the entrance
+    Box(-0.4, 0.3, 0, 0.0, 8.3, _S),  # under the west windows
+    Box(-0.4, 0.3, _H, 0.0, 8.3, _T),
+    Box(-0.4, 0.3, _S, 0.0, 1.7, _H),
+    Box(-0.4, 2.7, _S, 0.0, 3.3, _H),
+    Box(-0.4, 5.3, _S, 0.0, 7.3, _H),
+    Box(10.665, 3.0, 0, 10.965, 3.65, _T),
+    Box(10.665, 3.65, 0, 10.965, 5.65, _S),
+    Box(10.665, 3.65, _H, 10.965, 5.65, _T),
+    Box(10.665, 5.65, 0, 10.965, 5.85, _T),
+    Box(10.665, 5.85, _D, 10.965, 6.85, _T),  # over the balcony door
+    Box(10.665, 6.85, 0, 10.965, 7.0, _T),
+)
+INNER_WALLS: tuple[Box, ...] = (
+    Box(0.0, 6.0, 0, 3.5, 6.3, _T),
+    Box(0.0, 3.0, 0, 3.5, 3.3, _T),
+    Box(3.5, 8.1, 0, 3.7, 8.3, _T),
+    Box(3.5, 7.1, _D, 3.7, 8.1, _T),  # over the workroom's door
+    Box(3.5, 5.0, 0, 3.7, 7.1, _T),
+    Box(3.5, 4.0, _D, 3.7, 5.0, _T),  # over the kitchen's door
+    Box(3.5, 2.8, 0, 3.7, 4.0, _T),
+    Box(3.5, 1.8, _D, 3.7, 2.8, _T),  # over the bedroom's door
+    Box(3.5, 0.3, 0, 3.7, 1.8, _T),
+    Box(3.7, 1.6, 0, 4.2, 1.8, _T),
+    Box(4.2, 1.6, _D, 5.2, 1.8, _T),  # over the bathroom's door
+    Box(5.2, 1.6, 0, 6.7, 1.8, _T),
+    Box(5.5, 1.8, 0, 5.7, 2.0, _T),
+    Box(5.5, 2.0, _D, 5.7, 2.6, _T),  # over the closet's door
+    Box(5.5, 2.6, 0, 5.7, 2.8, _T),
+    Box(5.5, 2.8, 0, 6.2, 3.0, _T),
+)
+BALCONY_WALLS: tuple[Box, ...] = (
+    Box(10.965, 7.0, 0, 12.465, 7.3, 1.0),
+    Box(12.165, 3.0, 0, 12.465, 7.0, 1.0),
+    Box(10.965, 2.7, 0, 12.465, 3.0, 1.0),
+    Box(10.965, 7.0, _H, 12.465, 7.3, _T),
+    Box(12.165, 3.0, _H, 12.465, 7.0, _T),
+    Box(10.965, 2.7, _H, 12.465, 3.0, _T),
+)
+BALCONY_GLAZING: tuple[Box, ...] = (
+    Box(10.965, 7.2, 1.0, 12.465, 7.3, _H),
+    Box(12.365, 2.8, 1.0, 12.465, 7.2, _H),
+    Box(10.965, 2.7, 1.0, 12.465, 2.8, _H),
+)
+FLOOR_SLABS: tuple[tuple[float, float, float, float], ...] = (
+    (-0.4, 0.0, 7.0, 2.7),
+    (-0.4, 2.7, 12.465, 7.3),
+    (-0.4, 7.3, 6.5, 8.5),
+)
+
+
+@dataclass(frozen=True)
+class Window:
+    """An opening in a wall that runs along y, from sill to head; x0, x1 are the wall's faces."""
+
+    name: str
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+    inside: float  # +1: the room lies towards +x, -1: towards -x
+
+
+WINDOWS: tuple[Window, ...] = (
+    Window("bedroom", -0.4, 0.0, 1.7, 2.7, 1.0),
+    Window("kitchen", -0.4, 0.0, 3.3, 5.3, 1.0),
+    Window("workroom", -0.4, 0.0, 7.3, 8.3, 1.0),
+    Window("living room", 10.665, 10.965, 3.65, 5.65, -1.0),
+)
+
+
+# --- doors and their optical switches ----------------------------------------------------
+LEAF_THICKNESS = 0.06
+LEAF_BOTTOM = 0.06
+LEAF_TOP = 2.06
+SWITCH_Z = 2.265
+SWITCH_GAP = 0.05
+FLAG_Z = (2.06, 2.29)
+
+
+@dataclass(frozen=True)
+class Door:
+    """A hinged leaf. Its object's origin is the hinge at z = 0; the leaf runs along local +x
+    from 0 to `leaf_width`, its face towards the swing side lies at local y = 0 and its back
+    at y = +LEAF_THICKNESS. Every door opens clockwise seen from above (yaw falls)."""
+
+    name: str
+    hinge: tuple[float, float]
+    closed_yaw: float
+    open_yaw: float
+    leaf_width: float
+    opening: float  # width of the hole in the wall, which starts at local x = `opening_at`
+    opening_at: float
+    wall_face: float  # local y of the wall's face on the swing side
+    wall_depth: float
+    swing_side: str  # the room the leaf swings into
+    other_side: str
+    switch: tuple[float, float]  # the beam's origin (x, y); z is SWITCH_Z
+    switch_yaw: float  # the beam's direction
+    blocks: str = ""  # what the open leaf stands in the way of
+
+    def at(self, u: float, v: float, yaw: float | None = None) -> tuple[float, float]:
+        """Floor point `u` m along the leaf at `yaw` (default closed), `v` m to the swing side."""
+        angle = radians(self.closed_yaw if yaw is None else yaw)
+        return (
+            self.hinge[0] + u * cos(angle) + v * sin(angle),
+            self.hinge[1] + u * sin(angle) - v * cos(angle),
+        )
+
+
+DOORS: dict[str, Door] = {
+    door.name: door
+    for door in (
+        Door(
+            "entrance",
+            (4.4, 8.25),
+            0.0,
+            -97.0,
+            1.0,
+            1.0,
+            0.0,
+            0.05,
+            0.2,
+            "hall",
+            "landing",
+            (4.875, 8.285),
+            0.0,
+            "the workroom's doorway",
+        ),
+        Door(
+            "workroom",
+            (3.73, 7.1),
+            90.0,
+            -53.2,
+            1.0,
+            1.0,
+            0.0,
+            0.03,
+            0.2,
+            "hall",
+            "workroom",
+            (3.715, 7.575),
+            90.0,
+        ),
+        Door(
+            "kitchen",
+            (3.73, 4.0),
+            90.0,
+            -53.2,
+            1.0,
+            1.0,
+            0.0,
+            0.03,
+            0.2,
+            "hall",
+            "kitchen",
+            (3.715, 4.475),
+            90.0,
+        ),
+        # A full swing would meet the bathroom's wall.
+        Door(
+            "bedroom",
+            (3.73, 1.83),
+            90.0,
+            3.0,
+            0.96,
+            1.0,
+            -0.03,
+            0.03,
+            0.2,
+            "hall",
+            "bedroom",
+            (3.715, 2.245),
+            90.0,
+            "the bathroom's doorway",
+        ),
+        Door(
+            "bathroom",
+            (4.2, 1.56),
+            0.0,
+            -95.0,
+            1.0,
+            1.0,
+            0.0,
+            0.04,
+            0.2,
+            "bathroom",
+            "hall",
+            (4.67, 1.58),
+            0.0,
+        ),
+        Door(
+            "balcony",
+            (11.0, 5.85),
+            90.0,
+            -75.0,
+            1.0,
+            1.0,
+            0.0,
+            0.035,
+            0.3,
+            "balcony",
+            "living room",
+            (10.98, 6.325),
+            90.0,
+        ),
+        # Hung on the north jamb, so that the open leaf keeps clear of the bathroom's doorway.
+        Door(
+            "closet",
+            (5.465, 2.6),
+            -90.0,
+            -235.0,
+            0.6,
+            0.6,
+            0.0,
+            0.035,
+            0.2,
+            "hall",
+            "closet",
+            (5.475, 2.275),
+            90.0,
+        ),
+    )
+}
+
+# --- furniture footprints: what a walker must keep clear of -----------------------------
+FURNITURE: dict[str, Box] = {
+    # living room
+    "Sofa": Box(8.15, 6.05, 0.055, 10.0, 6.97, 0.85),
+    "Coffee table": Box(8.6, 4.78, 0.055, 9.6, 5.33, 0.47),
+    "TV bench": Box(8.35, 3.02, 0.055, 9.85, 3.42, 0.55),
+    "Dining table": Box(6.95, 3.8, 0.055, 8.25, 4.6, 0.795),
+    "Dining chair 1": Box(7.04, 4.5, 0.055, 7.46, 5.06, 0.92),
+    "Dining chair 2": Box(7.74, 4.5, 0.055, 8.16, 5.06, 0.92),
+    "Dining chair 3": Box(7.04, 3.34, 0.055, 7.46, 3.9, 0.92),
+    "Dining chair 4": Box(7.74, 3.34, 0.055, 8.16, 3.9, 0.92),
+    "Bookcase": Box(6.5, 6.68, 0.055, 7.5, 6.995, 1.95),
+    "Floor lamp": Box(7.65, 6.52, 0.055, 8.01, 6.88, 1.65),
+    "Plant living room": Box(10.1, 3.08, 0.055, 10.6, 3.58, 1.5),
+    # kitchen
+    "Kitchen base": Box(0.0, 5.38, 0.055, 2.86, 6.0, 0.95),
+    "Fridge": Box(2.88, 5.37, 0.055, 3.48, 5.99, 1.90),
+    "Kitchen table": Box(0.05, 3.95, 0.055, 0.8, 4.65, 0.795),
+    "Kitchen chair 1": Box(0.22, 3.35, 0.055, 0.64, 3.91, 0.92),
+    "Kitchen chair 2": Box(0.66, 4.09, 0.055, 1.22, 4.51, 0.92),
+    # bedroom
+    "Bed": Box(1.28, 0.33, 0.055, 3.48, 1.77, 0.95),
+    "Bedroom desk": Box(0.01, 1.85, 0.055, 0.61, 2.95, 0.74),
+    "Bedroom shelf 1": Box(1.3, 2.63, 0.055, 2.38, 2.99, 1.615),
+    "Bedroom shelf 2": Box(2.4, 2.63, 0.055, 3.48, 2.99, 1.615),
+    "Armchair": Box(0.02, 0.315, 0.055, 0.86, 1.155, 1.0),
+    "Bedroom chair": Box(0.56, 1.95, 0.055, 1.1, 2.38, 0.92),
+    # workroom
+    "Workroom desk 1": Box(0.22, 6.32, 0.055, 1.67, 7.0, 0.68),
+    "Workroom desk 2": Box(1.95, 6.32, 0.055, 3.42, 7.0, 0.68),
+    "Office chair 1": Box(0.76, 6.95, 0.055, 1.4, 7.6, 1.05),
+    "Office chair 2": Box(2.48, 6.55, 0.055, 3.12, 7.2, 1.05),
+    "Workroom shelf": Box(1.98, 8.0, 0.055, 3.3, 8.29, 0.9),
+    # bathroom
+    "Toilet": Box(5.31, 0.3, 0.055, 5.69, 0.95, 0.95),
+    "Washbasin": Box(4.68, 0.3, 0.055, 5.12, 0.67, 0.9),
+    "Shower screen": Box(5.89, 0.3, 0.055, 5.91, 0.95, 2.05),
+    "Laundry basket": Box(3.72, 0.32, 0.055, 4.02, 0.62, 0.6),
+    # closet
+    "Washing machine": Box(6.09, 1.81, 0.055, 6.69, 2.41, 0.92),
+    # hall
+    "Shoe bench": Box(5.88, 7.04, 0.055, 6.2, 7.6, 0.5),
+    "Hall cabinet": Box(3.7, 5.2, 0.055, 4.0, 6.1, 0.9),
+    # balcony
+    "Balcony chair": Box(11.1, 3.75, 0.055, 11.7, 4.35, 0.9),
+    "Balcony table": Box(11.12, 3.15, 0.055, 11.58, 3.61, 0.6),
+    "Balcony plants": Box(11.75, 3.02, 0.055, 12.15, 4.2, 1.3),
+    # landing
+    "Landing plant": Box(5.9, 8.55, 0.055, 6.25, 8.9, 1.2),
+}
+
+
+# --- places of the story -----------------------------------------------------------------
+@dataclass(frozen=True)
+class Place:
+    """Where a person stands (x, y) and which way she looks; `seat` is the point of the hips'
+    underside when she sits (or lies), with the seat's height above z = 0."""
+
+    x: float
+    y: float
+    yaw: float
+    seat: tuple[float, float, float] | None = None
+    waypoint: str = ""  # the waypoint to reach it from
+
+
+SOFA_SEAT_Z = 0.47
+BED_TOP_Z = 0.56
+PLACES: dict[str, Place] = {
+    "outside_entrance": Place(4.95, 9.6, -90.0, waypoint="landing"),
+    "entrance_handle_outside": Place(5.1, 8.95, -90.0, waypoint="landing_door"),
+    "entrance_handle_inside": Place(5.49, 7.52, 130.0, waypoint="entry"),
+    "coat_hook": Place(5.8, 7.95, 0.0, waypoint="coat"),
+    "shoe_bench": Place(5.55, 7.32, 180.0, seat=(5.98, 7.32, 0.5), waypoint="entry_east"),
+    "fridge": Place(3.22, 4.72, 90.0, waypoint="kitchen_fridge"),
+    "kitchen_counter": Place(1.5, 5.04, 90.0, waypoint="kitchen_counter"),
+    "sink": Place(0.95, 5.04, 90.0, waypoint="kitchen_sink"),
+    "stove": Place(2.05, 5.04, 90.0, waypoint="kitchen_stove"),
+    "kitchen_seat": Place(1.2, 4.85, 180.0, seat=(0.93, 4.3, 0.51), waypoint="kitchen_counter"),
+    "dining_seat": Place(7.6, 5.35, -90.0, seat=(7.25, 4.76, 0.51), waypoint="living_middle"),
+    "sofa_seat": Place(8.66, 5.69, -90.0, seat=(8.66, 6.42, SOFA_SEAT_Z), waypoint="sofa"),
+    "sofa_seat_east": Place(
+        9.49, 5.69, -90.0, seat=(9.49, 6.42, SOFA_SEAT_Z), waypoint="sofa_east"
+    ),
+    "living_window": Place(10.2, 4.6, 0.0, waypoint="living_east"),
+    "tv": Place(9.1, 4.1, -90.0, waypoint="tv"),
+    "bookcase": Place(7.0, 6.2, 90.0, waypoint="bookcase"),
+    "balcony_rail": Place(11.78, 6.3, 0.0, waypoint="balcony_north"),
+    "balcony_seat": Place(11.85, 4.62, 180.0, seat=(11.42, 4.05, 0.49), waypoint="balcony_south"),
+    "toilet": Place(5.5, 1.28, 90.0, seat=(5.5, 0.66, 0.475), waypoint="bathroom_toilet"),
+    "washbasin": Place(4.9, 1.0, -90.0, waypoint="bathroom"),
+    "shower": Place(6.3, 0.9, 180.0, waypoint="bathroom_shower"),
+    "washing_machine": Place(5.7, 2.3, 0.0, waypoint="door_closet"),
+    "bedside": Place(2.5, 2.14, -90.0, waypoint="bedroom"),
+    "bed_edge": Place(2.5, 2.14, 90.0, seat=(2.5, 1.55, BED_TOP_Z), waypoint="bedroom"),
+    # Lying: the yaw is the way from feet to head; `seat` is under the hips.
+    "bed_lie": Place(2.5, 2.14, 0.0, seat=(2.3, 1.1, BED_TOP_Z), waypoint="bedroom"),
+    "bedroom_window": Place(1.45, 2.2, 180.0, waypoint="bedroom_west"),
+    "workroom_seat": Place(1.75, 7.5, -90.0, seat=(1.08, 7.25, 0.52), waypoint="workroom"),
+    "workroom_window": Place(0.4, 7.95, 180.0, waypoint="workroom_west"),
+}
+
+# --- ways: free floor points and the straight walks between them --------------------------
+WAYPOINTS: dict[str, tuple[float, float]] = {
+    "landing": (4.95, 9.6),
+    "landing_door": (4.95, 8.95),
+    "door_entrance": (4.93, 8.4),
+    "entry": (5.0, 7.5),
+    "entry_east": (5.5, 7.35),
+    "coat": (5.8, 7.95),
+    "hall_north": (4.85, 6.7),
+    "hall_workroom": (4.6, 7.6),
+    "door_workroom": (3.6, 7.6),
+    "workroom_east": (3.1, 7.6),
+    "workroom": (1.95, 7.66),
+    "workroom_middle": (1.4, 7.95),
+    "workroom_west": (0.4, 7.95),
+    "hall_middle": (4.85, 5.5),
+    "hall_kitchen": (4.75, 4.5),
+    "door_kitchen": (3.6, 4.5),
+    "kitchen_east": (3.1, 4.5),
+    "kitchen_fridge": (3.16, 4.72),
+    "kitchen": (2.0, 4.5),
+    "kitchen_stove": (2.05, 5.04),
+    "kitchen_counter": (1.5, 5.04),
+    "kitchen_sink": (0.95, 5.04),
+    "hall_south": (4.7, 3.3),
+    "hall_bathroom": (4.72, 2.4),
+    "door_bedroom": (3.6, 2.31),
+    "bedroom_east": (3.15, 2.2),
+    "bedroom": (2.5, 2.2),
+    "bedroom_west": (1.45, 2.2),
+    "door_bathroom": (4.72, 1.7),
+    "bathroom": (4.85, 1.24),
+    "bathroom_toilet": (5.5, 1.28),
+    "bathroom_shower": (6.25, 1.28),
+    "door_closet": (5.6, 2.3),
+    "living_west": (6.3, 5.6),
+    "living_middle": (7.6, 5.6),
+    "bookcase": (7.0, 6.2),
+    "sofa_west": (8.3, 5.69),
+    "sofa": (8.66, 5.69),
+    "sofa_east": (9.49, 5.69),
+    "living_corner": (10.34, 5.7),
+    "living_east": (10.2, 5.2),
+    "tv_east": (10.1, 4.1),
+    "tv": (9.1, 4.1),
+    "living_balcony": (10.345, 6.33),
+    "door_balcony": (10.815, 6.34),
+    "balcony_north": (11.5, 6.38),
+    "balcony": (11.83, 5.6),
+    "balcony_south": (11.83, 4.68),
+}
+WAYS: tuple[tuple[str, str], ...] = (
+    ("landing", "landing_door"),
+    ("landing_door", "door_entrance"),
+    ("door_entrance", "entry"),
+    ("entry", "coat"),
+    ("entry", "entry_east"),
+    ("entry", "hall_workroom"),
+    ("entry", "hall_north"),
+    ("hall_workroom", "hall_north"),
+    ("hall_workroom", "door_workroom"),
+    ("door_workroom", "workroom_east"),
+    ("workroom_east", "workroom"),
+    ("workroom", "workroom_middle"),
+    ("workroom_middle", "workroom_west"),
+    ("hall_north", "hall_middle"),
+    ("hall_north", "living_west"),
+    ("hall_middle", "living_west"),
+    ("hall_middle", "hall_kitchen"),
+    ("hall_kitchen", "living_west"),
+    ("hall_kitchen", "door_kitchen"),
+    ("door_kitchen", "kitchen_east"),
+    ("kitchen_east", "kitchen_fridge"),
+    ("kitchen_east", "kitchen"),
+    ("kitchen_fridge", "kitchen_stove"),
+    ("kitchen", "kitchen_stove"),
+    ("kitchen", "kitchen_counter"),
+    ("kitchen_stove", "kitchen_counter"),
+    ("kitchen_counter", "kitchen_sink"),
+    ("hall_kitchen", "hall_south"),
+    ("hall_middle", "hall_south"),
+    ("hall_south", "hall_bathroom"),
+    ("hall_bathroom", "door_bedroom"),
+    ("hall_bathroom", "door_bathroom"),
+    ("hall_bathroom", "door_closet"),
+    ("door_bedroom", "bedroom_east"),
+    ("bedroom_east", "bedroom"),
+    ("bedroom", "bedroom_west"),
+    ("door_bathroom", "bathroom"),
+    ("bathroom", "bathroom_toilet"),
+    ("bathroom_toilet", "bathroom_shower"),
+    ("living_west", "living_middle"),
+    ("living_west", "bookcase"),
+    ("living_middle", "bookcase"),
+    ("living_middle", "sofa_west"),
+    ("sofa_west", "sofa"),
+    ("sofa", "sofa_east"),
+    ("sofa_east", "living_corner"),
+    ("living_corner", "living_east"),
+    ("living_east", "tv_east"),
+    ("tv_east", "tv"),
+    ("living_corner", "living_balcony"),
+    ("living_balcony", "door_balcony"),
+    ("door_balcony", "balcony_north"),
+    ("balcony_north", "balcony"),
+    ("balcony", "balcony_south"),
+)
+
+
+# --- sensors --------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Mount:
+    """Where a sensor hangs and the yaw it looks along (level, as the thesis mounts them)."""
+
+    room: str
+    at: tuple[float, float, float]
+    yaw: float
+    range_max: float = 4.0
+
+
+PIRS: dict[str, Mount] = {
+    # Bedroom: the thesis's printed pose; kitchen, workroom, living room, hall: natural corners.
+    "PIR bedroom": Mount("bedroom", (3.4, 0.4, 2.9), 146.0),
+    "PIR kitchen": Mount("kitchen", (0.1, 3.4, 2.35), 38.0),
+    "PIR workroom": Mount("workroom", (0.1, 8.2, 2.35), -38.0),
+    "PIR living room": Mount("living room", (10.565, 6.9, 2.35), -138.0, 6.0),
+    "PIR hall": Mount("hall", (6.1, 8.2, 2.35), -125.0, 6.0),
+    "PIR bathroom": Mount("bathroom", (5.8, 0.34, 2.35), 120.0, 3.0),
+    "PIR closet": Mount("closet", (6.6, 2.6, 2.35), -150.0, 2.0),
+}
+LIGHT_SENSORS: dict[str, Mount] = {
+    "Light sensor bedroom": Mount("bedroom", (1.75, 1.65, 2.85), 0.0),
+    "Light sensor kitchen": Mount("kitchen", (1.75, 4.65, 2.85), 0.0),
+    "Light sensor workroom": Mount("workroom", (1.75, 7.3, 2.85), 0.0),
+    "Light sensor living room": Mount("living room", (8.4, 5.0, 2.85), 0.0),
+    "Light sensor hall": Mount("hall", (4.6, 4.95, 2.85), 0.0),
+    "Light sensor bathroom": Mount("bathroom", (5.2, 0.95, 2.85), 0.0),
+    "Light sensor closet": Mount("closet", (6.2, 2.25, 2.85), 0.0),
+}
+# Centre of the pad's upper face and its size (x, y, thickness).
+PRESSURE_PAD_AT = (8.66, 6.44, 0.312)
+PRESSURE_PAD_SIZE = (0.62, 0.52, 0.012)
+
+# --- lamps: the figures give living room, kitchen, bedroom, workroom and bathroom ----------
+LAMPS: dict[str, tuple[float, float, float]] = {
+    "Lamp living room": (7.6, 4.2, 1.5),
+    "Lamp kitchen": (1.81, 3.59, 2.15),
+    "Lamp bedroom": (1.81, 0.6, 2.15),
+    "Lamp workroom": (1.81, 6.6, 2.15),
+    "Lamp bathroom": (4.9, 0.36, 2.05),
+    "Lamp hall": (4.85, 5.9, 2.9),
+    "Lamp entry": (4.95, 7.55, 2.9),
+    "Lamp closet": (6.2, 2.05, 2.93),
+    "Lamp balcony": (11.05, 4.65, 2.3),
+}

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make the sample home, angen.blend, from nothing.
+
+python sample_blends/build_angen.py [--out FILE] [--digest]
+blender -b -P sample_blends/build_angen.py -- [--out FILE] [--digest]
+"""
+
+import argparse
+import hashlib
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from angen_home import (  # noqa: E402
+    architecture,
+    bedroom,
+    checks,
+    devices,
+    hall,
+    kitchen,
+    lighting,
+    living_room,
+    meshes,
+    openings,
+    wet_rooms,
+    workroom,
+)
+
+# The collections in the order the outliner should show them.
+COLLECTIONS = (
+    "Home/Walls", "Home/Floors", "Home/Ceiling", "Home/Windows", "Home/Doors",
+    "Home/Furniture/Living room", "Home/Furniture/Kitchen", "Home/Furniture/Bedroom",
+    "Home/Furniture/Workroom", "Home/Furniture/Bathroom", "Home/Furniture/Closet",
+    "Home/Furniture/Hall", "Home/Furniture/Balcony", "Lights", "Cameras", "People",
+    "Sensors/Motion detectors", "Sensors/Door switches", "Sensors/Light sensors",
+    "Sensors/Pressure sensors",
+)  # fmt: skip
+
+
+def build() -> bpy.types.Scene:
+    """Fill an empty file with the home, all doors closed."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    from angen_addon.standalone import load_extension
+
+    load_extension().register()
+    scene = bpy.context.scene
+    scene.name = "Ängen"
+    for path in COLLECTIONS:
+        meshes.collection(path)
+    architecture.add_building()
+    openings.add_doors()
+    openings.add_windows()
+    openings.add_balcony_glazing()
+    living_room.add_living_room()
+    kitchen.add_kitchen()
+    bedroom.add_bedroom()
+    workroom.add_workroom()
+    wet_rooms.add_wet_rooms()
+    hall.add_hall()
+    hall.add_balcony()
+    lighting.add_lighting()
+    devices.add_sensors()
+    return scene
+
+
+def add_story(scene: bpy.types.Scene) -> None:
+    """The person and what she does; it sets the last frame."""
+    if (HERE / "angen_home" / "animate.py").exists():
+        from angen_home import animate
+
+        animate.add_person_and_story(scene)
+    scene.frame_set(1)
+
+
+def triangles(scene: bpy.types.Scene) -> int:
+    """Triangles of all objects, each counted as often as it is seen."""
+    return sum(
+        sum(len(p.vertices) - 2 for p in obj.data.polygons)
+        for obj in scene.objects
+        if obj.type == "MESH"
+    )
+
+
+def digest(scene: bpy.types.Scene) -> str:
+    """A hash of names, matrices and vertices: the same for the same scene."""
+    h = hashlib.sha256()
+    for obj in sorted(scene.objects, key=lambda o: o.name):
+        h.update(obj.name.encode())
+        h.update(np.round(np.array(obj.matrix_world), 6).tobytes())
+        if obj.type == "MESH":
+            co = np.empty(3 * len(obj.data.vertices), np.float32)
+            obj.data.vertices.foreach_get("co", co)
+            h.update(np.round(co, 6).tobytes())
+    return h.hexdigest()[:16]
+
+
+def main() -> int:
+    """Build, check, save."""
+    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    parser = argparse.ArgumentParser(prog="build_angen.py")
+    parser.add_argument("--out", type=Path, default=HERE / "angen.blend")
+    parser.add_argument("--digest", action="store_true", help="print a hash of the scene")
+    arguments = parser.parse_args(argv)
+    scene = build()
+    problems = checks.plan_problems() + checks.scene_problems(scene)
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    add_story(scene)
+    out = arguments.out.resolve()
+    bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
+    size = out.stat().st_size / 1e6
+    print(f"{out.name}: {len(scene.objects)} objects, {triangles(scene)} triangles, {size:.2f} MB")
+    if arguments.digest:
+        print(f"digest {digest(scene)}")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,7 +10,7 @@ LINT = $(LINT_VENV)/bin/python
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test lint zip sample clean
+.PHONY: help venv lint-venv demo test bench lint zip sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -21,6 +21,9 @@ demo: venv ## simulate the sample home and show what its sensors saw
 
 test: venv ## run the tests (ARGS="-k pir": pytest's options)
 	@$(RUN) -m pytest $(ARGS)
+
+bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)
+	@$(RUN) -m benchmarks $(ARGS)
 
 lint: lint-venv ## check style and types
 	@$(LINT) -m ruff check --output-format concise .

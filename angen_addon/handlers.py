@@ -41,21 +41,13 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     state.CACHE.note(depsgraph, edited=True)
     if any(_is_users_edit(update) for update in depsgraph.updates):
         state.CACHE.scene_edited(scene)
-    state.CACHE.own_writes.clear()
 
 
 def _is_users_edit(update: Any) -> bool:
-    """Whether an object changed by more than our writing the outputs of a sensor above it."""
-    if not isinstance(update.id, bpy.types.Object):
-        return False
-    if not (update.is_updated_transform or update.is_updated_geometry):
-        return False
-    changed = update.id.original
-    while changed is not None:
-        if changed.session_uid in state.CACHE.own_writes:
-            return False
-        changed = changed.parent
-    return True
+    """Whether an object was moved or reshaped."""
+    return isinstance(update.id, bpy.types.Object) and (
+        update.is_updated_transform or update.is_updated_geometry
+    )
 
 
 @persistent

@@ -12,7 +12,6 @@ from typing import Any
 from ..sensor_logic.clock import Clock
 from ..sensor_logic.model import Reading
 from ..sensor_logic.recording import Recording
-from . import state
 from .sensors import Sensor, SensorError, all_sensors, check, simulated
 from .station import Station, make_caster
 
@@ -74,13 +73,17 @@ class Live:
 
 
 def show(sensor: Sensor, reading: Reading) -> None:
-    """Writes the outputs that drivers and panels read; only where they change."""
+    """Writes the outputs that drivers and panels read; only where they change.
+
+    In a frame change Blender evaluates what is tagged here before it goes on, and tells nobody.
+    """
     settings = sensor.settings
-    state.CACHE.own_writes.add(sensor.uid)
-    if settings.active != reading.active:
-        settings.active = reading.active
-    if abs(settings.value - reading.value) > 1e-6 * max(1.0, abs(reading.value)):
-        settings.value = reading.value
+    moved_on = abs(settings.value - reading.value) > 1e-6 * max(1.0, abs(reading.value))
+    if settings.active == reading.active and not moved_on:
+        return
+    settings.active = reading.active
+    settings.value = reading.value
+    sensor.object.update_tag(refresh={"OBJECT"})
 
 
 def show_recorded(recording: Recording, view_layer: Any, frame: float) -> None:

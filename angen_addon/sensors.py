@@ -99,26 +99,36 @@ def read_parameters(sensor: Sensor, settings: Any) -> Any:
     """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
     group = getattr(settings, sensor.kind.attribute)
     values = tuple(getattr(group, name) for name in specs(sensor.kind.parameters))
-    parameters, problems = _checked(sensor.kind.parameters, values)
+    parameters, problems = _checked(sensor.kind.identifier, values)
     if problems:
         raise SensorError(f"'{sensor.name}': {problems[0]}")
     return parameters
 
 
 @lru_cache(maxsize=1024)
-def _checked(kind: type[Parameters], values: tuple[Any, ...]) -> tuple[Parameters, list[str]]:
-    known = specs(kind)
+def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, list[str]]:
+    made_of = KINDS[kind].parameters
+    known = specs(made_of)
     exact = {
         name: decimal(value) if isinstance(value, float) and spec.unit != "rad" else value
         for (name, spec), value in zip(known.items(), values, strict=True)
     }
-    parameters = kind(**exact)
+    parameters = made_of(**exact)
     return parameters, parameters.problems()
 
 
 def decimal(value: float) -> float:
     """The number that the user typed: Blender stores 0.05 as 0.0500000007."""
     return float(f"{value:.7g}")
+
+
+def check_evaluated(sensor: Sensor, evaluated: Any) -> None:
+    """Raises SensorError where Blender does not evaluate the sensor: it has no place then."""
+    if not evaluated.is_evaluated:
+        raise SensorError(
+            f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
+            "enable it there (monitor icon), or switch the sensor off"
+        )
 
 
 def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:

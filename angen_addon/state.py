@@ -12,14 +12,12 @@ from .scene_probe.solids import Solids
 
 class Cache:
     """`recording`: the last run, by the scene's session uid; `running` while a run drives the
-    frames, so that handlers keep still; `live` is what follows the playhead without a recording;
-    `own_writes`: session uids of sensors whose outputs were written since the last edit.
+    frames, so that handlers keep still; `live` is what follows the playhead without a recording.
     """
 
     def __init__(self) -> None:
         self.running = False
         self.live: Any = None
-        self.own_writes: set[int] = set()
         self._recordings: dict[int, Recording] = {}
         self._watching: weakref.WeakSet[Solids] = weakref.WeakSet()
 

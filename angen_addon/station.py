@@ -14,7 +14,7 @@ from ..sensor_logic.noise import generator
 from . import state
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
-from .sensors import Sensor, decimal, read_parameters, read_pose, unit_scale
+from .sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
 
 Caster = RayCaster | SceneRayCaster
 
@@ -52,6 +52,7 @@ class Station:
         scene = depsgraph.scene
         metres = unit_scale(scene)
         evaluated = self.sensor.object.evaluated_get(depsgraph)
+        check_evaluated(self.sensor, evaluated)
         parameters = read_parameters(self.sensor, evaluated.angen_sensor)
 
         def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:

@@ -18,7 +18,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
 from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph, make_caster
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 INTRODUCTION = """\
@@ -13,29 +14,40 @@ Written by `make bench`; do not edit. Machine: {machine}.
 ## The ray layer
 
 The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames (a quarter with
-1000 more objects) in one process: milliseconds a frame of sensing alone, median of {rounds} rounds,
-and their ratio with its spread. *Start* is what the fast layer's first second costs once, in
-milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
-need, is told beside it. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that differ* compares what
-every detector said at every update.
+1000 more objects) in one process: milliseconds a frame of sensing alone, median of {rounds}
+rounds, and their ratio with its spread. *Start* is what the fast layer's first second costs once,
+in milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
+need, is told beside it. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that
+differ* compares what every detector said at every update.
 
-| scene | objects | PIRs | rays | sweep | start | fast ms | reference ms | evaluation ms | ratio (spread) |\
- worst range error m | updates that differ |
-|---|---|---|---|---|---|---|---|---|---|---|---|
 """
 
-ROW = (
-    "| {scene} | {objects} | {pirs} | {rays} | {sweep} | {start_ms:.0f} | {fast_ms:.3f} | {reference_ms:.2f} "
-    "| {evaluation_ms:.2f} | {ratio:.1f} ({ratio_low:.1f}–{ratio_high:.1f}) "
-    "| {worst_range_error_m:.1e} | {updates_that_differ} of {updates} |\n"
+COLUMNS = (
+    ("scene", "{scene}"),
+    ("objects", "{objects}"),
+    ("PIRs", "{pirs}"),
+    ("rays", "{rays}"),
+    ("sweep", "{sweep}"),
+    ("start", "{start_ms:.0f}"),
+    ("fast ms", "{fast_ms:.3f}"),
+    ("reference ms", "{reference_ms:.2f}"),
+    ("evaluation ms", "{evaluation_ms:.2f}"),
+    ("ratio (spread)", "{ratio:.1f} ({ratio_low:.1f}–{ratio_high:.1f})"),
+    ("worst range difference m", "{worst_range_error_m:.1e}"),
+    ("updates that differ", "{updates_that_differ} of {updates}"),
 )
 
 
 def markdown(data: dict[str, Any]) -> str:
     layer = data["ray_layer"]
     text = INTRODUCTION.format(machine=data["machine"], **layer)
-    text += "".join(ROW.format(**row) for row in layer["rows"])
+    text += _line(name for name, _ in COLUMNS) + _line("---" for _ in COLUMNS)
+    text += "".join(_line(form.format(**row) for _, form in COLUMNS) for row in layer["rows"])
     return text + "\n" + _cost_of_a_detector(layer["rows"])
+
+
+def _line(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |\n"
 
 
 def _cost_of_a_detector(rows: list[dict[str, Any]]) -> str:

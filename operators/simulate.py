@@ -67,10 +67,12 @@ class ANGEN_OT_simulate(Operator):
     def _end(self, context: Context) -> None:
         """Keeps what was recorded and shows it at the playhead."""
         scene = context.scene
-        state.CACHE.keep_recording(scene, self._recording)
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
             live.show_recorded(self._recording, context.view_layer, frame)
+            # What drivers make of it is no edit that voids the recording.
+            context.view_layer.update()
+        state.CACHE.keep_recording(scene, self._recording)
         updates = sum(len(track) for track in self._recording.tracks.values())
         self.report({"INFO"}, f"{len(self._recording.tracks)} sensors, {updates} updates recorded")
 
@@ -104,16 +106,14 @@ class ANGEN_OT_simulate(Operator):
         if event.type != "TIMER":
             # The scene is being stepped through: edits now would end up in the recording.
             return {"RUNNING_MODAL"}
-        until = time.perf_counter() + SLICE_S
         try:
-            while time.perf_counter() < until:
-                progress = next(self._run, None)
-                if progress is None:
-                    self._stop(context)
-                    return {"FINISHED"}
+            progress = self._advance(SLICE_S)
         except SensorError as error:
             self._stop(context)
             self.report({"ERROR"}, str(error))
+            return {"FINISHED"}
+        if progress is None:
+            self._stop(context)
             return {"FINISHED"}
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
         context.window_manager.progress_update(share)
@@ -121,6 +121,14 @@ class ANGEN_OT_simulate(Operator):
             f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %. Esc keeps what is done"
         )
         return {"RUNNING_MODAL"}
+
+    def _advance(self, seconds: float) -> Progress | None:
+        """Simulates for about that long; None when all is done. Raises SensorError."""
+        until = time.perf_counter() + seconds
+        for progress in self._run:
+            if time.perf_counter() >= until:
+                return progress
+        return None
 
     def _stop(self, context: Context) -> None:
         self._run.close()  # type: ignore[attr-defined]

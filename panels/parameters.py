@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ..angen_addon import state
@@ -37,25 +38,29 @@ def draw_parameters(layout: Any, sensor: Sensor) -> None:
 
 
 def draw_output(layout: Any, sensor: Sensor) -> None:
-    """What the sensor reads at the playhead."""
+    """What the sensor reads at the playhead: state and value, or why there is none."""
     kind, settings = sensor.kind, sensor.settings
-    row = layout.row()
     if kind.model is None:
-        row.label(text="Not simulated", icon="X")
-        return
-    if not settings.enabled:
-        row.label(text="Off", icon="X")
-        return
-    problem = state.CACHE.live.problems.get(sensor.name) if state.CACHE.live else None
-    if problem:
-        row.label(text="Invalid: see the parameters", icon="ERROR")
-        return
-    name = kind.events[0].name.capitalize()
-    row.label(
-        text=name if settings.active else f"Not {name.lower()}",
-        icon="RADIOBUT_ON" if settings.active else "RADIOBUT_OFF",
-    )
-    row.label(text=f"{kind.value_label} {settings.value:.3f} {kind.value_unit}")
+        layout.label(text="Not simulated", icon="X")
+    elif not settings.enabled:
+        layout.label(text="Off", icon="X")
+    elif state.CACHE.live and sensor.name in state.CACHE.live.problems:
+        layout.label(text="Invalid", icon="ERROR")
+    else:
+        row = layout.split(factor=0.6, align=True)
+        row.label(
+            text=kind.active_label if settings.active else kind.idle_label,
+            icon="RADIOBUT_ON" if settings.active else "RADIOBUT_OFF",
+        )
+        value = row.row()
+        value.alignment = "RIGHT"
+        value.label(text=_quantity(settings.value, kind.value_unit))
+
+
+def _quantity(value: float, unit: str) -> str:
+    if unit == "rad":
+        return f"{math.degrees(value):.0f}°"
+    return f"{value:.3f} {unit}"
 
 
 def _lines(layout: Any, text: str, icon: str) -> None:

@@ -27,7 +27,7 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         layout.operator("angen.simulate", icon="PLAY")
         recording = state.CACHE.recording(scene)
         if recording is None:
-            layout.label(text="No recording: sensors follow the playhead", icon="INFO")
+            layout.label(text="Not recorded: live values", icon="INFO")
         else:
             layout.label(
                 text=f"Recorded: frames {recording.frame_start} to {recording.frame_end}",

@@ -28,8 +28,9 @@ class Field:
 class Kind:
     """A kind of sensor. `number` is what files store; `attribute` is where its parameters are.
 
-    `events` are the fields whose changes the event log tells, `samples` the columns of its own
-    file. `model` is None while the physics of the kind is not built.
+    `active_label` and `idle_label` are the words for its binary reading. `events` are the fields
+    whose changes the event log tells, `samples` the columns of its own file. `model` is None
+    while the physics of the kind is not built.
     """
 
     identifier: str
@@ -39,8 +40,9 @@ class Kind:
     icon: str
     attribute: str
     update_rate: float
-    value_label: str
     value_unit: str
+    active_label: str
+    idle_label: str
     parameters: type[Parameters]
     events: tuple[Field, ...]
     samples: tuple[Field, ...]
@@ -58,8 +60,9 @@ KINDS: dict[str, Kind] = {
             "LIGHT_AREA",
             "pir",
             10.0,
-            "Tilt",
             "rad",
+            "Motion",
+            "Still",
             PirParameters,
             events=(Field("moved", bool),),
             samples=(Field("angle_rad", float), Field("moved", bool)),
@@ -73,8 +76,9 @@ KINDS: dict[str, Kind] = {
             "SNAP_EDGE",
             "optical_switch",
             1.0,
-            "Range",
             "m",
+            "Open",
+            "Closed",
             OpticalSwitchParameters,
             events=(Field("open", bool),),
             samples=(Field("open", bool), Field("range_m", float)),
@@ -85,11 +89,12 @@ KINDS: dict[str, Kind] = {
             3,
             "Pressure sensor",
             "Pressure sensor under furniture",
-            "MOD_CLOTH",
+            "TRIA_DOWN_BAR",
             "pressure",
             1.0,
-            "Force",
             "N",
+            "Pressed",
+            "Free",
             PressureParameters,
             events=(
                 Field("pressed", bool),
@@ -116,8 +121,9 @@ KINDS: dict[str, Kind] = {
             "LIGHT_SUN",
             "light",
             1.0,
-            "Luminance",
             "%",
+            "Lit",
+            "Dark",
             LightParameters,
             events=(
                 Field("luminance_percent", float),

@@ -31,10 +31,11 @@ class Geometry:
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
-        is_mesh = evaluated.type == "MESH"
-        mesh = evaluated.data if is_mesh else evaluated.to_mesh()
+        # In Edit Mode the evaluated mesh is empty: what is shown is still in the editor's hands.
+        direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
+        mesh = evaluated.data if direct else evaluated.to_mesh()
         coordinates, corners = _surface(mesh)
-        if not is_mesh:
+        if not direct:
             evaluated.to_mesh_clear()
         before, self._surface = self._surface, (coordinates, corners)
         if before is not None and all(map(np.array_equal, before, self._surface)):

@@ -163,6 +163,7 @@ class Solids:
         transient: dict[int, Geometry] = {}
         shapes: dict[int, Geometry] = {}
         matrices: list[Array] = []
+        view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
         for instance in depsgraph.object_instances:
             seen = instance.object
             if not instance.show_self or seen.type not in SURFACE_TYPES:
@@ -174,6 +175,9 @@ class Solids:
             if instance.is_instance:
                 self.instanced.add(original.session_uid)
             if original.angen_ignored or owner.angen_ignored:
+                continue
+            # The closed eye of a collection leaves its objects in the depsgraph.
+            if not owner.visible_get(view_layer=view_layer):
                 continue
             key: Key = (original.session_uid,)
             if instance.is_instance:

@@ -7,7 +7,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-
 from bl_ext.user_default.angen_sensors.angen_addon import state
 from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster

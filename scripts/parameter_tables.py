@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes docs/parameters.md from the parameter dataclasses, so that the two cannot differ."""
+
+import math
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from sensor_logic.kinds import KINDS, Kind  # noqa: E402
+from sensor_logic.parameters import Spec, defaults, format_quantity, specs  # noqa: E402
+
+PAGE = ROOT / "docs" / "parameters.md"
+HEAD = """\
+# Parameters
+
+Written by `python scripts/parameter_tables.py` from `sensor_logic`; do not edit.
+A script reads and writes them as `obj.angen_sensor.<kind>.<name>`, in SI units and radians.
+"""
+
+
+def page() -> str:
+    """The whole page."""
+    return HEAD + "".join(_section(kind) for kind in KINDS.values())
+
+
+def _section(kind: Kind) -> str:
+    title = f"\n## {kind.label}: `{kind.attribute}`\n\n"
+    if kind.model is None:
+        title += "Not simulated yet in this version.\n\n"
+    title += f"Default `update_rate` {kind.update_rate:g} Hz.\n\n"
+    rows = [
+        f"| `{name}` | {_value(defaults(kind.parameters)[name], spec)} | {_limits(spec)} "
+        f"| {spec.tip} | {spec.source} |\n"
+        for name, spec in specs(kind.parameters).items()
+    ]
+    return (
+        title
+        + "| name | default | valid | meaning | source |\n|---|---|---|---|---|\n"
+        + "".join(rows)
+    )
+
+
+def _value(value: object, spec: Spec) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, (int, float)):
+        return format_quantity(value, spec.unit)
+    return f"`{value}`" if value else "none"
+
+
+def _limits(spec: Spec) -> str:
+    if spec.choices:
+        return ", ".join(f"`{choice.identifier}`" for choice in spec.choices)
+    found = []
+    if math.isfinite(spec.minimum):
+        sign = ">" if spec.above_minimum else "≥"
+        found.append(f"{sign} {format_quantity(spec.minimum, spec.unit)}")
+    if math.isfinite(spec.maximum):
+        found.append(f"≤ {format_quantity(spec.maximum, spec.unit)}")
+    return ", ".join(found)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

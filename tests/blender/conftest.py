@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small worlds of known geometry, built by hand, and ways to sense in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+
+ADDON = "bl_ext.user_default.angen_sensors"
+CUBE = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+CUBE_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+
+
+def part(name: str) -> Any:
+    """A module of the extension, which is importable once it is switched on."""
+    return import_module(f"{ADDON}.{name}")
+
+
+def curves_of(obj: Any) -> list[Any]:
+    """The F-curves of an object, in every version of Blender."""
+    data = obj.animation_data
+    if data is None or data.action is None:
+        return []
+    if hasattr(data.action, "fcurves"):
+        return list(data.action.fcurves)
+    bags = [s.channelbag(data.action_slot) for la in data.action.layers for s in la.strips]
+    return [curve for bag in bags if bag for curve in bag.fcurves]
+
+
+class World:
+    """The present scene: 24 fps, frames 1 to 48, and what a test puts into it."""
+
+    def __init__(self) -> None:
+        import bpy
+
+        self.bpy = bpy
+        self.scene.frame_start, self.scene.frame_end = 1, 48
+        self.scene.render.fps, self.scene.render.fps_base = 24, 1.0
+
+    @property
+    def scene(self) -> Any:
+        return self.bpy.context.scene
+
+    # Objects
+
+    def link(self, name: str, data: Any, at: Sequence[float] = (0, 0, 0)) -> Any:
+        obj = self.bpy.data.objects.new(name, data)
+        obj.location = at
+        self.scene.collection.objects.link(obj)
+        return obj
+
+    def mesh(self, points: Iterable[Any], faces: Iterable[Any], name: str = "mesh") -> Any:
+        mesh = self.bpy.data.meshes.new(name)
+        mesh.from_pydata(list(points), [], list(faces))
+        return mesh
+
+    def box(self, size: Sequence[float], at: Sequence[float] = (0, 0, 0), name: str = "box") -> Any:
+        """A box whose mesh has the size, in units; its object is not scaled."""
+        points = [tuple(c * s for c, s in zip(corner, size, strict=True)) for corner in CUBE]
+        return self.link(name, self.mesh(points, CUBE_FACES), at)
+
+    def wall(self, distance: float, name: str = "wall", size: float = 1.0) -> Any:
+        """A square across the beam of a sensor at the origin, `distance` ahead of it."""
+        h = size / 2
+        mesh = self.mesh([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [(0, 1, 2, 3)])
+        return self.link(name, mesh, (0, 0, -distance))
+
+    def sensor(self, kind: str, name: str, obj: Any = None, **settings: Any) -> Any:
+        """An empty (or `obj`) as a sensor; settings of the sensor or of its kind."""
+        obj = obj or self.link(name, None)
+        obj.angen_sensor.kind = kind
+        for key, value in settings.items():
+            group = obj.angen_sensor
+            if not hasattr(group, key):
+                group = getattr(group, kind.lower())
+            setattr(group, key, value)
+        return obj
+
+    def switch(self, name: str = "switch", **settings: Any) -> Any:
+        return self.sensor("OPTICAL_SWITCH", name, **{"update_rate": 24.0, **settings})
+
+    def pir(self, name: str = "pir", **settings: Any) -> Any:
+        """A detector with one tilt, sensing at every frame."""
+        few = {"update_rate": 24.0, "rays": 9, "vertical_fov": 0.0}
+        return self.sensor("PIR", name, **{**few, **settings})
+
+    def key(
+        self, obj: Any, path: str, frames: dict[float, Any], interpolation: str = "LINEAR"
+    ) -> None:
+        """Keyframes {frame: value} of a property of `obj`."""
+        owner_path, _, name = path.rpartition(".")
+        owner = obj.path_resolve(owner_path) if owner_path else obj
+        for frame, value in frames.items():
+            setattr(owner, name, value)
+            obj.keyframe_insert(path, frame=frame)
+        for curve in curves_of(obj):
+            if curve.data_path == path:
+                for point in curve.keyframe_points:
+                    point.interpolation = interpolation
+
+    def update(self) -> Any:
+        self.bpy.context.view_layer.update()
+        return self.bpy.context.evaluated_depsgraph_get()
+
+    # Sensing
+
+    def sensors(self) -> list[Any]:
+        self.bpy.context.view_layer.update()
+        return part("angen_addon.sensors").all_sensors(self.bpy.context.view_layer)
+
+    def run(self, first: int | None = None, last: int | None = None) -> Any:
+        """The recording of a run over the scene's frames."""
+        recording = part("sensor_logic.recording").Recording()
+        scene = self.scene
+        first = scene.frame_start if first is None else first
+        last = scene.frame_end if last is None else last
+        run = part("angen_addon.simulation").simulate(scene, self.sensors(), first, last, recording)
+        for _ in run:
+            pass
+        return recording
+
+    def series(self, recording: Any, name: str, column: str) -> list[Any]:
+        return list(recording.tracks[name].columns[column])
+
+    def log(self, recording: Any) -> list[list[str]]:
+        """The rows of the event log, without the header."""
+        text = part("sensor_logic.event_log").events_csv(recording)
+        return [line.split(",") for line in text.splitlines()[1:]]
+
+    def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:
+        """Origins (n, 3) and directions (n, 3) of one update's rays in the world, and what is
+        free ahead of each (n,), in metres; all from the sensor's own station."""
+        station_module = part("angen_addon.station")
+        depsgraph = self.update()
+        caster = station_module.make_caster(self.scene)
+        caster.update(depsgraph)
+        spy = Spy(caster)
+        sensor = next(s for s in self.sensors() if s.object == obj)
+        station = station_module.Station(sensor, station_module.clock_of(self.scene))
+        station.sense(number, 0, depsgraph, spy)
+        metres = part("angen_addon.sensors").unit_scale(self.scene)
+        return spy.origins * metres, spy.directions, spy.ranges * metres
+
+    def range(self, obj: Any) -> float:
+        """What a switch's single ray reads."""
+        origins, _, ranges = self.rays(obj)
+        return float(ranges[0]) + obj.angen_sensor.optical_switch.range_min
+
+
+class Spy:
+    """A caster that takes down what it was asked and what it answered."""
+
+    def __init__(self, caster: Any) -> None:
+        self._caster = caster
+
+    def cast(self, sensor: int, bundle: int, origins: Any, directions: Any, length: Any) -> Any:
+        self.origins, self.directions = np.array(origins), np.array(directions)
+        self.ranges = self._caster.cast(sensor, bundle, origins, directions, length)
+        return self.ranges
+
+
+@pytest.fixture
+def world(empty_scene: None) -> World:
+    return World()
+
+
+@pytest.fixture(params=["FAST", "SCENE"])
+def each_caster(request: pytest.FixtureRequest, world: World) -> str:
+    """Both ray casters, one after the other."""
+    world.scene.angen_ray_caster = request.param
+    return str(request.param)
+
+
+@pytest.fixture
+def addon_part() -> Callable[[str], Any]:
+    return part
+
+
+@pytest.fixture
+def fcurves() -> Callable[[Any], list[Any]]:
+    return curves_of

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Switching the extension on and off, and loading files, leaves Blender as it should be."""
+
+import subprocess
+import sys
+
+import addon_utils
+import bpy
+import pytest
+
+ADDON = "bl_ext.user_default.angen_sensors"
+
+
+def functions(owner):
+    """Names of what was appended to a menu."""
+    return [f.__name__ for f in getattr(owner.draw, "_draw_funcs", [])]
+
+
+def what_is_registered():
+    return {
+        "handlers": {
+            name: [f"{f.__module__}.{f.__name__}" for f in getattr(bpy.app.handlers, name)]
+            for name in dir(bpy.app.handlers)
+            if isinstance(getattr(bpy.app.handlers, name), list)
+        },
+        "types": sorted(name for name in dir(bpy.types) if name.lower().startswith("angen")),
+        "operators": sorted(dir(bpy.ops.angen)),
+        "object": sorted(p for p in bpy.types.Object.bl_rna.properties.keys() if "angen" in p),
+        "scene": sorted(p for p in bpy.types.Scene.bl_rna.properties.keys() if "angen" in p),
+        "menu": functions(bpy.types.VIEW3D_MT_add),
+    }
+
+
+def ours(handlers):
+    return [f for group in handlers.values() for f in group if ADDON in f]
+
+
+def test_on_and_off_three_times(empty_scene):
+    on = what_is_registered()
+    assert len(ours(on["handlers"])) == 5
+    assert on["object"] == ["angen_ignored", "angen_load", "angen_sensor"]
+    assert {"angen_seed", "angen_substeps", "angen_luminous_efficacy"} <= set(on["scene"])
+    assert on["menu"].count("draw_in_add_menu") == 1
+    assert {
+        "bake_keyframes",
+        "clear_recording",
+        "export_events",
+        "export_samples",
+        "sensor_add",
+        "sensor_assign",
+        "sensor_clear",
+        "simulate",
+    } <= set(on["operators"])
+    for _ in range(3):
+        addon_utils.disable(ADDON)
+        try:
+            off = what_is_registered()
+        finally:
+            assert addon_utils.enable(ADDON, default_set=True) is not None
+        assert ours(off["handlers"]) == []
+        assert off["types"] == off["object"] == off["scene"] == off["operators"] == []
+        assert "draw_in_add_menu" not in off["menu"]
+        assert what_is_registered() == on
+
+
+def test_nothing_is_printed_in_it(tmp_path):
+    """Blender prints what goes wrong while it registers and goes on."""
+    program = (
+        "import bpy, addon_utils\n"
+        "from angen_addon.standalone import load_extension\n"
+        "for _ in range(3):\n"
+        "    load_extension().register(); load_extension().unregister()\n"
+        "load_extension().register()\n"
+        "print('registered', hasattr(bpy.types.Object, 'angen_sensor'))\n"
+        "load_extension().unregister()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "registered True", "")
+
+
+def live_works(world):
+    wall = world.wall(0.02)
+    sensor = world.switch()
+    world.scene.frame_set(1)
+    world.scene.frame_set(2)
+    assert not sensor.angen_sensor.active
+    wall.location.z = -0.3
+    world.update()
+    world.scene.frame_set(3)
+    return sensor.angen_sensor.active
+
+
+def test_handlers_survive_new_files_and_file_loads(world, tmp_path):
+    assert live_works(world)
+    world.bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    world.bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert live_works(world)
+    world.bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert live_works(world)
+    assert len(ours(what_is_registered()["handlers"])) == 5
+
+
+def test_a_file_keeps_the_sensors(world, tmp_path):
+    sensor = world.pir("Hall PIR", rays=33, hold_time=2.5)
+    sensor.angen_load.mass = 70.0
+    world.box((1, 1, 1), name="marker").angen_ignored = True
+    world.scene.angen_seed = 12
+    world.bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    world.bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert not bpy.data.objects
+    world.bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    sensor = bpy.data.objects["Hall PIR"]
+    assert sensor.angen_sensor.kind == "PIR"
+    assert (sensor.angen_sensor.pir.rays, sensor.angen_sensor.pir.hold_time) == (33, 2.5)
+    assert sensor.angen_load.mass == 70.0
+    assert bpy.data.objects["marker"].angen_ignored
+    assert world.scene.angen_seed == 12
+
+
+def test_another_file_has_no_recording(world):
+    world.switch()
+    assert world.bpy.ops.angen.simulate() == {"FINISHED"}
+    assert world.bpy.ops.angen.clear_recording.poll()
+    world.bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    world.switch()
+    assert not world.bpy.ops.angen.clear_recording.poll()
+
+
+def test_undo_and_redo(world):
+    """Undo makes all data anew: sensors come back, and handlers still work on them."""
+    world.update()
+    bpy.ops.ed.undo_push(message="start")
+    assert bpy.ops.angen.sensor_add(kind="OPTICAL_SWITCH") == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="add")
+    bpy.ops.angen.simulate()
+    bpy.ops.ed.undo()
+    if "Optical switch" in bpy.data.objects:
+        pytest.skip("this build of Blender does not undo without a window")
+    assert not bpy.ops.angen.clear_recording.poll()
+    bpy.ops.ed.redo()
+    assert bpy.data.objects["Optical switch"].angen_sensor.kind == "OPTICAL_SWITCH"
+    world.wall(0.02)
+    world.scene.frame_set(5)
+    world.scene.frame_set(6)
+    assert not bpy.data.objects["Optical switch"].angen_sensor.active
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+
+
+def test_handlers_that_other_code_threw_out_are_put_back_by_a_run(world):
+    wall = world.wall(0.3)
+    world.key(wall, "location", {1: (0, 0, -0.3), 48: (0, 0, -0.4)})
+    world.switch()
+    expected = world.run()
+    bpy.app.handlers.frame_change_post.clear()
+    bpy.app.handlers.depsgraph_update_post.clear()
+    assert world.run() == expected
+    assert len(ours(what_is_registered()["handlers"])) == 5
+
+
+def test_enum_numbers_in_files(world):
+    items = bpy.types.Object.bl_rna.properties["angen_sensor"].fixed_type.properties["kind"]
+    assert {item.identifier: item.value for item in items.enum_items} == {
+        "NONE": 0,
+        "PIR": 1,
+        "OPTICAL_SWITCH": 2,
+        "PRESSURE": 3,
+        "LIGHT": 4,
+    }
+
+
+def test_every_parameter_is_a_property_that_overrides_can_change(addon_part):
+    kinds = addon_part("sensor_logic.kinds").KINDS
+    parameters = addon_part("sensor_logic.parameters")
+    group = bpy.types.Object.bl_rna.properties["angen_sensor"].fixed_type.properties
+    for kind in kinds.values():
+        properties = group[kind.attribute].fixed_type.properties
+        for name, spec in parameters.specs(kind.parameters).items():
+            found = properties[name]
+            assert found.name == spec.label
+            assert found.description.startswith(spec.tip)
+            assert found.is_overridable, name
+            if not spec.pointer and not spec.choices:
+                default = parameters.defaults(kind.parameters)[name]
+                assert found.default == pytest.approx(default)
+    for name in ("kind", "enabled", "update_rate", "active", "value"):
+        assert group[name].is_overridable

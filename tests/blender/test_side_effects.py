@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run leaves the user's scene as it found it, evaluates no frame in vain, and holds no more
+memory than its readings."""
+
+import bpy
+import pytest
+
+
+def settings_of(group):
+    """All plain values of a group of properties."""
+    return {
+        p.identifier: str(getattr(group, p.identifier))
+        for p in group.bl_rna.properties
+        if p.type in {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
+        and not getattr(p, "is_array", False)
+    }
+
+
+def state_of_the_file(world):
+    scene, layer = world.scene, bpy.context.view_layer
+    return {
+        "frame": (scene.frame_current, scene.frame_subframe),
+        "scene": settings_of(scene) | settings_of(scene.render) | settings_of(scene.unit_settings),
+        "selection": sorted(o.name for o in layer.objects if o.select_get()),
+        "active": layer.objects.active.name,
+        "mode": bpy.context.mode,
+        "hidden": {o.name: (o.hide_get(), o.hide_viewport, o.hide_render) for o in layer.objects},
+        "places": {o.name: [list(row) for row in o.matrix_world] for o in layer.objects},
+        "data": {
+            name: len(getattr(bpy.data, name))
+            for name in ("objects", "meshes", "actions", "scenes", "collections", "materials")
+        },
+        "handlers": {
+            name: [str(function) for function in getattr(bpy.app.handlers, name)]
+            for name in dir(bpy.app.handlers)
+            if isinstance(getattr(bpy.app.handlers, name), list)
+        },
+    }
+
+
+@pytest.fixture
+def busy(world):
+    """A user in the middle of something: sub-frame, selection, Edit Mode, hidden things."""
+    mover = world.box((1, 1, 1), at=(0, 0, -2), name="mover")
+    world.key(mover, "location", {1: (0, 0, -2), 48: (1, 0, -2)})
+    edited = world.box((1, 1, 1), at=(5, 0, 0), name="edited")
+    world.box((1, 1, 1), at=(0, 5, 0), name="hidden").hide_set(True)
+    sensor = world.switch()
+    world.pir()
+    world.scene.frame_set(7, subframe=0.25)
+    world.update()
+    sensor.select_set(True)
+    bpy.context.view_layer.objects.active = edited
+    bpy.ops.object.mode_set(mode="EDIT")
+    world.update()
+    world.sensor_object = sensor
+    return world
+
+
+def test_a_run_leaves_everything_as_it_was(busy):
+    before = state_of_the_file(busy)
+    assert len(busy.run().tracks["switch"]) == 48
+    assert state_of_the_file(busy) == before
+
+
+def test_so_does_the_operator(busy):
+    before = state_of_the_file(busy)
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    assert state_of_the_file(busy) == before
+
+
+def test_so_does_a_run_with_substeps_that_is_closed_early(busy, addon_part):
+    busy.scene.angen_substeps = 3
+    before = state_of_the_file(busy)
+    recording = addon_part("sensor_logic.recording").Recording()
+    run = addon_part("angen_addon.simulation").simulate(
+        busy.scene, busy.sensors(), 1, 48, recording
+    )
+    for _ in range(30):
+        next(run)
+    run.close()
+    assert state_of_the_file(busy) == before
+    assert 0 < len(recording.tracks["switch"]) < 48, "what was recorded stays"
+    assert not addon_part("angen_addon.state").CACHE.running
+
+
+def test_so_does_a_run_that_fails_half_way(busy, addon_part):
+    """The sensor's scale is keyed to zero at frame 30."""
+    sensor = busy.sensor_object
+    busy.key(sensor, "scale", {1: (1, 1, 1), 30: (0, 0, 0)}, "CONSTANT")
+    busy.scene.frame_set(7, subframe=0.25)
+    before = state_of_the_file(busy)
+    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"'switch'.*scale"):
+        busy.run()
+    assert state_of_the_file(busy) == before
+    assert not addon_part("angen_addon.state").CACHE.running
+
+
+def test_so_does_a_failing_operator(busy):
+    busy.key(busy.sensor_object, "scale", {1: (1, 1, 1), 30: (0, 0, 0)}, "CONSTANT")
+    busy.scene.frame_set(7, subframe=0.25)
+    before = state_of_the_file(busy)
+    with pytest.raises(RuntimeError, match=r"'switch'.*scale"):
+        bpy.ops.angen.simulate()
+    assert state_of_the_file(busy) == before
+
+
+def frames_evaluated(world, run):
+    """The frames at which the scene was evaluated during a run, without the last, which puts
+    the playhead back."""
+    seen = []
+
+    def note(scene, depsgraph):
+        seen.append(scene.frame_current_final)
+
+    bpy.app.handlers.frame_change_post.append(note)
+    try:
+        run()
+    finally:
+        bpy.app.handlers.frame_change_post.remove(note)
+    return seen[:-1]
+
+
+def test_only_frames_on_which_a_sensor_samples_are_evaluated(world):
+    world.switch(update_rate=1.0)
+    world.switch("other", update_rate=3.0)
+    world.switch("off", update_rate=24.0).angen_sensor.enabled = False
+    world.sensor("LIGHT", "light", update_rate=24.0)
+    assert frames_evaluated(world, world.run) == [1, 9, 17, 25, 33, 41]
+
+
+@pytest.mark.parametrize("what", ["rigid body", "cloth", "nodes"])
+def test_every_frame_is_evaluated_where_a_simulation_needs_it(world, what):
+    world.switch(update_rate=1.0)
+    box = world.box((1, 1, 1), at=(5, 5, 5))
+    if what == "rigid body":
+        world.update()
+        bpy.context.view_layer.objects.active = box
+        bpy.ops.rigidbody.world_add()
+        world.scene.rigidbody_world.collection = bpy.data.collections.new("bodies")
+        bpy.ops.rigidbody.object_add()
+    elif what == "cloth":
+        box.modifiers.new("cloth", "CLOTH")
+    else:
+        inner = bpy.data.node_groups.new("inner", "GeometryNodeTree")
+        ends = inner.nodes.new("GeometryNodeSimulationOutput")
+        inner.nodes.new("GeometryNodeSimulationInput").pair_with_output(ends)
+        outer = bpy.data.node_groups.new("outer", "GeometryNodeTree")
+        outer.nodes.new("GeometryNodeGroup").node_tree = inner
+        box.modifiers.new("nodes", "NODES").node_group = outer
+    assert frames_evaluated(world, world.run) == list(range(1, 49))
+    # A part of the frames depends on those before it.
+    assert frames_evaluated(world, lambda: world.run(25, 30)) == list(range(1, 31))
+
+
+def test_a_falling_body_is_where_blender_drops_it(world):
+    """Free fall in Bullet's steps of 1/600 s, seen by a switch that samples once a second."""
+    body = world.box((0.2, 0.2, 0.2), at=(0, 0, -1))
+    world.update()
+    bpy.context.view_layer.objects.active = body
+    bpy.ops.rigidbody.world_add()
+    world.scene.rigidbody_world.collection = bpy.data.collections.new("bodies")
+    bpy.ops.rigidbody.object_add()
+    body.rigid_body.linear_damping = body.rigid_body.angular_damping = 0.0
+    world.switch(update_rate=1.0, range_max=50.0)
+    ranges = world.series(world.run(), "switch", "range_m")
+    assert ranges[0] == pytest.approx(0.9, abs=1e-4)
+    assert ranges[1] == pytest.approx(0.9 + 9.81 / 2, rel=0.03)
+
+
+def test_frames_are_not_evaluated_when_nobody_senses(world):
+    world.sensor("PRESSURE", "pad", update_rate=24.0)
+    assert frames_evaluated(world, world.run) == []
+
+
+def test_silent_kinds_and_sensors_that_are_off_record_nothing(world):
+    world.sensor("PRESSURE", "pad")
+    world.sensor("LIGHT", "light")
+    world.switch("off", enabled=False)
+    world.switch()
+    assert list(world.run().tracks) == ["switch"]
+
+
+def test_an_empty_scene_runs_and_records_nothing(world):
+    recording = world.run()
+    assert recording.tracks == {} and world.log(recording) == []
+
+
+def test_memory_grows_by_the_readings_alone(world):
+    """Python's own count of memory: a run of twice as many frames holds twice the readings."""
+    import gc
+    import tracemalloc
+
+    mover = world.box((1, 1, 1), at=(0, 0, -2))
+    world.key(mover, "location", {1: (0, 0, -2), 480: (1, 0, -2)})
+    world.switch(update_rate=24.0)
+    world.pir(update_rate=24.0)
+    world.scene.frame_end = 480
+    world.run()
+
+    def held(last):
+        gc.collect()
+        before = tracemalloc.get_traced_memory()[0]
+        recording = world.run(1, last)
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0] - before, recording
+
+    tracemalloc.start()
+    try:
+        (short, _), (long, recording) = held(120), held(480)
+    finally:
+        tracemalloc.stop()
+    readings = sum(len(track) for track in recording.tracks.values())
+    # A row is three or four floats and two bytes; arrays over-allocate by an eighth.
+    assert long < 64 * readings + 40_000
+    assert long - short < 64 * readings
+
+
+def test_runs_leave_no_objects_behind(world):
+    import gc
+
+    world.key(world.box((1, 1, 1), at=(0, 0, -2)), "location", {1: (0, 0, -2), 48: (1, 0, -2)})
+    world.switch()
+    world.run()
+
+    def count():
+        world.run()
+        gc.collect()
+        return len(gc.get_objects())
+
+    count()
+    first = count()
+    assert abs(count() - first) < 50

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stage for the sensor models: they sense what a test says, and no Blender is needed."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sensor_logic.model import Array, Pose, Reading, Update
+from sensor_logic.noise import generator
+
+AHEAD = Pose(np.zeros(3), np.eye(3))
+
+
+def flat_world(distance: float) -> Callable[..., Array]:
+    """A caster that finds something `distance` metres from the sensor along every ray."""
+
+    def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
+        travelled = np.linalg.norm(origins, axis=1)
+        return np.clip(distance - travelled, 0.0, length)
+
+    return cast
+
+
+class Stage:
+    """Runs one model through updates; each world is a caster, or a distance in metres."""
+
+    def __init__(self) -> None:
+        self.rate = 10.0
+        self.seed = 0
+        self.sensor = "sensor"
+
+    def run(self, model: Any, parameters: Any, worlds: Sequence[Any]) -> list[Reading]:
+        readings = []
+        for number, world in enumerate(worlds):
+            cast = world if callable(world) else flat_world(float(world))
+            update = Update(number, number / self.rate, AHEAD, cast, self.noise(number))
+            readings.append(model.update(parameters, update))
+        return readings
+
+    def noise(self, number: int) -> Callable[[], np.random.Generator]:
+        return lambda: generator(self.seed, self.sensor, number)
+
+
+@pytest.fixture
+def stage() -> Stage:
+    return Stage()

@@ -17,6 +17,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from angen_home import (  # noqa: E402
+    animate,
     architecture,
     bedroom,
     checks,
@@ -31,6 +32,8 @@ from angen_home import (  # noqa: E402
     workroom,
 )
 
+from angen_addon.standalone import load_extension  # noqa: E402
+
 # The collections in the order the outliner should show them.
 COLLECTIONS = (
     "Home/Walls", "Home/Floors", "Home/Ceiling", "Home/Windows", "Home/Doors",
@@ -44,10 +47,6 @@ COLLECTIONS = (
 
 def build() -> bpy.types.Scene:
     """Fill an empty file with the home, all doors closed."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    from angen_addon.standalone import load_extension
-
-    load_extension().register()
     scene = bpy.context.scene
     scene.name = "Ängen"
     for path in COLLECTIONS:
@@ -70,10 +69,7 @@ def build() -> bpy.types.Scene:
 
 def add_story(scene: bpy.types.Scene) -> None:
     """The person and what she does; it sets the last frame."""
-    if (HERE / "angen_home" / "animate.py").exists():
-        from angen_home import animate
-
-        animate.add_person_and_story(scene)
+    animate.add_person_and_story(scene)
     scene.frame_set(1)
 
 
@@ -100,22 +96,33 @@ def digest(scene: bpy.types.Scene) -> str:
 
 
 def main() -> int:
-    """Build, check, save."""
+    """The command line; returns the exit status."""
     argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
     parser = argparse.ArgumentParser(prog="build_angen.py")
     parser.add_argument("--out", type=Path, default=HERE / "angen.blend")
     parser.add_argument("--digest", action="store_true", help="print a hash of the scene")
     arguments = parser.parse_args(argv)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    extension = load_extension()
+    extension.register()
+    try:
+        return make(arguments.out.resolve(), arguments.digest)
+    finally:
+        # Blender 4.2 as a Python module crashes at exit with the extension still registered.
+        extension.unregister()
+
+
+def make(out: Path, with_digest: bool) -> int:
+    """Build, check and save the home; 1 where the checks found something."""
     scene = build()
     problems = checks.plan_problems() + checks.scene_problems(scene)
     for problem in problems:
         print(problem, file=sys.stderr)
     add_story(scene)
-    out = arguments.out.resolve()
     bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
     size = out.stat().st_size / 1e6
     print(f"{out.name}: {len(scene.objects)} objects, {triangles(scene)} triangles, {size:.2f} MB")
-    if arguments.digest:
+    if with_digest:
         print(f"digest {digest(scene)}")
     return 1 if problems else 0
 

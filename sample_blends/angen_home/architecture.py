@@ -157,7 +157,8 @@ def add_ceiling() -> None:
     z = CEILING_Z
     for x0, y0, x1, y1 in plan.FLOOR_SLABS:
         sheet.polygon([(x0, y1, z), (x1, y1, z), (x1, y0, z), (x0, y0, z)])
-    place("Ceiling", sheet, "Home/Ceiling")
+    obj = place("Ceiling", sheet, "Home/Ceiling")
+    obj.display_type = "WIRE"  # so that the solid view shows the rooms; renders and rays see it
 
 
 def add_skirting() -> None:

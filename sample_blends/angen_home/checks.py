@@ -168,6 +168,21 @@ def switch_problems(scene: bpy.types.Scene) -> list[str]:
     return problems
 
 
+def footprint_problems() -> list[str]:
+    """Furniture that reaches out of its footprint, m."""
+    problems = []
+    for name, box in plan.FURNITURE.items():
+        obj = bpy.data.objects.get(name)
+        if obj is None:
+            continue  # a footprint of several objects
+        for part in (part for part in (obj, *obj.children) if part.type == "MESH"):
+            points = [part.matrix_world @ v.co for v in part.data.vertices]
+            out = max(max(box.x0 - p.x, p.x - box.x1, box.y0 - p.y, p.y - box.y1) for p in points)
+            if out > 0.03:
+                problems.append(f"{part.name} reaches {out:.3f} m out of the footprint {name}")
+    return problems
+
+
 def scene_problems(scene: bpy.types.Scene) -> list[str]:
     """What is wrong with the built scene."""
-    return switch_problems(scene)
+    return switch_problems(scene) + footprint_problems()

@@ -57,25 +57,31 @@ def table(width: float, depth: float, height: float, wood: str = "oak") -> MeshB
 
 
 def leaf_blade(
-    b: MeshBuilder, base: tuple[float, float, float], yaw: float, rise: float, length: float,
-    width: float, material: str = "leaf",
-) -> None:  # fmt: skip
-    """One arching leaf from `base`; `rise` 0…1 from lying to standing."""
+    b: MeshBuilder,
+    base: tuple[float, float, float],
+    yaw: float,
+    rise: float,
+    reach: float,
+    length: float,
+    width: float,
+    material: str = "leaf",
+) -> None:
+    """One arching leaf from `base`; `rise` 0…1 from lying to standing; `reach` m at most."""
 
     def point(u: float, v: float) -> tuple[float, float, float]:
         w = width * max(0.0, sin(pi * (0.06 + 0.94 * v))) ** 0.8 * (u - 0.5)
-        reach = length * (v * (1 - 0.62 * rise))
+        far = v * min(reach, length * (1 - 0.62 * rise))
         height = length * (v * (0.35 + 0.75 * rise) - v * v * (0.85 - 0.55 * rise))
         height += 0.25 * abs(w)
         c, s = cos(yaw), sin(yaw)
-        return (base[0] + reach * c - w * s, base[1] + reach * s + w * c, base[2] + height)
+        return (base[0] + far * c - w * s, base[1] + far * s + w * c, base[2] + height)
 
     b.surface(point, 2, 6, material)
 
 
 def plant(
     seed: int, height: float, leaves: int, pot_radius: float, pot_height: float,
-    pot: str = "terracotta", width: float = 0.1, material: str = "leaf",
+    pot: str = "terracotta", width: float = 0.1, material: str = "leaf", reach: float = 1.0,
 ) -> MeshBuilder:  # fmt: skip
     """A pot plant about the origin on z = 0, the same for the same seed."""
     rnd = Random(seed)
@@ -93,7 +99,7 @@ def plant(
         low = h * 0.86 + (height - h) * 0.42 * t
         top = (0.02 * cos(yaw), 0.02 * sin(yaw), low)
         b.rod((0.25 * r * cos(yaw), 0.25 * r * sin(yaw), h * 0.84), top, 0.005, 5, "leaf light")
-        leaf_blade(b, top, yaw, 0.35 + 0.5 * t, length, width, material)
+        leaf_blade(b, top, yaw, 0.35 + 0.5 * t, reach, length, width, material)
     return b
 
 

@@ -82,7 +82,7 @@ def add_hall() -> None:
     place("Door mat inside", mesh, HALL, (4.93, 7.95, FLOOR))
     place("Door mat outside", mesh, HALL, (4.93, 8.8, FLOOR))
     landing = plan.FURNITURE["Landing plant"]
-    place("Landing plant", plant(33, 1.1, 16, 0.14, 0.28, "white paint", 0.11), HALL,
+    place("Landing plant", plant(33, 1.1, 16, 0.14, 0.28, "white paint", 0.11, reach=0.24), HALL,
           ((landing.x0 + landing.x1) / 2, (landing.y0 + landing.y1) / 2, FLOOR))  # fmt: skip
     place("Picture hall", picture(0.7, 0.5, "print a", "oak"), HALL, (5.85, 3.002, 1.6), 180.0)
 
@@ -139,11 +139,12 @@ def add_balcony() -> None:
     b.cylinder((0, 0, 0), 0.14, 0.018, 20)
     place("Balcony table", b, BALCONY, ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2, FLOOR))
     for i, (x, y, seed, height, pot) in enumerate((
-        (11.95, 3.25, 51, 1.2, "terracotta"), (11.97, 3.68, 52, 0.8, "white paint"),
-        (11.98, 4.02, 53, 0.6, "blue ceramic"),
+        (11.95, 3.3, 51, 1.2, "terracotta"), (11.72, 3.16, 52, 0.8, "white paint"),
+        (11.98, 6.74, 53, 0.6, "blue ceramic"),
     )):  # fmt: skip
         name = f"Balcony plant {i + 1}"
         size = 0.17 - 0.025 * i
         green = "leaf" if i % 2 == 0 else "leaf light"
-        pot_plant = plant(seed, height, 18 - 3 * i, size, 0.3 - 0.05 * i, pot, 0.08, green)
-        place(name, pot_plant, BALCONY, (x, y, FLOOR))
+        reach = 0.26 - 0.05 * i
+        grown = plant(seed, height, 18 - 3 * i, size, 0.3 - 0.05 * i, pot, 0.08, green, reach)
+        place(name, grown, BALCONY, (x, y, FLOOR))

@@ -36,7 +36,8 @@ CAMERAS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float],
     "Camera kitchen": ((3.3, 3.42, 1.75), (1.1, 5.2, 1.05), 19.0),
     "Camera hall": ((4.9, 2.1, 1.75), (4.75, 7.5, 1.05), 19.0),
 }
-PLAN_CAMERA = ("Camera floor plan", (6.0, 4.95, 14.0), 19.6)
+# So high that its frame does not lie across the overview.
+PLAN_CAMERA = ("Camera floor plan", (6.0, 4.95, 40.0), 19.6)
 
 
 def _light(name: str, at: tuple[float, float, float], radius: float) -> bpy.types.Object:
@@ -216,6 +217,7 @@ def set_rendering() -> None:
     scene.cycles.diffuse_bounces = 8
     scene.cycles.transparent_max_bounces = 16
     scene.cycles.sample_clamp_indirect = 8.0
+    scene.render.filepath = "//"
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     scene.view_settings.view_transform = "AgX"
     scene.view_settings.look = "AgX - Medium High Contrast"

@@ -165,8 +165,8 @@ def add_decoration() -> None:
     place("Curtain south", mesh, PATH, (face - 0.09, window.y0 - 0.28, FLOOR + 0.02), 90.0)
     place("Curtain north", mesh, PATH, (face - 0.09, window.y1 - 0.34, FLOOR + 0.02), 90.0)
     x, y, z = _middle("Plant living room")
-    tall = plant(3, 1.35, 22, 0.17, 0.32, "terracotta", 0.13)
-    place("Plant living room", tall, PATH, (x - 0.02, y + 0.02, z))
+    tall = plant(3, 1.35, 22, 0.17, 0.32, "terracotta", 0.13, reach=0.28)
+    place("Plant living room", tall, PATH, (x, y, z))
     for name, px, size, what in (
         ("sea", 8.55, (0.5, 0.7), "print a"), ("dunes", 9.15, (0.5, 0.7), "print b"),
         ("meadow", 9.75, (0.5, 0.7), "print c"),

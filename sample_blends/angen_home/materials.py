@@ -14,7 +14,8 @@ class Nodes:
     def __init__(self, name: str, colour: Colour) -> None:
         self.material = bpy.data.materials.new(name)
         self.material.use_nodes = True
-        self.material.diffuse_color = (*colour, 1.0)  # solid view
+        # The solid view: lighter, because its lamps leave walls seen from above in the dark.
+        self.material.diffuse_color = (*(c**0.6 for c in colour), 1.0)
         self.tree = self.material.node_tree
         self.tree.nodes.clear()
         self.output = self.tree.nodes.new("ShaderNodeOutputMaterial")
@@ -290,7 +291,7 @@ _MAKERS: dict[str, Callable[[str], bpy.types.Material]] = {
     "paint sage": lambda n: paint(n, (0.44, 0.5, 0.42)),
     "paint blue": lambda n: paint(n, (0.38, 0.48, 0.56)),
     "paint sand": lambda n: paint(n, (0.68, 0.58, 0.45)),
-    "wall cut": lambda n: plain(n, (0.014, 0.013, 0.013), 0.95),
+    "wall cut": lambda n: plain(n, (0.02, 0.019, 0.018), 1.0, Specular_IOR_Level=0.05),
     "facade": lambda n: speckled(n, (0.27, 0.22, 0.18), (0.22, 0.18, 0.15), 30.0),
     "ceiling": ceiling,
     "oak floor": lambda n: planks(n, (0.25, 0.14, 0.07), (0.56, 0.38, 0.21)),
@@ -300,7 +301,7 @@ _MAKERS: dict[str, Callable[[str], bpy.types.Material]] = {
     "tiles kitchen": lambda n: tiles(n, (0.62, 0.6, 0.55), (0.4, 0.4), (0.38, 0.36, 0.33)),
     "tiles splash": lambda n: tiles(n, (0.5, 0.62, 0.6), (0.15, 0.075), (0.8, 0.8, 0.78)),
     "concrete": lambda n: speckled(n, (0.42, 0.42, 0.41), (0.52, 0.51, 0.5), 9.0),
-    "ground": lambda n: speckled(n, (0.05, 0.085, 0.03), (0.085, 0.12, 0.045), 1.2),
+    "ground": lambda n: speckled(n, (0.035, 0.06, 0.016), (0.062, 0.085, 0.022), 1.2),
     "white paint": lambda n: plain(n, (0.8, 0.8, 0.78), 0.35),
     "glass": lambda n: glass(n, (0.94, 0.97, 0.97)),
     "frosted glass": lambda n: plain(n, (0.8, 0.9, 0.9), 0.35, Transmission_Weight=0.7, Alpha=0.75),

@@ -145,15 +145,15 @@ class Door:
     hinge: tuple[float, float]
     closed_yaw: float
     open_yaw: float
-    leaf_width: float
-    opening: float  # width of the hole in the wall, which starts at local x = `opening_at`
-    opening_at: float
-    wall_face: float  # local y of the wall's face on the swing side
-    wall_depth: float
-    swing_side: str  # the room the leaf swings into
-    other_side: str
     switch: tuple[float, float]  # the beam's origin (x, y); z is SWITCH_Z
     switch_yaw: float  # the beam's direction
+    other_side: str
+    swing_side: str = "hall"  # the room the leaf swings into
+    leaf_width: float = 1.0
+    opening: float = 1.0  # width of the hole in the wall, which starts at `opening_at`
+    opening_at: float = 0.0  # local x
+    wall_face: float = 0.03  # local y of the wall's face on the swing side
+    wall_depth: float = 0.2
     blocks: str = ""  # what the open leaf stands in the way of
 
     def at(self, u: float, v: float, yaw: float | None = None) -> tuple[float, float]:
@@ -168,117 +168,22 @@ class Door:
 DOORS: dict[str, Door] = {
     door.name: door
     for door in (
-        Door(
-            "entrance",
-            (4.4, 8.25),
-            0.0,
-            -97.0,
-            1.0,
-            1.0,
-            0.0,
-            0.05,
-            0.2,
-            "hall",
-            "landing",
-            (4.875, 8.285),
-            0.0,
-            "the workroom's doorway",
-        ),
-        Door(
-            "workroom",
-            (3.73, 7.1),
-            90.0,
-            -53.2,
-            1.0,
-            1.0,
-            0.0,
-            0.03,
-            0.2,
-            "hall",
-            "workroom",
-            (3.715, 7.575),
-            90.0,
-        ),
-        Door(
-            "kitchen",
-            (3.73, 4.0),
-            90.0,
-            -53.2,
-            1.0,
-            1.0,
-            0.0,
-            0.03,
-            0.2,
-            "hall",
-            "kitchen",
-            (3.715, 4.475),
-            90.0,
-        ),
+        Door("entrance", (4.4, 8.25), 0.0, -97.0, (4.875, 8.285), 0.0, "landing",
+             wall_face=0.05, blocks="the workroom's doorway"),
+        Door("workroom", (3.73, 7.1), 90.0, -53.2, (3.715, 7.575), 90.0, "workroom"),
+        Door("kitchen", (3.73, 4.0), 90.0, -53.2, (3.715, 4.475), 90.0, "kitchen"),
         # A full swing would meet the bathroom's wall.
-        Door(
-            "bedroom",
-            (3.73, 1.83),
-            90.0,
-            3.0,
-            0.96,
-            1.0,
-            -0.03,
-            0.03,
-            0.2,
-            "hall",
-            "bedroom",
-            (3.715, 2.245),
-            90.0,
-            "the bathroom's doorway",
-        ),
-        Door(
-            "bathroom",
-            (4.2, 1.56),
-            0.0,
-            -95.0,
-            1.0,
-            1.0,
-            0.0,
-            0.04,
-            0.2,
-            "bathroom",
-            "hall",
-            (4.67, 1.58),
-            0.0,
-        ),
-        Door(
-            "balcony",
-            (11.0, 5.85),
-            90.0,
-            -75.0,
-            1.0,
-            1.0,
-            0.0,
-            0.035,
-            0.3,
-            "balcony",
-            "living room",
-            (10.98, 6.325),
-            90.0,
-        ),
+        Door("bedroom", (3.73, 1.83), 90.0, 3.0, (3.715, 2.245), 90.0, "bedroom",
+             leaf_width=0.96, opening_at=-0.03, blocks="the bathroom's doorway"),
+        Door("bathroom", (4.2, 1.56), 0.0, -95.0, (4.67, 1.58), 0.0, "hall",
+             swing_side="bathroom", wall_face=0.04),
+        Door("balcony", (11.0, 5.85), 90.0, -75.0, (10.98, 6.325), 90.0, "living room",
+             swing_side="balcony", wall_face=0.035, wall_depth=0.3),
         # Hung on the north jamb, so that the open leaf keeps clear of the bathroom's doorway.
-        Door(
-            "closet",
-            (5.465, 2.6),
-            -90.0,
-            -235.0,
-            0.6,
-            0.6,
-            0.0,
-            0.035,
-            0.2,
-            "hall",
-            "closet",
-            (5.475, 2.275),
-            90.0,
-        ),
+        Door("closet", (5.465, 2.6), -90.0, -235.0, (5.475, 2.275), 90.0, "closet",
+             leaf_width=0.6, opening=0.6, wall_face=0.035),
     )
-}
+}  # fmt: skip
 
 # --- furniture footprints: what a walker must keep clear of -----------------------------
 FURNITURE: dict[str, Box] = {
@@ -293,7 +198,7 @@ FURNITURE: dict[str, Box] = {
     "Dining chair 4": Box(7.74, 3.34, 0.055, 8.16, 3.9, 0.92),
     "Bookcase": Box(6.5, 6.68, 0.055, 7.5, 6.995, 1.95),
     "Floor lamp": Box(7.65, 6.52, 0.055, 8.01, 6.88, 1.65),
-    "Plant living room": Box(10.1, 3.08, 0.055, 10.6, 3.58, 1.5),
+    "Plant living room": Box(10.02, 3.02, 0.055, 10.64, 3.64, 1.5),
     # kitchen
     "Kitchen base": Box(0.0, 5.38, 0.055, 2.86, 6.0, 0.95),
     "Fridge": Box(2.88, 5.37, 0.055, 3.48, 5.99, 1.90),
@@ -306,7 +211,7 @@ FURNITURE: dict[str, Box] = {
     "Bedroom shelf 1": Box(1.3, 2.63, 0.055, 2.38, 2.99, 1.615),
     "Bedroom shelf 2": Box(2.4, 2.63, 0.055, 3.48, 2.99, 1.615),
     "Armchair": Box(0.02, 0.315, 0.055, 0.86, 1.155, 1.0),
-    "Bedroom chair": Box(0.56, 1.95, 0.055, 1.1, 2.38, 0.92),
+    "Bedroom chair": Box(0.55, 1.94, 0.055, 1.11, 2.39, 0.92),
     # workroom
     "Workroom desk 1": Box(0.22, 6.32, 0.055, 1.67, 7.0, 0.68),
     "Workroom desk 2": Box(1.95, 6.32, 0.055, 3.42, 7.0, 0.68),
@@ -324,11 +229,12 @@ FURNITURE: dict[str, Box] = {
     "Shoe bench": Box(5.88, 7.04, 0.055, 6.2, 7.6, 0.5),
     "Hall cabinet": Box(3.7, 5.2, 0.055, 4.0, 6.1, 0.9),
     # balcony
-    "Balcony chair": Box(11.1, 3.75, 0.055, 11.7, 4.35, 0.9),
-    "Balcony table": Box(11.12, 3.15, 0.055, 11.58, 3.61, 0.6),
-    "Balcony plants": Box(11.75, 3.02, 0.055, 12.15, 4.2, 1.3),
+    "Balcony chair": Box(11.0, 3.55, 0.055, 11.8, 4.35, 0.9),
+    "Balcony table": Box(11.12, 3.03, 0.055, 11.56, 3.47, 0.6),
+    "Balcony plants": Box(11.6, 3.02, 0.055, 12.15, 3.54, 1.3),
+    "Balcony plant 3": Box(11.82, 6.58, 0.055, 12.14, 6.9, 0.7),
     # landing
-    "Landing plant": Box(5.9, 8.55, 0.055, 6.25, 8.9, 1.2),
+    "Landing plant": Box(5.85, 8.53, 0.055, 6.35, 9.03, 1.2),
 }
 
 
@@ -347,6 +253,7 @@ class Place:
 
 SOFA_SEAT_Z = 0.47
 BED_TOP_Z = 0.56
+TOILET_SEAT_Z = 0.475
 PLACES: dict[str, Place] = {
     "outside_entrance": Place(4.95, 9.6, -90.0, waypoint="landing"),
     "entrance_handle_outside": Place(5.1, 8.95, -90.0, waypoint="landing_door"),
@@ -367,8 +274,8 @@ PLACES: dict[str, Place] = {
     "tv": Place(9.1, 4.1, -90.0, waypoint="tv"),
     "bookcase": Place(7.0, 6.2, 90.0, waypoint="bookcase"),
     "balcony_rail": Place(11.78, 6.3, 0.0, waypoint="balcony_north"),
-    "balcony_seat": Place(11.85, 4.62, 180.0, seat=(11.42, 4.05, 0.49), waypoint="balcony_south"),
-    "toilet": Place(5.5, 1.28, 90.0, seat=(5.5, 0.66, 0.475), waypoint="bathroom_toilet"),
+    "balcony_seat": Place(11.84, 4.62, 45.0, seat=(11.43, 3.98, 0.49), waypoint="balcony_south"),
+    "toilet": Place(5.5, 1.28, 90.0, seat=(5.5, 0.66, TOILET_SEAT_Z), waypoint="bathroom_toilet"),
     "washbasin": Place(4.9, 1.0, -90.0, waypoint="bathroom"),
     "shower": Place(6.3, 0.9, 180.0, waypoint="bathroom_shower"),
     "washing_machine": Place(5.7, 2.3, 0.0, waypoint="door_closet"),

@@ -26,7 +26,7 @@ def _oval(b: MeshBuilder, rings: list[tuple[float, float, float, float]], materi
 def add_toilet() -> None:
     """A toilet with cistern, its seat at the plan's seat height; looks towards +y."""
     box = plan.FURNITURE["Toilet"]
-    seat_z = plan.PLACES["toilet"].seat[2] - FLOOR
+    seat_z = plan.TOILET_SEAT_Z - FLOOR
     b = MeshBuilder("ceramic")
     _oval(b, [(0.11, 0.2, 0.36, 0.0), (0.105, 0.19, 0.36, 0.12), (0.13, 0.22, 0.38, 0.24),
               (0.175, 0.25, 0.39, 0.34), (0.183, 0.255, 0.39, seat_z - 0.03),
@@ -39,14 +39,17 @@ def add_toilet() -> None:
     toilet = place("Toilet", b, BATH, ((box.x0 + box.x1) / 2, box.y0, FLOOR))
     s = MeshBuilder("white plastic")
     z0, z1 = seat_z - 0.028, seat_z
-    _oval(s, [(0.125, 0.185, 0.405, z0), (0.187, 0.257, 0.392, z0),
-              (0.19, 0.258, 0.392, z1 - 0.008), (0.182, 0.25, 0.392, z1), (0.13, 0.19, 0.405, z1), (0.125, 0.185, 0.405, z0)],
-          "white plastic")  # fmt: skip
+    rings = [
+        (0.125, 0.185, 0.405, z0),
+        (0.187, 0.257, 0.392, z0),
+        (0.19, 0.258, 0.392, z1 - 0.008),
+        (0.182, 0.25, 0.392, z1),
+        (0.13, 0.19, 0.405, z1),
+        (0.125, 0.185, 0.405, z0),
+    ]
+    _oval(s, rings, "white plastic")
     place("Toilet seat", s, BATH, parent=toilet)
     lid = MeshBuilder("white plastic")
-    lid.matrix = moved(0, 0.19, seat_z)
-    _oval(lid, [(0.001, 0.001, 0, 0), (0.185, 0.0, 0, 0)], "white plastic")
-    lid.matrix = moved()
     lid.cushion((-0.18, 0.178, seat_z), (0.18, 0.2, seat_z + 0.42), 0.011, 0.0, None, 2)
     place("Toilet lid", lid, BATH, parent=toilet)
     roll = MeshBuilder("paper")
@@ -74,7 +77,8 @@ def add_washbasin() -> None:
     ):  # fmt: skip
         b.box((x0, y0, deep), (x1, y1, rim), 0.008, c)
     b.lathe([(0, 0), (0.02, 0), (0.02, 0.003), (0, 0.002)], (0, 0.22, deep), 14, "chrome")
-    basin = place("Washbasin", b, BATH, ((box.x0 + box.x1) / 2, box.y0, FLOOR))
+    x = (box.x0 + box.x1) / 2
+    basin = place("Washbasin", b, BATH, (x, box.y0, FLOOR))
     tap = MeshBuilder("chrome")
     tap.cylinder((0, 0, 0), 0.022, 0.09, 14)
     tap.tube([(0, 0, 0.075), (0, 0.06, 0.1), (0, 0.12, 0.09), (0, 0.125, 0.07)], 0.011, 10)
@@ -89,7 +93,7 @@ def add_washbasin() -> None:
     m = MeshBuilder("chrome")
     m.box((-0.3, 0, 0), (0.3, 0.012, 0.75), 0.003)
     m.box((-0.292, 0.012, 0.008), (0.292, 0.0132, 0.742), 0.0, "mirror")
-    place("Mirror bathroom", m, BATH, (0, 0.0, 1.12 - FLOOR), parent=basin)
+    place("Mirror bathroom", m, BATH, (x, box.y0, 1.12))
 
 
 def add_shower() -> None:
@@ -104,9 +108,11 @@ def add_shower() -> None:
     b.box((box.x0 + 0.006, box.y0, FLOOR + 0.02), (box.x1 - 0.006, box.y1, box.z1), 0.0)
     for y in (box.y0, box.y1 - 0.015):
         b.box((box.x0, y, FLOOR + 0.01), (box.x1, y + 0.015, box.z1), 0.002, "chrome")
-    b.rod((box.x0 + 0.01, box.y1 - 0.01, box.z1 - 0.02), (6.7, box.y1 - 0.01, box.z1 - 0.02),
-          0.009, 8, "chrome")  # fmt: skip
     place("Shower screen", b, BATH)
+    y, z = box.y1 - 0.01, box.z1 - 0.02
+    rail = MeshBuilder("chrome")
+    rail.rod((box.x0 + 0.01, y, z), (6.7, y, z), 0.009, 8)
+    place("Shower rail", rail, BATH)
     s = MeshBuilder("chrome")
     s.rod((0, 0, 0.9), (0, 0, 1.85), 0.011, 10)
     for z in (0.92, 1.83):

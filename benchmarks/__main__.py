@@ -22,12 +22,13 @@ def main() -> None:
     extension = load_extension()
     extension.register()
     try:
-        from . import ray_layer, report
+        from . import ray_accuracy, ray_layer, report
 
         data = {
             "machine": f"{platform.processor() or platform.machine()}, Blender "
             f"{bpy.app.version_string}, Python {platform.python_version()}",
-            "ray_layer": ray_layer.measure(frames=48 if quick else 240, rounds=1 if quick else 3),
+            "ray_accuracy": ray_accuracy.measure(frames=12 if quick else 72),
+            "ray_layer": ray_layer.measure(frames=24 if quick else 72, rounds=1 if quick else 3),
         }
     finally:
         extension.unregister()

@@ -3,13 +3,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import sys
-from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+from .quiet import standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
 USAGE = "usage: python -m angen_addon {simulate,list,check} HOME.blend [options]\n"
@@ -31,6 +29,8 @@ def main(arguments: list[str]) -> int:
         if problem:
             sys.stderr.write(f"angen: {problem}\n")
             return 2
+    with standard_output_silenced():
+        import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
     extension = load_extension()
     extension.register()
     try:
@@ -73,21 +73,6 @@ def open_file(file: Path) -> str:
         reason = " ".join(str(error).removeprefix("Error:").split())
         return f"cannot open {file}: {reason}"
     return ""
-
-
-@contextlib.contextmanager
-def standard_output_silenced() -> Iterator[None]:
-    """Keeps Blender's own chatter out of the events on standard output."""
-    sys.stdout.flush()
-    saved = os.dup(1)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(nowhere)
 
 
 if __name__ == "__main__":

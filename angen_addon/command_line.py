@@ -20,6 +20,7 @@ from ..sensor_logic.recording import Recording
 from . import bake
 from .describe import describe
 from .progress import ProgressLine, note
+from .quiet import standard_output_silenced
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
 
@@ -125,7 +126,9 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
     # Blender takes Ctrl-C for itself and would go on to the end.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        return verbs[options.verb](options)
+        status = verbs[options.verb](options)
+        sys.stdout.flush()
+        return status
     except (BadInput, NoSuchSensor) as error:
         note(str(error))
         return BAD_INPUT
@@ -135,6 +138,11 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
     except BrokenPipeError:
         # Who reads our output had enough, as `head` does.
         sys.stdout = None  # type: ignore[assignment]
+        return FAILED
+    except OSError as error:
+        # Files are dealt with where they are written.
+        sys.stdout = None  # type: ignore[assignment]
+        note(f"cannot write to standard output: {error.strerror}")
         return FAILED
     except KeyboardInterrupt:
         note("interrupted; nothing was written")
@@ -206,17 +214,29 @@ def _simulate(options: argparse.Namespace) -> int:
     if options.samples:
         for sensor, name in file_names(recording.tracks).items():
             texts[options.samples / name] = samples_csv(recording.tracks[sensor])
-    if options.samples and texts:
-        options.samples.mkdir(exist_ok=True)
-    write_files(texts)
+    _write(texts, options.samples)
     if options.bake:
         bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
     if options.save:
         _save(options.save)
     if not options.events:
         sys.stdout.write(events_csv(recording))
-        sys.stdout.flush()
     return DONE
+
+
+def _write(texts: dict[Path, str], folder: Path | None) -> None:
+    """Writes all files, or none and no new folder either."""
+    new_folder = folder if folder and not folder.exists() else None
+    try:
+        if new_folder:
+            new_folder.mkdir()
+        write_files(texts)
+    except BaseException as error:
+        if new_folder and new_folder.exists():
+            new_folder.rmdir()
+        if isinstance(error, OSError):
+            raise OutputError(f"cannot make {folder}: {error.strerror}") from None
+        raise
 
 
 def _check_outputs(options: argparse.Namespace) -> None:
@@ -237,7 +257,10 @@ def _check_outputs(options: argparse.Namespace) -> None:
 def _save(path: Path) -> None:
     part = path.with_name(f".{path.name}.part")
     try:
-        bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
+        with standard_output_silenced():
+            bpy.ops.wm.save_as_mainfile(
+                filepath=str(part.absolute()), copy=True, check_existing=False
+            )
         part.replace(path)
     except (OSError, RuntimeError) as error:
         raise OutputError(f"cannot save {path}: {error}") from None

@@ -44,8 +44,8 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
 
 
 def _is_users_edit(update: Any) -> bool:
-    """Whether an object was moved or reshaped."""
-    return isinstance(update.id, bpy.types.Object) and (
+    """Whether an object was moved, reshaped, added or removed (which its collection tells)."""
+    return isinstance(update.id, (bpy.types.Object, bpy.types.Collection)) and (
         update.is_updated_transform or update.is_updated_geometry
     )
 

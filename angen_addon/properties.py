@@ -32,6 +32,12 @@ def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
     state.CACHE.settings_changed()
 
 
+def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
+    # Blender itself does not know that it matters: the tag makes the ray casters look again.
+    self.update_tag(refresh={"OBJECT"})
+    _settings_changed(self, context)
+
+
 def _kind_changed(self: Any, context: bpy.types.Context) -> None:
     """A sensor of a new kind gets that kind's update rate, unless the user chose one."""
     defaults_of_kinds = {kind.update_rate for kind in KINDS.values()}
@@ -215,6 +221,7 @@ def register() -> None:
         name="Ignored by sensors",
         description="No sensor sees this object, e.g. a marker of a room's volume",
         options=set(),
+        update=_ignored_changed,
         override=OVERRIDABLE,
     )
     for name, prop in _scene_properties().items():

@@ -13,9 +13,9 @@ Written by `make bench`; do not edit. Machine: {machine}.
 
 ## The ray layer
 
-The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames (a third with
-1000 more objects) in one process: milliseconds a frame of sensing alone, median of {rounds}
-rounds, and their ratio with its spread. *Start* is what the fast layer's first second costs once,
+The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames in one
+process: milliseconds a frame of sensing alone, median of {rounds} rounds (the last row: one), and
+their ratio with its spread. *Start* is what the fast layer's first second costs once,
 in milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
 need, is told beside it. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that
 differ* compares what every detector said at every update.

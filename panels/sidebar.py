@@ -26,7 +26,9 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("angen.simulate", icon="PLAY")
         recording = state.CACHE.recording(scene)
-        if recording is None:
+        if state.CACHE.running:
+            layout.label(text="Simulating: Esc keeps what is done", icon="TIME")
+        elif recording is None:
             layout.label(text="Not recorded: live values", icon="INFO")
         else:
             layout.label(

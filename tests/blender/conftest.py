@@ -147,7 +147,7 @@ class World:
 
     def range(self, obj: Any) -> float:
         """What a switch's single ray reads."""
-        origins, _, ranges = self.rays(obj)
+        _, _, ranges = self.rays(obj)
         return float(ranges[0]) + obj.angen_sensor.optical_switch.range_min
 
 

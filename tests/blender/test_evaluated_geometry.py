@@ -66,6 +66,7 @@ def test_shape_keys(world, beam):
     plate = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.2))
     plate.shape_key_add(name="basis")
     moved = plate.shape_key_add(name="nearer")
+    moved.value = 0.0
     for point in moved.data:
         point.co.z += 0.1
     assert beam() == near(0.195)

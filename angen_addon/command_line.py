@@ -18,6 +18,7 @@ from ..sensor_logic.files import OutputError, check_folder, file_names, write_fi
 from ..sensor_logic.kinds import KINDS, not_simulated
 from ..sensor_logic.recording import Recording
 from . import bake
+from .arguments import parse
 from .describe import describe
 from .progress import ProgressLine, note
 from .quiet import standard_output_silenced
@@ -31,91 +32,10 @@ class BadInput(Exception):
     """The command cannot be carried out as given; the text says why and what would work."""
 
 
-def _frames(text: str) -> tuple[int, int]:
-    try:
-        first, _, last = text.partition(":")
-        frames = int(first), int(last)
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
-        ) from None
-    if frames[0] > frames[1]:
-        raise argparse.ArgumentTypeError(
-            f"{text}: the first frame is after the last; did you mean {frames[1]}:{frames[0]}?"
-        )
-    limits = bpy.types.Scene.bl_rna.properties["frame_current"]
-    if frames[0] < limits.hard_min or frames[1] > limits.hard_max:
-        raise argparse.ArgumentTypeError(
-            f"{text}: Blender's frames are {limits.hard_min} to {limits.hard_max}"
-        )
-    return frames
-
-
-def _tolerance(text: str) -> float:
-    value = float(text)
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number of 0 or more")
-    return value
-
-
-def make_parser(program: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog=program, description="Simulates the ambient sensors of a home in a blend file."
-    )
-    verbs = parser.add_subparsers(dest="verb", required=True, metavar="simulate | list | check")
-
-    run = argparse.ArgumentParser(add_help=False)
-    run.add_argument(
-        "--frames",
-        type=_frames,
-        metavar="A:B",
-        help="first and last frame (default: the scene's); t = 0 stays at the scene's start",
-    )
-    run.add_argument(
-        "--sensor",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="only this sensor; may be given again",
-    )
-    run.add_argument("--quiet", action="store_true", help="no progress on standard error")
-
-    one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
-    one.add_argument(
-        "--events", type=Path, metavar="FILE.csv", help="event log (default: standard output)"
-    )
-    one.add_argument(
-        "--samples", type=Path, metavar="DIR", help="every update, a CSV file a sensor"
-    )
-    one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
-    one.add_argument("--save", type=Path, metavar="FILE.blend", help="save the file, as a copy")
-
-    two = verbs.add_parser("list", help="the sensors of the file and their parameters")
-    two.add_argument("--json", action="store_true", help="for programs")
-
-    three = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
-    three.add_argument("expected", type=Path, metavar="EXPECTED.csv")
-    three.add_argument(
-        "--tolerance",
-        type=_tolerance,
-        default=0.0,
-        metavar="X",
-        help="largest difference of numbers that is none (default 0)",
-    )
-    three.add_argument(
-        "--time-tolerance",
-        type=_tolerance,
-        default=0.0,
-        metavar="SECONDS",
-        help="largest difference of an event's time that is none (default 0)",
-    )
-    return parser
-
-
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
     """Carries out a command on the open file; returns the exit status."""
     try:
-        options = make_parser(program).parse_args(arguments)
+        options = parse(arguments, program)
     except SystemExit as stop:
         return int(stop.code or 0)
     verbs: dict[str, Callable[[argparse.Namespace], int]] = {

@@ -182,12 +182,17 @@ def hand() -> Shape:
         a = at(front, 0.0, 0.088)
         b = at(front * 1.05, inward * 0.010, 0.088 + 0.55 * length)
         c = at(front * 1.05, inward * 0.028, 0.088 + 0.92 * length)
-        shapes.append(sf.union(0.004, sf.capsule(a, b, 0.0100, 0.0092),
-                               sf.capsule(b, c, 0.0092, 0.0078)))
+        shapes.append(
+            sf.union(0.004, sf.capsule(a, b, 0.0100, 0.0092), sf.capsule(b, c, 0.0092, 0.0078))
+        )
     thumb = sf.union(
         0.006,
-        sf.capsule(at(0.024, inward * 0.006, 0.022), at(0.047, inward * 0.018, 0.060), .016, .012),
-        sf.capsule(at(0.047, inward * 0.018, 0.060), at(0.052, inward * 0.024, 0.098), .011, .0085),
+        sf.capsule(
+            at(0.024, inward * 0.006, 0.022), at(0.047, inward * 0.018, 0.060), 0.016, 0.012
+        ),
+        sf.capsule(
+            at(0.047, inward * 0.018, 0.060), at(0.052, inward * 0.024, 0.098), 0.011, 0.0085
+        ),
     )
     return sf.union(0.008, *shapes, thumb)
 
@@ -285,14 +290,46 @@ def face_details() -> list[Part]:
 def parts() -> list[Part]:
     """Everything that makes the person, about 5500 triangles."""
     both = [
-        Part("shirt", "Person shirt", shirt(),
-             (-0.16, -0.50, 0.86), (0.17, 0.50, 1.50), 0.013, 1500, "upper"),
-        Part("trousers", "Person trousers", trousers(),
-             (-0.16, -0.22, 0.09), (0.15, 0.22, 1.05), 0.013, 1300, "lower"),
-        Part("head", "Person skin", head(),
-             (-0.13, -0.10, 1.37), (0.13, 0.10, 1.73), 0.0075, 1100, "head"),
-        Part("hair", "Person hair", hair(),
-             (-0.14, -0.11, 1.49), (0.12, 0.11, 1.76), 0.0085, 450, "head"),
+        Part(
+            "shirt",
+            "Person shirt",
+            shirt(),
+            (-0.16, -0.50, 0.86),
+            (0.17, 0.50, 1.50),
+            0.013,
+            1500,
+            "upper",
+        ),
+        Part(
+            "trousers",
+            "Person trousers",
+            trousers(),
+            (-0.16, -0.22, 0.09),
+            (0.15, 0.22, 1.05),
+            0.013,
+            1300,
+            "lower",
+        ),
+        Part(
+            "head",
+            "Person skin",
+            head(),
+            (-0.13, -0.10, 1.37),
+            (0.13, 0.10, 1.73),
+            0.0075,
+            1100,
+            "head",
+        ),
+        Part(
+            "hair",
+            "Person hair",
+            hair(),
+            (-0.14, -0.11, 1.49),
+            (0.12, 0.11, 1.76),
+            0.0085,
+            450,
+            "head",
+        ),
     ]
     for side, sign in (("L", 1), ("R", -1)):
         shapes = {"shoe": shoe(), "hand": hand()}
@@ -345,8 +382,10 @@ def weights(points: np.ndarray, region: str) -> dict[str, np.ndarray]:
             along = (p - SHOULDER) @ arm_dir
             if region == "upper":
                 to_arm = sleeve()(p) - shirt_body()(p)
-                arm = mine * ease(-to_arm / 0.06) * ease(
-                    ((p - SHOULDER) @ (0.0, 0.94, -0.34) - 0.005) / 0.065
+                arm = (
+                    mine
+                    * ease(-to_arm / 0.06)
+                    * ease(((p - SHOULDER) @ (0.0, 0.94, -0.34) - 0.005) / 0.065)
                 )
             else:
                 arm = mine * 1.0

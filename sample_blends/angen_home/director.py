@@ -102,8 +102,13 @@ class Director:
         rise: float = REACH_TIME, fall: float = 0.55, most: float = 1.0,
     ) -> None:  # fmt: skip
         slide = 0.12 if self.seat else -0.03
-        self._gesture(start, end, rise, fall,
-                      lambda pose, t, w: reaching(pose, side, point(t), w, slide, most))
+        self._gesture(
+            start,
+            end,
+            rise,
+            fall,
+            lambda pose, t, w: reaching(pose, side, point(t), w, slide, most),
+        )
 
     def _free_hand(self, point: Vector) -> int:
         """The hand that is nearer to a point, or the one that holds nothing."""
@@ -121,8 +126,13 @@ class Director:
     def _out_of_hand(self, prop: str, at: Vector, when: float) -> None:
         side = self.hands.pop(prop)
         self.line.props[prop].append(Hold(when, None, at))
-        self._gesture(self.grabbed[prop] - 0.4, when + 0.5, 0.8, 0.7,
-                      lambda pose, _t, w: carrying(pose, side, w, BESIDE.get(prop, 0.0)))
+        self._gesture(
+            self.grabbed[prop] - 0.4,
+            when + 0.5,
+            0.8,
+            0.7,
+            lambda pose, _t, w: carrying(pose, side, w, BESIDE.get(prop, 0.0)),
+        )
 
     def _swing(self, name: str, start: float, before: float, after: float) -> float:
         end = start + SWING_TIME
@@ -339,8 +349,11 @@ class Director:
 
         def turn(pose: Pose, t: float, w: float) -> Pose:
             yaw = 0.75 * sin(2 * np.pi * (t - began) / action.seconds) * w
-            return replace(pose, look=pose.look + Vector((0.0, 0.0, yaw)),
-                           spine=pose.spine + Vector((0.0, 0.0, 0.25 * yaw)))
+            return replace(
+                pose,
+                look=pose.look + Vector((0.0, 0.0, yaw)),
+                spine=pose.spine + Vector((0.0, 0.0, 0.25 * yaw)),
+            )
 
         self._gesture(began, began + action.seconds, 0.5, 0.5, turn)
         self._stay(action.seconds)
@@ -393,9 +406,15 @@ class Director:
 
     def finish(self) -> Timeline:
         for prop, side in self.hands.items():
-            self._gesture(self.grabbed[prop] - 0.4, self.now + 1, 0.8, 0.7,
-                          lambda pose, _t, w, side=side, prop=prop: carrying(
-                              pose, side, w, BESIDE.get(prop, 0.0)))
+            self._gesture(
+                self.grabbed[prop] - 0.4,
+                self.now + 1,
+                0.8,
+                0.7,
+                lambda pose, _t, w, side=side, prop=prop: carrying(
+                    pose, side, w, BESIDE.get(prop, 0.0)
+                ),
+            )
         if self.falling:
             raise ValueError(f"nobody goes through: {', '.join(self.falling)}")
         # A hand that carries is drawn elsewhere only after that.

@@ -203,8 +203,13 @@ class Walk:
         turn = about_z(yaw + pelvis_yaw) @ about_y(radians(2) * effort) @ about_x(roll)
         spine = Vector((-0.9 * roll, radians(1.5) * effort, -1.9 * pelvis_yaw))
         ahead = float(spline(self.middles, phase + 1.6)[2])
-        look = Vector((-0.1 * roll, -radians(1) * effort,
-                       0.9 * pelvis_yaw + max(-0.6, min(0.6, 0.8 * (ahead - yaw)))))
+        look = Vector(
+            (
+                -0.1 * roll,
+                -radians(1) * effort,
+                0.9 * pelvis_yaw + max(-0.6, min(0.6, 0.8 * (ahead - yaw))),
+            )
+        )
         swing = radians(23) * effort
         arms = tuple(
             Arm(

@@ -31,7 +31,7 @@ POWER = {
 }
 CAMERAS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], float]] = {
     # name: place, point looked at, focal length in mm
-    "Camera overview": ((9.2, -3.2, 18.8), (5.75, 4.85, 0.0), 34.0),
+    "Camera overview": ((9.2, -3.2, 18.8), (6.0, 4.75, 0.0), 35.5),
     "Camera living": ((5.9, 3.35, 1.75), (9.2, 5.7, 0.95), 20.0),
     "Camera kitchen": ((3.3, 3.42, 1.75), (1.1, 5.2, 1.05), 19.0),
     "Camera hall": ((4.9, 2.1, 1.75), (4.75, 7.5, 1.05), 19.0),

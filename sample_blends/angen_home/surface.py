@@ -173,9 +173,9 @@ def _onto(shape: Shape, points: np.ndarray, cell: float) -> np.ndarray:
     eps = cell * 0.1
     for _ in range(2):
         d = shape(points)
-        grad = np.stack(
-            [shape(points + e) - shape(points - e) for e in np.eye(3) * eps], 1
-        ) / (2 * eps)
+        grad = np.stack([shape(points + e) - shape(points - e) for e in np.eye(3) * eps], 1) / (
+            2 * eps
+        )
         length2 = np.maximum((grad**2).sum(1), 0.25)
         points = points - np.clip(d / length2, -0.4 * cell, 0.4 * cell)[:, None] * grad
     return points

@@ -1,0 +1,517 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`python -m angen_addon` as a CI job calls it: output, exit status, and everything that can be
+wrong with what it is given.
+
+A process with Blender in it takes a second to start; most cases therefore run the same command
+function in this process, on the same files.
+"""
+
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+HEADER = "time_s,frame,sensor,kind,field,value"
+DOOR_LOG = "\r\n".join(
+    [
+        HEADER,
+        "0.000000,1,Dörr,OPTICAL_SWITCH,open,0",
+        '0.000000,1,"Hall, PIR",PIR,moved,0',
+        "0.500000,13,Dörr,OPTICAL_SWITCH,open,1",
+        "1.500000,37,Dörr,OPTICAL_SWITCH,open,0",
+        "",
+    ]
+)
+
+
+def save(folder, name="home.blend", compress=False):
+    path = folder / name
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=compress)
+    return path
+
+
+@pytest.fixture
+def home(world, tmp_path):
+    """A door that opens at frame 13 and closes at 37, seen by a switch; a PIR that sees nothing."""
+    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
+    places = {1: (0, 0, -0.02), 13: (1, 0, -0.02), 37: (0, 0, -0.02)}
+    world.key(leaf, "location", places, "CONSTANT")
+    world.switch("Dörr")["room"] = "Hall"
+    world.pir("Hall, PIR").location.x = 100
+    folder = tmp_path / "files"
+    folder.mkdir()
+    return save(folder)
+
+
+@pytest.fixture
+def module():
+    """`python -m angen_addon ARGUMENTS` in a process of its own."""
+
+    def run(*arguments, **options):
+        return subprocess.run(
+            [sys.executable, "-m", "angen_addon", *map(str, arguments)],
+            cwd=ROOT,
+            capture_output=True,
+            check=False,
+            timeout=60,
+            **options,
+        )
+
+    return run
+
+
+@pytest.fixture
+def command(addon_part, capsys):
+    """The command on the open file, in this process: (status, standard output and error)."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        status = addon_part("angen_addon.command_line").run_command([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return run
+
+
+def listing(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def one_line(text):
+    """The error line; blank standard error or a traceback is no answer."""
+    lines = text.splitlines()
+    assert len(lines) == 1, text
+    assert lines[0].startswith("angen: "), text
+    return lines[0]
+
+
+# In processes of their own
+
+
+def test_simulate_writes_the_same_to_standard_output_and_to_files(home, module, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    first = module("simulate", home)
+    assert first.returncode == 0, first.stderr
+    assert first.stdout.decode() == DOOR_LOG
+    second = module(
+        "simulate",
+        home,
+        "--events",
+        out / "events.csv",
+        "--samples",
+        out / "samples",
+        "--bake",
+        "--save",
+        out / "baked.blend",
+        "--quiet",
+    )
+    assert (second.returncode, second.stdout, second.stderr) == (0, b"", b"")
+    assert (out / "events.csv").read_bytes() == first.stdout
+    assert sorted(p.name for p in out.iterdir()) == ["baked.blend", "events.csv", "samples"]
+    assert sorted(p.name for p in (out / "samples").iterdir()) == ["Dörr.csv", "Hall, PIR.csv"]
+    samples = (out / "samples" / "Dörr.csv").read_text(encoding="utf-8").split()
+    assert samples[0] == "time_s,frame,open,range_m"
+    assert len(samples) == 49
+    bpy.ops.wm.open_mainfile(filepath=str(out / "baked.blend"))
+    sensor = bpy.data.objects["Dörr"]
+    bpy.context.scene.angen_live = False
+    for frame, opened in ((12, False), (13, True), (36, True), (37, False)):
+        bpy.context.scene.frame_set(frame)
+        assert sensor.angen_sensor.active is opened
+
+
+def test_files_that_are_no_blend_files(module, tmp_path):
+    """Told before Blender starts, which is quick: one line, status 2."""
+    whole = tmp_path / "empty.blend"
+    whole.write_bytes(b"")
+    (tmp_path / "text.blend").write_text("not a blend file")
+    before = listing(tmp_path)
+    for name, words in (
+        ("missing.blend", "No such file"),
+        ("empty.blend", "is empty"),
+        ("text.blend", "not a blend file"),
+        (".", "is a folder"),
+    ):
+        done = module("simulate", tmp_path / name)
+        line = one_line(done.stderr.decode())
+        assert words in line and str(tmp_path / name) in line
+        assert (done.returncode, done.stdout) == (2, b"")
+    assert listing(tmp_path) == before
+
+
+def test_damaged_and_newer_files(home, module, tmp_path):
+    data = home.read_bytes()
+    truncated = tmp_path / "truncated.blend"
+    truncated.write_bytes(data[: len(data) // 2])
+    header = data[:17]
+    # The version stands in the header: three digits, or four since Blender 5.
+    newer = header.replace(b"v%d" % (100 * bpy.app.version[0] + bpy.app.version[1]), b"v999")
+    newer = newer.replace(b"v0%d" % (100 * bpy.app.version[0] + bpy.app.version[1]), b"v9999")
+    assert newer != header
+    (tmp_path / "newer.blend").write_bytes(newer + data[17:])
+    out = tmp_path / "events.csv"
+    done = module("simulate", tmp_path / "truncated.blend", "--events", out)
+    error = done.stderr.decode().splitlines()
+    assert (done.returncode, done.stdout) == (2, b""), error
+    assert error[-1].startswith("angen: cannot open") and "truncated.blend" in error[-1]
+    assert not any("Traceback" in line for line in error)
+    assert not out.exists()
+    # Blender reads most of a newer file; where it does, the user must know.
+    done = module("simulate", tmp_path / "newer.blend", "--events", out)
+    error = done.stderr.decode()
+    assert "Traceback" not in error
+    if done.returncode == 0:
+        assert "angen: the file was saved by Blender" in error and "newer" in error
+    else:
+        assert (done.returncode, out.exists()) == (2, False)
+        assert "angen: cannot open" in error and "newer.blend" in error
+
+
+def test_arguments_in_the_wrong_place(module):
+    done = module()
+    assert done.returncode == 2 and b"usage" in done.stderr
+    done = module("simulate", "--frames", "1:2")
+    assert done.returncode == 2 and b"usage" in done.stderr
+    done = module("--help")
+    assert done.returncode == 0 and b"simulate" in done.stdout
+
+
+def test_ctrl_c_leaves_no_file(world, tmp_path):
+    """SIGINT in the middle of a long run: one line, no file, a status that is not 0."""
+    world.key(world.box((1, 1, 1), at=(0, 0, -2)), "location", {1: (0, 0, -2), 9: (1, 0, -2)})
+    for index in range(20):
+        world.pir(f"pir {index}", rays=120)
+    world.sensor("LIGHT", "light")
+    world.scene.frame_end = 100_000
+    home, out = save(tmp_path), tmp_path / "out"
+    out.mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "angen_addon", "simulate", home, "--events", out / "events.csv"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stderr is not None
+    # What is said of the light sensor is the last word before the frames are gone through.
+    assert b"Light sensor" in process.stderr.readline()
+    time.sleep(0.5)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=30)
+    assert process.returncode not in (0, -signal.SIGKILL)
+    assert stdout == b""
+    assert b"interrupted" in stderr and b"Traceback" not in stderr
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
+def test_a_full_disk_under_standard_output(home, module):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "angen_addon", "simulate", str(home)],
+            cwd=ROOT,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
+            timeout=60,
+        )
+    assert done.returncode == 1
+    assert b"Traceback" not in done.stderr
+    assert b"No space left" in done.stderr
+
+
+def test_a_reader_that_goes_away_is_no_traceback(home):
+    """As with `| head -1`."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-m", "angen_addon", "simulate", str(home)],
+        cwd=ROOT,
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        check=False,
+        timeout=60,
+    )
+    os.close(writing)
+    assert done.returncode == 1
+    assert b"Traceback" not in done.stderr
+
+
+# On the open file, in this process
+
+
+def test_two_runs_give_the_same_bytes(home, command):
+    assert command("simulate")[:2] == command("simulate")[:2] == (0, DOOR_LOG)
+
+
+def test_a_part_of_the_frames(home, command):
+    status, out, _ = command("simulate", "--frames", "20:40")
+    assert status == 0
+    assert [line.split(",")[1] for line in out.splitlines()[1:]] == ["20", "20", "37"]
+    status, out, _ = command("simulate", "--frames=-5:1")
+    assert (status, len(out.splitlines())) == (0, 3)
+
+
+def test_only_the_sensor_that_is_named(home, command):
+    status, out, _ = command("simulate", "--sensor", "Dörr")
+    assert status == 0
+    assert out == "\r\n".join(row for row in DOOR_LOG.split("\r\n") if "PIR" not in row)
+
+
+def test_progress_is_quiet_when_asked(home, command):
+    assert command("simulate", "--quiet")[2] == ""
+    assert "times real time" in command("simulate")[2]
+
+
+def test_kinds_that_are_silent_say_so(home, world, command):
+    world.sensor("LIGHT", "light")
+    world.sensor("PRESSURE", "pad")
+    world.switch("off", enabled=False)
+    world.update()
+    status, out, err = command("simulate", "--quiet")
+    assert (status, out) == (0, DOOR_LOG)
+    for words in ("Light sensor: not simulated yet", "Pressure sensor: not", "switched off: off"):
+        assert words in err
+
+
+def test_list(home, command):
+    status, out, _ = command("list")
+    assert status == 0
+    assert [line.split()[0] for line in out.splitlines()] == ["Dörr", "Hall,"]
+    status, out, _ = command("list", "--json")
+    first, second = json.loads(out)
+    assert first["name"] == "Dörr" and first["kind"] == "OPTICAL_SWITCH"
+    assert first["room"] == "Hall" and first["update_rate"] == 24.0
+    assert first["parameters"]["range_max"] == 0.5
+    assert second["parameters"]["threshold"] == 0.05
+    assert second["parameters"]["sweep"] == "SAWTOOTH"
+    assert second["location"] == [100, 0, 0]
+
+
+@pytest.fixture
+def expected(tmp_path):
+    path = tmp_path / "expected.csv"
+    path.write_text(DOOR_LOG, encoding="utf-8", newline="")
+    return path
+
+
+def edit(path, old, new):
+    text = path.read_bytes().decode()
+    assert old in text
+    path.write_bytes(text.replace(old, new).encode())
+
+
+def test_check_of_the_same_events(home, command, expected):
+    status, out, err = command("check", expected)
+    assert (status, out) == (0, "")
+    assert "4 events as expected" in err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "verdict"),
+    [
+        ("0.500000,13,Dörr,OPTICAL_SWITCH,open,1\r\n", "", "unexpected"),
+        ("0.500000,13,Dörr", "0.458333,12,Dörr", "missing"),
+        ("moved,0", "moved,1", "different"),
+        (HEADER, HEADER + "\r\n0.1,3,Ghost,PIR,moved,1", "missing"),
+    ],
+)
+def test_check_tells_what_differs(home, command, expected, old, new, verdict):
+    edit(expected, old, new)
+    status, out, _ = command("check", expected)
+    assert status == 1
+    assert out.startswith(f"{verdict}: ")
+
+
+def test_check_honours_its_tolerances(home, command, expected):
+    edit(expected, "0.500000,13,Dörr", "0.458333,12,Dörr")
+    assert command("check", expected, "--time-tolerance", "0.03")[0] == 1
+    assert command("check", expected, "--time-tolerance", "0.05")[0] == 0
+    edit(expected, "moved,0", "moved,0.4")
+    assert command("check", expected, "--time-tolerance", "0.05")[0] == 1
+    assert command("check", expected, "--time-tolerance", "0.05", "--tolerance", "0.5")[0] == 0
+
+
+def test_check_of_one_sensor_ignores_the_others(home, command, expected):
+    edit(expected, "moved,0", "moved,1")
+    assert command("check", expected, "--sensor", "Dörr")[0] == 0
+    assert command("check", expected, "--sensor", "Hall, PIR")[0] == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "--frames", "20:10"], ["20:10", "did you mean 10:20"]),
+        (["simulate", "--frames", "a:b"], ["a:b", "1:240"]),
+        (["simulate", "--frames", "7"], ["'7'"]),
+        (["simulate", "--frames", "1:"], ["'1:'"]),
+        (["simulate", "--frames", "1.5:3"], ["1.5:3"]),
+        (["simulate", "--frames", "1:99999999999"], ["99999999999", "frames are"]),
+        (["simulate", "--nonsense"], ["--nonsense"]),
+        (["dance"], ["dance"]),
+        ([], ["required"]),
+        (["check"], ["EXPECTED.csv"]),
+        (["check", "x.csv", "--tolerance", "much"], ["much"]),
+        (["check", "x.csv", "--tolerance", "-1"], ["-1"]),
+        (["check", "x.csv", "--time-tolerance", "nan"], ["nan"]),
+    ],
+)
+def test_bad_arguments(home, command, arguments, words):
+    status, out, err = command(*arguments)
+    assert (status, out) == (2, "")
+    assert err.startswith("usage: ")
+    for word in words:
+        assert word in err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "--sensor", "Dorr"], ["'Dorr'", "did you mean Dörr"]),
+        (["simulate", "--sensor", "???"], ["'???'", "Hall, PIR"]),
+        (["simulate", "--frames=-9:-1"], ["-9:-1", "frame 1"]),
+        (["simulate", "--bake"], ["--save"]),
+        (["simulate", "--events", "{}/missing/a.csv"], ["--events", "missing", "does not exist"]),
+        (["simulate", "--events", "{}"], ["--events", "folder"]),
+        (["simulate", "--samples", "{}/file"], ["--samples", "not a folder"]),
+        (["simulate", "--samples", "{}/missing/dir"], ["--samples", "does not exist"]),
+        (["simulate", "--save", "{}/missing/a.blend"], ["--save", "does not exist"]),
+        (["simulate", "--events", "/proc/events.csv"], ["--events", "/proc"]),
+        (["simulate", "--samples", "/proc/samples"], ["--samples", "/proc"]),
+        (["check", "{}/missing.csv"], ["missing.csv", "No such file"]),
+        (["check", "{}"], ["Is a directory"]),
+        (["check", "{}/file"], ["file", "line 1"]),
+    ],
+)
+def test_input_that_cannot_be_used(home, command, tmp_path, arguments, words):
+    if any("/proc" in argument for argument in arguments) and not Path("/proc").exists():
+        pytest.skip("has no folder that nobody can write into")
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "file").write_text("kept")
+    before = listing(tmp_path)
+    status, out, err = command(*(argument.format(folder) for argument in arguments))
+    line = one_line(err)
+    assert (status, out) == (2, "")
+    for word in words:
+        assert word in line
+    assert listing(tmp_path) == before
+
+
+def test_a_file_without_sensors(world, command, tmp_path):
+    world.box((1, 1, 1))
+    save(tmp_path, "bare.blend")
+    for arguments in (["simulate"], ["list"], ["check", tmp_path / "bare.blend1"]):
+        status, out, err = command(*arguments)
+        assert (status, out) == (2, "")
+        one_line(err)
+    assert "bare.blend has no sensors" in command("simulate")[2]
+
+
+def test_an_empty_scene(world, command, tmp_path):
+    save(tmp_path, "empty.blend")
+    assert command("simulate")[0] == 2
+    assert "empty.blend has no sensors" in one_line(command("simulate")[2])
+
+
+def test_no_file_at_all(world, command):
+    world.switch()
+    status, _, err = command("simulate")
+    assert status == 2 and "no blend file is open" in one_line(err)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"range_min": 0.6}, ["Dörr", "range_min", "range_max"]),
+        ({"update_rate": 0.0}, ["Dörr", "update_rate"]),
+        ({"hysteresis": 2.0}, ["Dörr", "hysteresis"]),
+    ],
+)
+def test_bad_parameters_fail_the_run(home, world, command, tmp_path, change, words):
+    world.sensor("OPTICAL_SWITCH", "", bpy.data.objects["Dörr"], **change)
+    status, out, err = command("simulate", "--events", tmp_path / "events.csv")
+    line = one_line(err)
+    assert (status, out) == (1, "")
+    for word in words:
+        assert word in line
+    assert not (tmp_path / "events.csv").exists()
+
+
+@pytest.mark.parametrize("scale", [0.0, float("nan")])
+def test_a_sensor_without_a_direction_fails_the_run(home, command, tmp_path, scale):
+    bpy.data.objects["Dörr"].scale = (scale, scale, scale)
+    bpy.context.view_layer.update()
+    status, _, err = command("simulate", "--events", tmp_path / "events.csv")
+    assert status == 1 and "'Dörr'" in one_line(err)
+    assert not (tmp_path / "events.csv").exists()
+
+
+def test_a_run_that_fails_half_way_writes_nothing(home, world, command, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    sensor = bpy.data.objects["Dörr"]
+    world.key(sensor, "scale", {1: (1, 1, 1), 30: (0, 0, 0)}, "CONSTANT")
+    arguments = ["--events", out / "a.csv", "--samples", out / "s", "--save", out / "b.blend"]
+    status, _, err = command("simulate", *arguments)
+    assert status == 1 and "'Dörr'" in one_line(err)
+    assert list(out.iterdir()) == []
+
+
+def test_two_sensors_of_one_name_after_linking(home, world, command, tmp_path):
+    save(tmp_path, "both.blend")
+    with bpy.data.libraries.load(str(home), link=True) as (_, target):
+        target.objects = ["Dörr"]
+    world.scene.collection.objects.link(target.objects[0])
+    bpy.context.view_layer.update()
+    status, out, err = command("simulate")
+    line = one_line(err)
+    assert (status, out) == (1, "")
+    for word in ("2 sensors", "'Dörr'", "home.blend", "rename"):
+        assert word in line
+
+
+def test_samples_of_names_that_collide(home, world, command, tmp_path):
+    world.switch("a/b")
+    world.switch("a_b")
+    world.update()
+    assert command("simulate", "--samples", tmp_path / "s")[0] == 0
+    names = sorted(path.name for path in (tmp_path / "s").iterdir())
+    assert names == ["Dörr.csv", "Hall, PIR.csv", "a_b-2.csv", "a_b.csv"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no limits of this kind")
+def test_a_full_disk_leaves_nothing_behind(home, command, tmp_path):
+    """A limit of the size of files stands in for the disk: too small for the samples."""
+    resource = importlib.import_module("resource")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "a.csv").write_text("of before")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (600, before[1]))
+    try:
+        status, _, err = command(
+            "simulate", "--quiet", "--events", out / "a.csv", "--samples", out / "s"
+        )
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert status == 1 and "cannot write" in one_line(err)
+    assert listing(out) == {Path("a.csv"): b"of before"}
+    assert [path.name for path in out.iterdir()] == ["a.csv"], "no empty folder either"
+
+
+def test_the_open_file_is_not_changed_by_a_save(home, command, tmp_path):
+    before = home.read_bytes()
+    assert command("simulate", "--bake", "--save", tmp_path / "copy.blend")[0] == 0
+    assert bpy.data.filepath == str(home)
+    assert home.read_bytes() == before
+    assert {p.name for p in tmp_path.iterdir()} == {"copy.blend", "files"}

@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operators as a user calls them, what they refuse, and how long a recording stays valid."""
+
+import csv
+
+import bpy
+import pytest
+
+ops = bpy.ops.angen
+KINDS = ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT")
+
+
+@pytest.fixture
+def door(world):
+    """A switch that a door opens at frame 13 and closes at frame 37, sensed at every frame."""
+    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
+    world.key(
+        leaf, "location", {1: (0, 0, -0.02), 13: (1, 0, -0.02), 37: (0, 0, -0.02)}, "CONSTANT"
+    )
+    world.switch("Front door")
+    world.pir("Hall, PIR", hold_time=0.1)
+    world.update()
+    return world
+
+
+DOOR_EVENTS = [
+    ("0.000000", "1", "Front door", "OPTICAL_SWITCH", "open", "0"),
+    ("0.500000", "13", "Front door", "OPTICAL_SWITCH", "open", "1"),
+    ("1.500000", "37", "Front door", "OPTICAL_SWITCH", "open", "0"),
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sensor_add(world, kind):
+    world.scene.cursor.location = (1, 2, 3)
+    other = world.box((1, 1, 1))
+    world.update()
+    other.select_set(True)
+    assert ops.sensor_add(kind=kind) == {"FINISHED"}
+    sensor = bpy.context.object
+    assert sensor.angen_sensor.kind == kind
+    assert sensor.angen_sensor.enabled
+    assert sensor.angen_sensor.update_rate == (10.0 if kind == "PIR" else 1.0)
+    assert bpy.context.selected_objects == [sensor]
+    world.update()
+    assert tuple(sensor.matrix_world.translation) == (1, 2, 3)
+
+
+def test_sensor_add_of_an_unknown_preset_adds_nothing(world):
+    with pytest.raises(RuntimeError, match="no such thing"):
+        ops.sensor_add(kind="PIR", preset="no such thing")
+    assert not bpy.data.objects
+
+
+def test_sensor_assign_and_clear(world):
+    box = world.box((1, 1, 1))
+    world.update()
+    bpy.context.view_layer.objects.active = box
+    assert ops.sensor_assign(kind="PIR") == {"FINISHED"}
+    assert (box.angen_sensor.kind, box.angen_sensor.update_rate) == ("PIR", 10.0)
+    assert ops.sensor_assign(kind="OPTICAL_SWITCH") == {"FINISHED"}
+    assert (box.angen_sensor.kind, box.angen_sensor.update_rate) == ("OPTICAL_SWITCH", 1.0)
+    box.angen_sensor.update_rate = 5.0
+    assert ops.sensor_assign(kind="PIR") == {"FINISHED"}
+    assert box.angen_sensor.update_rate == 5.0, "the user chose it"
+    assert ops.sensor_clear() == {"FINISHED"}
+    assert box.angen_sensor.kind == "NONE"
+    assert not ops.sensor_clear.poll()
+
+
+@pytest.mark.parametrize(
+    ("operator", "words"),
+    [
+        ("simulate", "Add a sensor first"),
+        ("sensor_assign", "Select the object"),
+        ("sensor_clear", "Select a sensor"),
+        ("bake_keyframes", "Simulate first"),
+        ("export_events", "Simulate first"),
+        ("export_samples", "Simulate first"),
+        ("clear_recording", "Nothing is recorded"),
+    ],
+)
+def test_operators_say_why_they_cannot_run(world, operator, words):
+    call = getattr(ops, operator)
+    assert not call.poll()
+    with pytest.raises(RuntimeError, match=words):
+        call()
+
+
+def test_sensor_add_needs_object_mode(world):
+    box = world.box((1, 1, 1))
+    world.update()
+    bpy.context.view_layer.objects.active = box
+    bpy.ops.object.mode_set(mode="EDIT")
+    with pytest.raises(RuntimeError, match="Object Mode"):
+        ops.sensor_add(kind="PIR")
+
+
+def test_a_scene_with_silent_kinds_alone_has_nothing_to_simulate(world):
+    ops.sensor_add(kind="LIGHT")
+    ops.sensor_add(kind="PRESSURE")
+    assert not ops.simulate.poll()
+
+
+def read(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return [tuple(row) for row in csv.reader(file)]
+
+
+def test_simulate_and_export_events(door, tmp_path):
+    assert ops.simulate() == {"FINISHED"}
+    path = tmp_path / "events.csv"
+    assert ops.export_events(filepath=str(path)) == {"FINISHED"}
+    rows = read(path)
+    assert rows[0] == ("time_s", "frame", "sensor", "kind", "field", "value")
+    assert [row for row in rows if row[2] == "Front door"] == DOOR_EVENTS
+
+
+def test_simulate_a_part(door, tmp_path):
+    assert ops.simulate(frame_start=10, frame_end=20) == {"FINISHED"}
+    ops.export_samples(directory=str(tmp_path))
+    rows = read(tmp_path / "Front door.csv")
+    assert rows[0] == ("time_s", "frame", "open", "range_m")
+    assert [row[1] for row in rows[1:]] == [str(frame) for frame in range(10, 21)]
+    assert [row[2] for row in rows[1:]] == ["0"] * 3 + ["1"] * 8
+    assert rows[1][0] == "0.375000", "t = 0 stays at the scene's start"
+
+
+def test_simulate_refuses_reversed_frames(door):
+    with pytest.raises(RuntimeError, match=r"20.*10"):
+        ops.simulate(frame_start=20, frame_end=10)
+    assert not ops.clear_recording.poll()
+
+
+def test_simulate_refuses_bad_parameters_and_names_the_sensor(door):
+    bpy.data.objects["Front door"].angen_sensor.optical_switch.range_min = 9.0
+    with pytest.raises(RuntimeError, match=r"Front door.*range_min"):
+        ops.simulate()
+    assert not ops.clear_recording.poll()
+
+
+def test_export_samples_writes_a_file_a_sensor(door, tmp_path):
+    door.switch("a/b")
+    door.switch("a_b")
+    ops.simulate()
+    assert ops.export_samples(directory=str(tmp_path)) == {"FINISHED"}
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "Front door.csv",
+        "Hall, PIR.csv",
+        "a_b-2.csv",
+        "a_b.csv",
+    ]
+    rows = read(tmp_path / "Hall, PIR.csv")
+    assert rows[0] == ("time_s", "frame", "angle_rad", "moved")
+    assert len(rows) == 1 + 48
+
+
+def test_export_into_a_missing_folder_is_told(door, tmp_path):
+    ops.simulate()
+    with pytest.raises(RuntimeError, match="does not exist"):
+        ops.export_events(filepath=str(tmp_path / "missing" / "events.csv"))
+    with pytest.raises(RuntimeError, match="does not exist"):
+        ops.export_samples(directory=str(tmp_path / "missing"))
+    assert list(tmp_path.iterdir()) == []
+
+
+def keys(fcurves, obj):
+    return {
+        curve.data_path: [
+            (point.co.x, point.co.y, point.interpolation) for point in curve.keyframe_points
+        ]
+        for curve in fcurves(obj)
+        if curve.data_path.startswith("angen_sensor")
+    }
+
+
+def test_baked_keys_are_the_recording(door, fcurves):
+    ops.simulate()
+    assert ops.bake_keyframes() == {"FINISHED"}
+    sensor = bpy.data.objects["Front door"]
+    baked = keys(fcurves, sensor)
+    assert baked["angen_sensor.active"] == [
+        (1, 0, "CONSTANT"),
+        (13, 1, "CONSTANT"),
+        (37, 0, "CONSTANT"),
+    ]
+    assert [(x, pytest.approx(y, abs=1e-5)) for x, y, _ in baked["angen_sensor.value"]] == [
+        (1, 0.015),
+        (13, 0.5),
+        (37, 0.015),
+    ]
+    assert ops.bake_keyframes() == {"FINISHED"}
+    assert keys(fcurves, sensor) == baked, "baked twice is baked once"
+    assert "angen_sensor.active" in keys(fcurves, bpy.data.objects["Hall, PIR"])
+
+
+def test_a_bake_replaces_the_keys_of_an_earlier_one(door, fcurves):
+    ops.simulate()
+    ops.bake_keyframes()
+    ops.clear_recording()
+    leaf = bpy.data.objects["door"]
+    leaf.animation_data_clear()
+    ops.simulate()
+    ops.bake_keyframes()
+    active = keys(fcurves, bpy.data.objects["Front door"])["angen_sensor.active"]
+    assert [(x, y) for x, y, _ in active] == [(1, 0)] or [(x, y) for x, y, _ in active] == [(1, 1)]
+
+
+def test_other_animation_of_a_sensor_is_kept(door, fcurves):
+    sensor = bpy.data.objects["Front door"]
+    door.key(sensor, "rotation_euler", {1: (0, 0, 0), 48: (0, 0, 1)})
+    ops.simulate()
+    ops.bake_keyframes()
+    ops.bake_keyframes()
+    kept = [c for c in fcurves(sensor) if c.data_path == "rotation_euler"]
+    assert [len(c.keyframe_points) for c in kept] == [2, 2, 2]
+
+
+def test_baked_outputs_play_without_the_recording(door):
+    ops.simulate()
+    ops.bake_keyframes()
+    ops.clear_recording()
+    door.scene.angen_live = False
+    sensor = bpy.data.objects["Front door"]
+    for frame, expected in ((40, False), (13, True), (12, False), (36, True), (1, False)):
+        door.scene.frame_set(frame)
+        assert sensor.angen_sensor.active is expected, frame
+
+
+# How long a recording stays
+
+
+def recorded():
+    return bool(ops.clear_recording.poll())
+
+
+def test_the_playhead_keeps_the_recording(door):
+    ops.simulate()
+    for frame in (5, 30, 31, 32, 1, 48):
+        door.scene.frame_set(frame)
+        door.update()
+    assert recorded()
+
+
+def test_clear_recording(door):
+    ops.simulate()
+    assert ops.clear_recording() == {"FINISHED"}
+    assert not recorded()
+
+
+def move_the_door(world):
+    bpy.data.objects["door"].location.x += 0.1
+
+
+def move_the_sensor(world):
+    bpy.data.objects["Front door"].location.x += 0.1
+
+
+def change_a_parameter(world):
+    bpy.data.objects["Front door"].angen_sensor.optical_switch.threshold = 0.1
+
+
+def change_the_rate(world):
+    bpy.data.objects["Front door"].angen_sensor.update_rate = 2.0
+
+
+def switch_off(world):
+    bpy.data.objects["Front door"].angen_sensor.enabled = False
+
+
+def change_the_seed(world):
+    world.scene.angen_seed += 1
+
+
+def change_the_substeps(world):
+    world.scene.angen_substeps = 2
+
+
+def add_something(world):
+    world.box((1, 1, 1), at=(3, 0, 0))
+
+
+def ignore_something(world):
+    bpy.data.objects["door"].angen_ignored = True
+
+
+def remove_something(world):
+    bpy.data.objects.remove(bpy.data.objects["door"])
+
+
+def edit_a_mesh(world):
+    mesh = bpy.data.objects["door"].data
+    mesh.vertices[0].co.x += 1
+    mesh.update()
+
+
+def add_a_modifier(world):
+    bpy.data.objects["door"].modifiers.new("array", "ARRAY")
+
+
+EDITS = [
+    move_the_door,
+    move_the_sensor,
+    change_a_parameter,
+    change_the_rate,
+    switch_off,
+    change_the_seed,
+    change_the_substeps,
+    add_something,
+    ignore_something,
+    remove_something,
+    edit_a_mesh,
+    add_a_modifier,
+]
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit.__name__)
+@pytest.mark.parametrize("after", ["at once", "after scrubbing"])
+def test_an_edit_voids_the_recording(door, edit, after):
+    ops.simulate()
+    if after == "after scrubbing":
+        for frame in (13, 20, 37, 38):
+            door.scene.frame_set(frame)
+    edit(door)
+    door.update()
+    assert not recorded(), "it would show what is no longer so"
+
+
+def test_selecting_and_renaming_a_view_keep_the_recording(door):
+    ops.simulate()
+    bpy.data.objects["door"].select_set(True)
+    bpy.context.view_layer.objects.active = bpy.data.objects["door"]
+    bpy.data.materials.new("paint")
+    door.update()
+    assert recorded()
+
+
+def test_a_bake_leaves_the_outputs_as_they_are_at_the_playhead(door):
+    ops.simulate()
+    door.scene.frame_set(20)
+    ops.bake_keyframes()
+    assert bpy.data.objects["Front door"].angen_sensor.active
+    assert recorded()

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import bpy
 
-FRAME = 1290
+FRAME = 1130
 SENSOR = "PIR living room"
 CAMERA = "Camera living"
 

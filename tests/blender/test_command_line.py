@@ -257,7 +257,7 @@ def test_a_part_of_the_frames(home, command):
     status, out, _ = command("simulate", "--frames", "20:40")
     assert status == 0
     assert [line.split(",")[1] for line in out.splitlines()[1:]] == ["20", "20", "37"]
-    status, out, _ = command("simulate", "--frames=-5:1")
+    status, out, _ = command("simulate", "--frames", "-5:1")
     assert (status, len(out.splitlines())) == (0, 3)
 
 

@@ -40,8 +40,17 @@ def _frames(text: str) -> tuple[int, int]:
     return frames
 
 
+def _path(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("an empty name is no file or folder")
+    return Path(text)
+
+
 def _tolerance(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
     if not 0 <= value < float("inf"):
         raise argparse.ArgumentTypeError(f"'{text}' is not a number of 0 or more")
     return value
@@ -71,19 +80,19 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
 
     one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
     one.add_argument(
-        "--events", type=Path, metavar="FILE.csv", help="event log (default: standard output)"
+        "--events", type=_path, metavar="FILE.csv", help="event log (default: standard output)"
     )
     one.add_argument(
-        "--samples", type=Path, metavar="DIR", help="every update, a CSV file a sensor"
+        "--samples", type=_path, metavar="DIR", help="every update, a CSV file a sensor"
     )
     one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
-    one.add_argument("--save", type=Path, metavar="FILE.blend", help="save the file, as a copy")
+    one.add_argument("--save", type=_path, metavar="FILE.blend", help="save the file, as a copy")
 
     two = verbs.add_parser("list", help="the sensors of the file and their parameters")
     two.add_argument("--json", action="store_true", help="for programs")
 
     three = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
-    three.add_argument("expected", type=Path, metavar="EXPECTED.csv")
+    three.add_argument("expected", type=_path, metavar="EXPECTED.csv")
     three.add_argument(
         "--tolerance",
         type=_tolerance,

@@ -7,10 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..sensor_logic.recording import Recording, Track
+from .outputs import ACTIVE_PATH, VALUE_PATH, output_curves
 from .sensors import Sensor
-
-ACTIVE_PATH = "angen_sensor.active"
-VALUE_PATH = "angen_sensor.value"
 
 
 def bake(sensors: list[Sensor], recording: Recording) -> int:
@@ -21,7 +19,7 @@ def bake(sensors: list[Sensor], recording: Recording) -> int:
     """
     baked = 0
     for sensor in sensors:
-        track = recording.tracks.get(sensor.name)
+        track = recording.track_of(sensor.uid)
         if track is None or not len(track) or sensor.object.library:
             continue
         _clear(sensor.object)
@@ -44,25 +42,6 @@ def _changes(track: Track, column: Any) -> Iterator[tuple[float, Any]]:
 def _key(obj: Any, path: str, frame: float, value: Any) -> None:
     setattr(obj.angen_sensor, path.rpartition(".")[2], value)
     obj.keyframe_insert(path, frame=frame)
-
-
-def output_curves(obj: Any) -> list[Any]:
-    """The F-curves of the outputs; Blender 5 keeps them in layers, strips and channel bags."""
-    animation = obj.animation_data
-    if animation is None or animation.action is None:
-        return []
-    action = animation.action
-    if hasattr(action, "fcurves"):
-        curves = list(action.fcurves)
-    else:
-        curves = [
-            curve
-            for layer in action.layers
-            for strip in layer.strips
-            if (bag := strip.channelbag(animation.action_slot)) is not None
-            for curve in bag.fcurves
-        ]
-    return [curve for curve in curves if curve.data_path in {ACTIVE_PATH, VALUE_PATH}]
 
 
 def _clear(obj: Any) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import signal
 import sys
@@ -14,17 +15,18 @@ from typing import Any
 import bpy
 
 from ..sensor_logic.event_log import differences, events, events_csv, read_events, samples_csv
-from ..sensor_logic.files import OutputError, check_folder, file_names, write_files
+from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.kinds import KINDS, not_simulated
 from ..sensor_logic.recording import Recording
 from . import bake
 from .arguments import parse
 from .describe import describe
+from .output_files import check_outputs, save_blend, write
 from .progress import ProgressLine, note
-from .quiet import standard_output_silenced
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
 
+SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
@@ -34,6 +36,12 @@ class BadInput(Exception):
 
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
     """Carries out a command on the open file; returns the exit status."""
+    if sys.stdout is None:
+        note("standard output is closed")
+        return FAILED
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # The log is UTF-8 whatever the terminal speaks.
+        sys.stdout.reconfigure(encoding="utf-8")
     try:
         options = parse(arguments, program)
     except SystemExit as stop:
@@ -126,66 +134,28 @@ def _tell_of_silent(sensors: list[Sensor]) -> None:
 def _simulate(options: argparse.Namespace) -> int:
     if options.bake and not options.save:
         raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
-    _check_outputs(options)
+    try:
+        check_outputs(options.events, options.samples, options.save)
+    except OutputError as error:
+        raise BadInput(str(error)) from None
     recording = _run(options)
     texts: dict[Path, str] = {}
     if options.events:
         texts[options.events] = events_csv(recording)
-    if options.samples:
+    if options.samples is not None:
         for sensor, name in file_names(recording.tracks).items():
-            texts[options.samples / name] = samples_csv(recording.tracks[sensor])
-    _write(texts, options.samples)
+            path = options.samples / name
+            if options.events and path.resolve() == options.events.resolve():
+                raise OutputError(f"--events names the samples of '{sensor}': {path}")
+            texts[path] = samples_csv(recording.tracks[sensor])
+    write(texts, options.samples)
     if options.bake:
         bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
     if options.save:
-        _save(options.save)
+        save_blend(options.save)
     if not options.events:
         sys.stdout.write(events_csv(recording))
     return DONE
-
-
-def _write(texts: dict[Path, str], folder: Path | None) -> None:
-    """Writes all files, or none and no new folder either."""
-    new_folder = folder if folder and not folder.exists() else None
-    try:
-        if new_folder:
-            new_folder.mkdir()
-        write_files(texts)
-    except BaseException as error:
-        if new_folder and new_folder.exists():
-            new_folder.rmdir()
-        if isinstance(error, OSError):
-            raise OutputError(f"cannot make {folder}: {error.strerror}") from None
-        raise
-
-
-def _check_outputs(options: argparse.Namespace) -> None:
-    """Finds out before a long run that its results could not be written."""
-    try:
-        for path, flag in ((options.events, "--events"), (options.save, "--save")):
-            if path is not None:
-                if path.is_dir():
-                    raise OutputError(f"{flag}: {path} is a folder, not a file name")
-                check_folder(path.parent, flag)
-        if options.samples is not None:
-            folder = options.samples
-            check_folder(folder if folder.exists() else folder.parent, "--samples")
-    except OutputError as error:
-        raise BadInput(str(error)) from None
-
-
-def _save(path: Path) -> None:
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with standard_output_silenced():
-            bpy.ops.wm.save_as_mainfile(
-                filepath=str(part.absolute()), copy=True, check_existing=False
-            )
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        raise OutputError(f"cannot save {path}: {error}") from None
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -216,8 +186,10 @@ def _check(options: argparse.Namespace) -> int:
         expected = [event for event in expected if event.sensor in options.sensor]
     recording = _run(options)
     found = differences(expected, events(recording), options.tolerance, options.time_tolerance)
-    for line in found:
+    for line in found[:SHOWN_DIFFERENCES]:
         print(line)
+    if len(found) > SHOWN_DIFFERENCES:
+        print(f"and {len(found) - SHOWN_DIFFERENCES} more")
     note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
     return FAILED if found else DONE
 

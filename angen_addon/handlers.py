@@ -12,26 +12,40 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import live, state
+from . import live, outputs, state
+from .station import clock_of
 
 
 @persistent
 def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
-    state.CACHE.note(depsgraph, edited=False)
-    if state.CACHE.running:
+    # What others' handlers change after this one, Blender evaluates without telling anyone.
+    state.CACHE.note(depsgraph, edited=others_follow_frames())
+    if state.CACHE.running or not _is_shown(scene, depsgraph):
         return
+    view_layer = scene.view_layers[depsgraph.view_layer.name]
     frame = scene.frame_current + scene.frame_subframe
     recording = state.CACHE.recording(scene)
+    if recording is not None and recording.clock != clock_of(scene):
+        state.CACHE.drop_recording(scene)
+        recording = None
     if recording is not None and recording.covers(frame):
-        live.show_recorded(recording, scene.view_layers[depsgraph.view_layer.name], frame)
+        state.CACHE.visible = visible(depsgraph)
+        outputs.show_recorded(recording, view_layer, frame)
     elif scene.angen_live:
         following = state.CACHE.live
         if following is None or following.scene_uid != scene.session_uid:
             following = state.CACHE.live = live.Live(scene)
-        view_layer = scene.view_layers[depsgraph.view_layer.name]
         following.follow(scene, view_layer, depsgraph)
+
+
+def _is_shown(scene: Any, depsgraph: Any) -> bool:
+    """A frame change evaluates all view layers; values follow the one that is looked at."""
+    context = bpy.context
+    if context.scene is None or context.scene.session_uid != scene.session_uid:
+        return True
+    return bool(context.view_layer.name == depsgraph.view_layer.name)
 
 
 @persistent
@@ -39,15 +53,36 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     state.CACHE.note(depsgraph, edited=True)
-    if any(_is_users_edit(update) for update in depsgraph.updates):
+    if _holds_an_edit(depsgraph.updates) or (
+        state.CACHE.recording(scene) is not None
+        and _is_shown(scene, depsgraph)
+        and visible(depsgraph) != state.CACHE.visible
+    ):
         state.CACHE.scene_edited(scene)
 
 
-def _is_users_edit(update: Any) -> bool:
-    """Whether an object was moved, reshaped, added or removed (which its collection tells)."""
-    return isinstance(update.id, (bpy.types.Object, bpy.types.Collection)) and (
+def _holds_an_edit(updates: Any) -> bool:
+    """Whether the user changed something. Playback starts with an update of all animation."""
+    playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
+    if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
+        return False
+    return any(_is_edit(update) for update in updates)
+
+
+def _is_edit(update: Any) -> bool:
+    """Whether an object was moved, reshaped, added or removed (which its collection tells), or
+    animation was changed."""
+    changed = update.id
+    if isinstance(changed, bpy.types.Action):
+        return True
+    return isinstance(changed, (bpy.types.Object, bpy.types.Collection)) and (
         update.is_updated_transform or update.is_updated_geometry
     )
+
+
+def visible(depsgraph: Any) -> list[int]:
+    """Session uids of what the viewport shows."""
+    return [obj.original.session_uid for obj in depsgraph.objects]
 
 
 @persistent
@@ -63,6 +98,15 @@ HANDLERS = (
     ("undo_pre", on_data_replaced),
     ("redo_pre", on_data_replaced),
 )
+
+
+def others_follow_frames() -> bool:
+    """Whether other code has handlers that can change the scene at a frame change."""
+    return any(
+        handler is not on_frame_change
+        for name in ("frame_change_pre", "frame_change_post")
+        for handler in getattr(bpy.app.handlers, name)
+    )
 
 
 def ensure() -> None:

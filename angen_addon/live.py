@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sensors show at the playhead: the recording, or else what they sense there.
+"""Sensors that follow the playhead, where there is no recording.
 
 Live sensing samples at the same frames as a run does. Where the updates before the playhead were
 not seen, as after a jump, a sensor starts anew: it never compares with a frame long past.
@@ -10,9 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..sensor_logic.clock import Clock
-from ..sensor_logic.model import Reading
-from ..sensor_logic.recording import Recording
-from .sensors import Sensor, SensorError, all_sensors, check, simulated
+from . import outputs
+from .sensors import SensorError, all_sensors, check, simulated
 from .station import Station, make_caster
 
 
@@ -24,23 +23,38 @@ class Live:
         self.problems: dict[str, str] = {}
         self.outdated = True
         self._caster = make_caster(scene)
+        self._clock: Clock
         self._stations: list[Station] = []
-        self._last_update: dict[str, int] = {}
+        self._last_update: dict[int, int] = {}
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
         """Senses at the present frame and shows it."""
-        if self.outdated:
-            self._find_sensors(scene, view_layer)
-        if not self._stations:
-            return
-        self._caster.update(depsgraph)
-        step = max(scene.frame_current - scene.frame_start, 0)
-        for station in self._stations:
-            self._follow_one(station, step, depsgraph)
-
-    def _find_sensors(self, scene: Any, view_layer: Any) -> None:
         # A handler cannot evaluate sub-frames: live values look at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
+        if self.outdated or clock != self._clock or not self._sensors_are_the_same():
+            self._find_sensors(view_layer, clock)
+        if not self._stations:
+            return
+        step = scene.frame_current - scene.frame_start
+        if step < 0:
+            # Before time begins there is nothing to sense, and nothing to compare with later.
+            self._last_update.clear()
+            return
+        self._caster.update(depsgraph)
+        changed = [self._follow_one(station, step, depsgraph) for station in self._stations]
+        if any(changed):
+            # What drivers make of it now, Blender tells nobody.
+            self._caster.solids.forget()
+
+    def _sensors_are_the_same(self) -> bool:
+        """Whether every sensor still exists, under its name."""
+        try:
+            return all(s.sensor.object.name == s.sensor.name for s in self._stations)
+        except ReferenceError:
+            return False
+
+    def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
+        self._clock = clock
         self.outdated = False
         self.problems.clear()
         self._stations.clear()
@@ -53,43 +67,21 @@ class Live:
             else:
                 self._stations.append(Station(sensor, clock))
 
-    def _follow_one(self, station: Station, step: int, depsgraph: Any) -> None:
-        name = station.sensor.name
+    def _follow_one(self, station: Station, step: int, depsgraph: Any) -> bool:
+        """Whether the sensor's binary output changed."""
+        name, uid = station.sensor.name, station.sensor.uid
         number = station.schedule.last_update(step)
-        last = self._last_update.get(name)
+        last = self._last_update.get(uid)
         if number == last:
-            return
+            return False
         if last is None or number != last + 1 or station.schedule.step(number) != step:
             station.reset()
-        self._last_update[name] = number
+        self._last_update[uid] = number
         try:
             reading = station.sense(number, step, depsgraph, self._caster)
         except SensorError as error:
             self.problems[name] = str(error)
-            self._last_update.pop(name)
-            return
+            self._last_update.pop(uid)
+            return False
         self.problems.pop(name, None)
-        show(station.sensor, reading)
-
-
-def show(sensor: Sensor, reading: Reading) -> None:
-    """Writes the outputs that drivers and panels read; only where they change.
-
-    In a frame change Blender evaluates what is tagged here before it goes on, and tells nobody.
-    """
-    settings = sensor.settings
-    moved_on = abs(settings.value - reading.value) > 1e-6 * max(1.0, abs(reading.value))
-    if settings.active == reading.active and not moved_on:
-        return
-    settings.active = reading.active
-    settings.value = reading.value
-    sensor.object.update_tag(refresh={"OBJECT"})
-
-
-def show_recorded(recording: Recording, view_layer: Any, frame: float) -> None:
-    """Shows what was recorded at or before `frame`."""
-    for sensor in all_sensors(view_layer):
-        track = recording.tracks.get(sensor.name)
-        index = track.at(frame) if track else None
-        if track is not None and index is not None:
-            show(sensor, Reading(bool(track.active[index]), track.value[index], {}))
+        return reading is not None and outputs.show(station.sensor, reading.active, reading.value)

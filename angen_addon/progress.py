@@ -62,4 +62,4 @@ class ProgressLine:
 
 def note(text: str) -> None:
     """A line for the user, out of the way of the events on standard output."""
-    print(f"angen: {text}", file=sys.stderr, flush=True)
+    print(f"angen: {' '.join(text.split())}", file=sys.stderr, flush=True)

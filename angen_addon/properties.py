@@ -120,7 +120,8 @@ def _sensor_group(groups: dict[str, type]) -> type:
         ),
         "update_rate": FloatProperty(
             name="Update rate",
-            description="How often the sensor publishes a reading [Hz]",
+            description="How often the sensor publishes a reading [Hz]; not to be animated",
+            options=set(),
             default=1.0,
             min=0.0,
             soft_min=0.1,

@@ -65,15 +65,28 @@ def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
     known = [sensor.name for sensor in sensors]
     for name in names:
         if name not in known:
-            close = difflib.get_close_matches(name, known, n=3, cutoff=0.4) or known[:5]
-            hint = f"; did you mean {', '.join(close)}?" if close else ""
-            raise NoSuchSensor(f"no sensor is called '{name}'{hint}")
+            raise NoSuchSensor(f"no sensor is called '{name}'; {_hint(name, known)}")
     return [sensor for sensor in sensors if not names or sensor.name in names]
 
 
+def _hint(name: str, known: list[str]) -> str:
+    """What may have been meant by a name that does not exist."""
+    lower = {sensor.lower(): sensor for sensor in known}
+    close = [sensor for text, sensor in lower.items() if name.lower() in text]
+    close = close or [lower[m] for m in difflib.get_close_matches(name.lower(), lower, n=3)]
+    if close:
+        return f"did you mean {', '.join(close[:5])}?"
+    return f"there are {', '.join(known[:5])}{' …' if len(known) > 5 else ''}"
+
+
 def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Those that a run senses: switched on, and of a kind whose physics is built."""
-    return [s for s in sensors if s.settings.enabled and s.kind.model is not None]
+    """Those that a run senses: of a kind whose physics is built, and switched on, or perhaps so
+    at another frame."""
+    return [
+        s
+        for s in sensors
+        if s.kind.model is not None and (s.settings.enabled or s.object.animation_data is not None)
+    ]
 
 
 def check_names(sensors: list[Sensor]) -> None:

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
+from ..sensor_logic.clock import Clock
+from ..sensor_logic.model import Reading
 from ..sensor_logic.recording import Recording, Track
-from . import handlers, state
-from .sensors import Sensor, check, check_names, simulated
+from . import handlers, outputs, state
+from .sensors import Sensor, SensorError, check, check_names, simulated
 from .station import Station, clock_of, evaluated_depsgraph, make_caster
 
 # Modifiers whose result at a frame depends on the frames before it.
@@ -61,7 +64,8 @@ def simulate(
     stations = [Station(sensor, clock) for sensor in sensors]
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
-        recording.tracks[sensor.name] = Track(sensor.name, sensor.kind.identifier)
+        recording.tracks[sensor.name] = Track(sensor.name, sensor.kind.identifier, sensor.uid)
+    recording.clock = clock
     return _run(scene, stations, first, last, frame_end, recording)
 
 
@@ -80,35 +84,86 @@ def _run(
     state.CACHE.running = True
     try:
         caster = make_caster(scene)
-        for step, due in _agenda(scene, stations, first, last):
-            frame, subframe = clock.frame_and_subframe(step)
-            scene.frame_set(frame, subframe=subframe)
-            if due:
-                depsgraph = evaluated_depsgraph()
-                caster.update(depsgraph)
-                for number, station in due:
-                    reading = station.sense(number, step, depsgraph, caster)
-                    recording.tracks[station.sensor.name].append(
-                        clock.step_frame(step), clock.step_time(step), reading
-                    )
-            recording.frame_end = frame
-            yield Progress(clock.step_time(max(step - first, 0)), seconds, clock.step_frame(step))
+        with _idle_outputs(stations) as driven:
+            for step, due in _agenda(scene, stations, first, last):
+                frame, subframe = clock.frame_and_subframe(step)
+                scene.frame_set(frame, subframe=subframe)
+                if due:
+                    depsgraph = evaluated_depsgraph()
+                    caster.update(depsgraph)
+                    readings = [
+                        (station, station.sense(number, step, depsgraph, caster))
+                        for number, station in due
+                    ]
+                    _take(recording, clock, step, readings, driven)
+                recording.frame_end = frame
+                done = clock.step_time(max(step - first, 0))
+                yield Progress(done, seconds, clock.step_frame(step))
         recording.frame_end = frame_end
+    except ReferenceError as error:
+        raise SensorError(f"something that the run needs was removed during it: {error}") from None
     finally:
-        # The frame handler must stay quiet until the scene stands where it stood.
-        scene.frame_set(frame_before, subframe=subframe_before)
+        _put_back(scene, frame_before, subframe_before)
+
+
+def _put_back(scene: Any, frame: int, subframe: float) -> None:
+    """The scene as it stood; the frame handler must stay quiet until then."""
+    try:
+        scene.frame_set(frame, subframe=subframe)
+    except ReferenceError:
+        # Another file was opened: there is nothing to put back.
+        pass
+    finally:
         state.CACHE.running = False
+
+
+def _take(
+    recording: Recording,
+    clock: Clock,
+    step: int,
+    readings: list[tuple[Station, Reading | None]],
+    driven: bool,
+) -> None:
+    """Records what was read at a step, and lets drivers see it from the next frame on."""
+    for station, reading in readings:
+        if reading is None:
+            continue
+        track = recording.tracks[station.sensor.name]
+        track.append(clock.step_frame(step), clock.step_time(step), reading)
+        if driven:
+            outputs.show(station.sensor, reading.active, reading.value)
+
+
+@contextmanager
+def _idle_outputs(stations: list[Station]) -> Iterator[bool]:
+    """Where drivers read the sensors' outputs, these start idle, whatever the playhead showed,
+    and are put back at the end. Yields whether drivers read them."""
+    if not outputs.are_driven():
+        yield False
+        return
+    sensors = [station.sensor for station in stations]
+    before = [(sensor, sensor.settings.active, sensor.settings.value) for sensor in sensors]
+    for sensor in sensors:
+        outputs.show(sensor, False, 0.0)
+    try:
+        yield True
+    finally:
+        with suppress(ReferenceError):
+            for sensor, active, value in before:
+                outputs.show(sensor, active, value)
 
 
 def _agenda(
     scene: Any, stations: list[Station], first: int, last: int
 ) -> Iterator[tuple[int, list[tuple[int, Station]]]]:
     """Each step to evaluate, in order, with the updates due: no other frame is evaluated,
-    unless the scene holds a simulation that must be stepped through from its start."""
+    unless the scene holds what must be stepped through frame by frame from its start."""
     queues = [_queue(order, station, first, last) for order, station in enumerate(stations)]
-    if needs_every_frame(scene):
+    starts = frames_to_step_from(scene)
+    if starts:
         substeps = clock_of(scene).substeps
-        queues.append((step, NO_STATION, 0) for step in range(0, last + 1, substeps))
+        start = (min(starts) - scene.frame_start) * substeps
+        queues.append((step, NO_STATION, 0) for step in range(start, last + 1, substeps))
     for step, entries in groupby(heapq.merge(*queues), key=lambda entry: entry[0]):
         yield (
             step,
@@ -121,16 +176,19 @@ def _queue(order: int, station: Station, first: int, last: int) -> Iterator[tupl
         yield step, order, number
 
 
-def needs_every_frame(scene: Any) -> bool:
-    """Whether a frame's state depends on having evaluated the frames before it."""
+def frames_to_step_from(scene: Any) -> list[int]:
+    """First frames of what in the scene depends, at a frame, on the frames before it."""
+    starts = []
     world = scene.rigidbody_world
     if world is not None and world.enabled and not world.point_cache.is_baked:
-        return True
-    return any(
-        modifier.type in SIMULATED_MODIFIERS or _has_simulation_zone(modifier)
-        for obj in scene.objects
-        for modifier in obj.modifiers
-    )
+        starts.append(world.point_cache.frame_start)
+    for obj in scene.objects:
+        for modifier in obj.modifiers:
+            if modifier.type in SIMULATED_MODIFIERS or _has_simulation_zone(modifier):
+                holder = getattr(modifier, "particle_system", modifier)
+                cache = getattr(holder, "point_cache", None)
+                starts.append(cache.frame_start if cache else scene.frame_start)
+    return starts
 
 
 def _has_simulation_zone(modifier: Any) -> bool:

@@ -12,12 +12,14 @@ from .scene_probe.solids import Solids
 
 class Cache:
     """`recording`: the last run, by the scene's session uid; `running` while a run drives the
-    frames, so that handlers keep still; `live` is what follows the playhead without a recording.
+    frames, so that handlers keep still; `live` is what follows the playhead without a recording;
+    `visible`: session uids of what the viewport showed when last looked, while a recording is kept.
     """
 
     def __init__(self) -> None:
         self.running = False
         self.live: Any = None
+        self.visible: list[int] = []
         self._recordings: dict[int, Recording] = {}
         self._watching: weakref.WeakSet[Solids] = weakref.WeakSet()
 
@@ -45,7 +47,7 @@ class Cache:
             self._outdate_live()
 
     def scene_edited(self, scene: Any) -> None:
-        """The same for a scene in which an object was moved, reshaped, added or removed."""
+        """The same for a scene in which something was moved, reshaped, added, hidden or keyed."""
         if not self.running:
             self.drop_recording(scene)
             self._outdate_live()
@@ -56,6 +58,7 @@ class Cache:
 
     def clear(self) -> None:
         """Forgets all that refers to the file's data, which undo and load make anew."""
+        self.running = False
         self.live = None
         self._recordings.clear()
         self._watching = weakref.WeakSet()

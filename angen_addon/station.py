@@ -47,12 +47,18 @@ class Station:
         self._model = self.sensor.kind.model()
         self._pose: tuple[Any, float, Pose] | None = None
 
-    def sense(self, number: int, step: int, depsgraph: Any, caster: Caster) -> Reading:
-        """Update `number` at the scene's present state. Raises SensorError."""
+    def sense(self, number: int, step: int, depsgraph: Any, caster: Caster) -> Reading | None:
+        """Update `number` at the scene's present state; None while the sensor is switched off.
+
+        Raises SensorError.
+        """
         scene = depsgraph.scene
         metres = unit_scale(scene)
         evaluated = self.sensor.object.evaluated_get(depsgraph)
         check_evaluated(self.sensor, evaluated)
+        if not evaluated.angen_sensor.enabled:
+            self.reset()
+            return None
         parameters = read_parameters(self.sensor, evaluated.angen_sensor)
 
         def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Operator
 
-from ..angen_addon import bake, live, state
+from ..angen_addon import bake, state
 from ..angen_addon.sensors import all_sensors, simulated
 
 
@@ -28,11 +28,9 @@ class ANGEN_OT_bake_keyframes(Operator):
         recording = state.CACHE.recording(scene)
         assert recording is not None
         count = bake.bake(simulated(all_sensors(context.view_layer)), recording)
-        frame = scene.frame_current + scene.frame_subframe
-        if recording.covers(frame):
-            live.show_recorded(recording, context.view_layer, frame)
         # The new keys are no edit that voids the recording they were made from.
         context.view_layer.update()
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         state.CACHE.keep_recording(scene, recording)
         self.report({"INFO"}, f"{count} sensors keyed")
         return {"FINISHED"}

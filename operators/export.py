@@ -11,8 +11,9 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon import state
+from ..angen_addon.output_files import write
 from ..sensor_logic.event_log import events_csv, samples_csv
-from ..sensor_logic.files import OutputError, check_folder, file_names, write_files
+from ..sensor_logic.files import OutputError, file_names
 
 
 class _Export:
@@ -23,14 +24,13 @@ class _Export:
             return False
         return True
 
-    def _write(self, texts: dict[Path, str], folder: Path) -> set[str]:
+    def _write(self, texts: dict[Path, str], new_folder: Path | None) -> set[str]:
         try:
-            check_folder(folder, "Export")
-            write_files(texts)
+            write(texts, new_folder)
         except OutputError as error:
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{len(texts)} files written to {folder}")  # type: ignore[attr-defined]
+        self.report({"INFO"}, f"Written: {', '.join(map(str, texts))}"[:200])  # type: ignore[attr-defined]
         return {"FINISHED"}
 
 
@@ -46,7 +46,7 @@ class ANGEN_OT_export_events(_Export, Operator, ExportHelper):
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         path = Path(bpy.path.abspath(self.filepath))
-        return self._write({path: events_csv(recording)}, path.parent)
+        return self._write({path: events_csv(recording)}, None)
 
 
 class ANGEN_OT_export_samples(_Export, Operator):

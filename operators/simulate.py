@@ -11,7 +11,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon import live, state
+from ..angen_addon import handlers, outputs, state
 from ..angen_addon.sensors import SensorError, all_sensors, simulated
 from ..angen_addon.simulation import Progress, simulate
 from ..sensor_logic.recording import Recording
@@ -65,16 +65,20 @@ class ANGEN_OT_simulate(Operator):
         return True
 
     def _end(self, context: Context) -> None:
-        """Keeps what was recorded and shows it at the playhead."""
+        """Keeps what was recorded, if anything, and shows it at the playhead."""
+        updates = sum(len(track) for track in self._recording.tracks.values())
+        if not updates:
+            return
         scene = context.scene
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
-            live.show_recorded(self._recording, context.view_layer, frame)
+            outputs.show_recorded(self._recording, context.view_layer, frame)
             # What drivers make of it is no edit that voids the recording.
             context.view_layer.update()
         state.CACHE.keep_recording(scene, self._recording)
-        updates = sum(len(track) for track in self._recording.tracks.values())
-        self.report({"INFO"}, f"{len(self._recording.tracks)} sensors, {updates} updates recorded")
+        state.CACHE.visible = handlers.visible(context.evaluated_depsgraph_get())
+        first, last = self._recording.frame_start, self._recording.frame_end
+        self.report({"INFO"}, f"Recorded frames {first} to {last}: {updates} updates")
 
     def execute(self, context: Context) -> set[str]:
         if not self._begin(context):

@@ -12,13 +12,22 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+import numpy as np
+
+# Finds 1/3 Hz, 29.97 fps and the like.
+LARGEST_DENOMINATOR = 1000
+
 
 def exact(value: float) -> Fraction:
-    """The decimal number that a user typed, from the single precision that Blender stores.
+    """The number that a user meant, from the single precision that Blender stores.
 
     Blender keeps 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
-    frame late; seven digits are what single precision holds.
+    frame late. Of the fractions that are stored as this very number, the simplest is taken;
+    failing that, its seven digits, which are what single precision holds.
     """
+    simple = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+    if np.float32(float(simple)) == np.float32(value):
+        return simple
     return Fraction(f"{value:.7g}")
 
 

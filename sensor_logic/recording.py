@@ -8,6 +8,7 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import Any
 
+from .clock import Clock
 from .kinds import KINDS, Kind
 from .model import Reading
 
@@ -20,10 +21,14 @@ def _column(of: type) -> Any:
 
 @dataclass
 class Track:
-    """One sensor's readings in time order, a column each; frames and times as floats (s)."""
+    """One sensor's readings in time order, a column each; frames and times as floats (s).
+
+    `uid` tells the sensor's object in this session, whatever it is called by then.
+    """
 
     sensor: str
     kind_name: str
+    uid: int = 0
     frames: array[float] = field(default_factory=lambda: array("d"))
     times: array[float] = field(default_factory=lambda: array("d"))
     active: array[int] = field(default_factory=lambda: array("b"))
@@ -57,11 +62,16 @@ class Track:
 
 @dataclass
 class Recording:
-    """The tracks of a run by sensor name, and the frames that it covered."""
+    """The tracks of a run by sensor name, the frames that it covered, and its time base."""
 
     tracks: dict[str, Track] = field(default_factory=dict)
+    clock: Clock | None = None
     frame_start: int = 0
     frame_end: int = 0
+
+    def track_of(self, uid: int) -> Track | None:
+        """The track of the sensor whose object has this session uid."""
+        return next((track for track in self.tracks.values() if track.uid == uid), None)
 
     def covers(self, frame: float) -> bool:
         return self.frame_start <= frame < self.frame_end + 1

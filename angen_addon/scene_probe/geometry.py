@@ -10,6 +10,7 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Surface = tuple[NDArray[np.float32], NDArray[np.int32], int]
 # A mesh this many times farther from its own origin than it is large loses digits in single
 # precision; its tree is then built about its centre.
 FAR_FROM_OWN_ORIGIN = 8.0
@@ -25,7 +26,7 @@ class Geometry:
 
     def __init__(self, source: Any) -> None:
         self.source = source
-        self._surface: tuple[NDArray[np.float32], NDArray[np.int32]] | None = None
+        self._surface: Surface | None = None
         self._tree: BVHTree | None = None
         self.pivot = np.zeros(3)
 
@@ -34,15 +35,17 @@ class Geometry:
         # In Edit Mode the evaluated mesh is empty: what is shown is still in the editor's hands.
         direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
         mesh = evaluated.data if direct else evaluated.to_mesh()
-        coordinates, corners = _surface(mesh)
+        coordinates, corners, faces = _surface(mesh)
         if not direct:
             evaluated.to_mesh_clear()
-        before, self._surface = self._surface, (coordinates, corners)
-        if before is not None and all(map(np.array_equal, before, self._surface)):
+        before, self._surface = self._surface, (coordinates, corners, faces)
+        if before is not None and _same(before, self._surface):
             return False
         self._tree = None
         points = coordinates.reshape(-1, 3).astype(np.float64)
-        if len(corners):
+        # A vertex that is nowhere takes its own faces away, not the others.
+        points = points[np.isfinite(points).all(axis=1)]
+        if faces and len(points):
             self.lo, self.hi = points.min(axis=0), points.max(axis=0)
         else:
             self.lo, self.hi = np.full(3, np.inf), np.full(3, -np.inf)
@@ -84,13 +87,17 @@ class Geometry:
         )
 
 
-def _surface(mesh: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Vertex coordinates and the vertex of each face corner, flat; empty without faces."""
+def _same(one: Surface, two: Surface) -> bool:
+    return one[2] == two[2] and all(np.array_equal(one[i], two[i]) for i in (0, 1))
+
+
+def _surface(mesh: Any) -> Surface:
+    """Vertex coordinates and the vertex of each face corner, flat, and the number of faces."""
     if mesh is None or not len(mesh.polygons):
-        return np.empty(0, np.float32), np.empty(0, np.int32)
+        return np.empty(0, np.float32), np.empty(0, np.int32), 0
     # As attributes they are copied whole; vertex by vertex it takes 500 times as long.
     coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
     mesh.attributes["position"].data.foreach_get("vector", coordinates)
     corners = np.empty(len(mesh.loops), np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
-    return coordinates, corners
+    return coordinates, corners, len(mesh.polygons)

@@ -64,7 +64,9 @@ class Solids:
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
+        self._instancing = False
         self._must_list = True
+        self._unsure = False
         self._touched: set[int] = set()
         self._reshaped: set[int] = set()
 
@@ -74,14 +76,21 @@ class Solids:
         Frame changes name every object that could have changed. An edit can change anything,
         visibility included.
         """
-        self._must_list |= edited
+        if edited:
+            self.forget()
         for update in depsgraph.updates:
             changed = update.id
             if isinstance(changed, bpy.types.Object):
-                uid = changed.original.session_uid
-                self._touched.add(uid)
+                original = changed.original
+                self._touched.add(original.session_uid)
                 if update.is_updated_geometry:
-                    self._reshaped.add(uid)
+                    self._reshaped.add(original.session_uid)
+                    self._must_list |= _may_instance(original)
+
+    def forget(self) -> None:
+        """Anything may have changed unheard: all is looked at again."""
+        self._must_list = True
+        self._unsure = True
 
     def sync(self, depsgraph: Any) -> None:
         """Brings the solids to the depsgraph's present state."""
@@ -90,13 +99,14 @@ class Solids:
         if (
             self._must_list
             or objects != self._listed
-            or (self.instanced and (self._touched or self._reshaped))
+            or (self._instancing and (self._touched or self._reshaped))
         ):
             self._list(depsgraph, objects)
         else:
             self._follow(depsgraph, len(objects))
         self._touched.clear()
         self._reshaped.clear()
+        self._unsure = False
 
     def owned_by(self, uid: int) -> NDArray[np.bool_]:
         """Mask (n,) of the solids that belong to the object `uid`: itself and its children."""
@@ -182,7 +192,7 @@ class Solids:
             key: Key = (original.session_uid,)
             if instance.is_instance:
                 key += (owner.session_uid, *instance.persistent_id)
-            made_by_nodes = instance.is_instance and original == owner
+            made_by_nodes = instance.is_instance and _is_transient(depsgraph, seen, original)
             if made_by_nodes:
                 geometry, reshaped = self._transient_shape(depsgraph, seen, transient), True
             else:
@@ -217,6 +227,7 @@ class Solids:
             solid.row = row
         self._place(np.arange(count))
         self._listed = objects
+        self._instancing = bool(self.instanced) or any(o.is_instancer for o in objects)
         self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
         self._world = np.empty(len(objects) * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", self._world)
@@ -231,9 +242,11 @@ class Solids:
         if uid in shapes:
             return shapes[uid], uid in self._reshaped
         geometry = shapes[uid] = self._shapes.get(uid) or Geometry(original)
-        known = uid in self._shapes and uid not in self._reshaped
+        known = uid in self._shapes and uid not in self._reshaped and not self._unsure
         changed = not known and geometry.read(original.evaluated_get(depsgraph))
-        if uid in self._reshaped and not changed:
+        if changed:
+            self._reshaped.add(uid)
+        else:
             self._reshaped.discard(uid)
         return geometry, changed
 
@@ -260,6 +273,19 @@ def _is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
     return (
         original == owner and original.type != "MESH" and instance.persistent_id[1] == UNUSED_LEVEL
     )
+
+
+def _may_instance(original: Any) -> bool:
+    """Whether an object's own evaluation can bring forth instances."""
+    return original.is_instancer or any(
+        modifier.type in {"NODES", "PARTICLE_SYSTEM"} for modifier in original.modifiers
+    )
+
+
+def _is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
+    """Whether an instance is of a mesh that nodes made, not of the object it is listed under."""
+    data = original.evaluated_get(depsgraph).data
+    return data is None or seen.data.as_pointer() != data.as_pointer()
 
 
 def _owners(owner: Any) -> frozenset[int]:

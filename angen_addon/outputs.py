@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The outputs `active` and `value` of a sensor, which panels show and drivers read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from ..sensor_logic.recording import Recording
+from .sensors import Sensor, all_sensors
+
+ACTIVE_PATH = "angen_sensor.active"
+VALUE_PATH = "angen_sensor.value"
+
+
+def show(sensor: Sensor, active: bool, value: float) -> bool:
+    """Writes the outputs where they differ, so that drivers see them; True if `active` changed.
+
+    Keyed outputs are left alone: their keys say what they are. In a frame change Blender
+    evaluates what is tagged here before it goes on, and tells nobody.
+    """
+    settings = sensor.settings
+    changed = settings.active != active
+    if not changed and abs(settings.value - value) <= 1e-6 * max(1.0, abs(value)):
+        return False
+    if output_curves(sensor.object):
+        return False
+    settings.active = active
+    settings.value = value
+    sensor.object.update_tag(refresh={"OBJECT"})
+    return changed
+
+
+def show_recorded(recording: Recording, view_layer: Any, frame: float) -> None:
+    """Shows what was recorded at or before `frame`."""
+    for sensor in all_sensors(view_layer):
+        track = recording.track_of(sensor.uid)
+        index = track.at(frame) if track else None
+        if track is not None and index is not None:
+            show(sensor, bool(track.active[index]), track.value[index])
+
+
+def output_curves(obj: Any) -> list[Any]:
+    """The F-curves of the outputs; Blender 5 keeps them in layers, strips and channel bags."""
+    animation = obj.animation_data
+    if animation is None or animation.action is None:
+        return []
+    action = animation.action
+    if hasattr(action, "fcurves"):
+        curves = list(action.fcurves)
+    else:
+        curves = [
+            curve
+            for layer in action.layers
+            for strip in layer.strips
+            if (bag := strip.channelbag(animation.action_slot)) is not None
+            for curve in bag.fcurves
+        ]
+    return [curve for curve in curves if curve.data_path in {ACTIVE_PATH, VALUE_PATH}]
+
+
+def are_driven() -> bool:
+    """Whether any driver of the file reads a sensor's group."""
+    return any(
+        target.data_path in {ACTIVE_PATH, VALUE_PATH}
+        for animated in _animated()
+        for curve in animated.animation_data.drivers
+        for variable in curve.driver.variables
+        for target in variable.targets
+    )
+
+
+def _animated() -> Iterator[Any]:
+    """Everything in the file that has animation data, node trees inside others included."""
+    for prop in bpy.data.bl_rna.properties:
+        if prop.type != "COLLECTION":
+            continue
+        for block in getattr(bpy.data, prop.identifier):
+            for owner in (block, getattr(block, "node_tree", None)):
+                if getattr(owner, "animation_data", None) is not None:
+                    yield owner

@@ -30,6 +30,16 @@ SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
+class Interrupt:
+    """Ctrl-C, taken note of: an exception would be lost where it strikes in a frame handler."""
+
+    def __init__(self) -> None:
+        self.came = False
+
+    def on_signal(self, *_: Any) -> None:
+        self.came = True
+
+
 class BadInput(Exception):
     """The command cannot be carried out as given; the text says why and what would work."""
 
@@ -51,8 +61,10 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "list": _list,
         "check": _check,
     }
+    interrupt = Interrupt()
     # Blender takes Ctrl-C for itself and would go on to the end.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    before = signal.signal(signal.SIGINT, interrupt.on_signal)
+    options.interrupt = interrupt
     try:
         status = verbs[options.verb](options)
         sys.stdout.flush()
@@ -112,6 +124,8 @@ def _run(options: argparse.Namespace) -> Recording:
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
     for progress in simulate(scene, sensors, first, last, recording):
+        if options.interrupt.came:
+            raise KeyboardInterrupt
         line.show(progress)
     line.finish(
         progress.seconds_total if progress else 0.0,
@@ -148,11 +162,11 @@ def _simulate(options: argparse.Namespace) -> int:
             if options.events and path.resolve() == options.events.resolve():
                 raise OutputError(f"--events names the samples of '{sensor}': {path}")
             texts[path] = samples_csv(recording.tracks[sensor])
-    write(texts, options.samples)
     if options.bake:
         bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
     if options.save:
         save_blend(options.save)
+    write(texts, options.samples)
     if not options.events:
         sys.stdout.write(events_csv(recording))
     return DONE
@@ -162,7 +176,7 @@ def _list(options: argparse.Namespace) -> int:
     sensors = _sensors()
     found = [describe(sensor) for sensor in sensors]
     if options.json:
-        print(json.dumps(found, indent=1, ensure_ascii=False))
+        print(json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False))
         return DONE
     width = max(len(sensor.name) for sensor in sensors)
     for sensor, facts in zip(sensors, found, strict=True):

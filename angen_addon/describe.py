@@ -3,15 +3,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ..sensor_logic.parameters import specs
-from .sensors import Sensor, decimal
+from .sensors import Sensor, decimal, unit_scale
+from .station import evaluated_depsgraph
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:
-    """Name, kind, room, place (Blender units) and all parameters (SI units, radians)."""
+    """Name, kind, room, place (metres) and all parameters (SI units, radians)."""
     group = getattr(sensor.settings, sensor.kind.attribute)
+    depsgraph = evaluated_depsgraph()
+    metres = unit_scale(depsgraph.scene)
+    place = sensor.object.evaluated_get(depsgraph).matrix_world
     return {
         "name": sensor.name,
         "kind": sensor.kind.identifier,
@@ -20,7 +25,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
         "enabled": sensor.settings.enabled,
         "simulated": sensor.kind.model is not None,
         "update_rate": decimal(sensor.settings.update_rate),
-        "location": [decimal(c) for c in sensor.object.matrix_world.translation],
+        "location": [_finite(c * metres) for c in place.translation],
         "parameters": {
             name: _plain(getattr(group, name)) for name in specs(sensor.kind.parameters)
         },
@@ -29,7 +34,12 @@ def describe(sensor: Sensor) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, float):
-        return decimal(value)
+        return _finite(value)
     if value is None or isinstance(value, (bool, int, str)):
         return value
     return value.name
+
+
+def _finite(value: float) -> float | None:
+    """JSON knows no NaN and no infinity."""
+    return decimal(value) if math.isfinite(value) else None

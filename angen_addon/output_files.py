@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from pathlib import Path
 
 import bpy
 
-from ..sensor_logic.files import OutputError, check_folder, write_files
+from ..sensor_logic.files import OutputError, check_folder, umask, write_files
 from .quiet import standard_output_silenced
 
 
@@ -58,13 +59,20 @@ def write(texts: dict[Path, str], folder: Path | None) -> None:
 def save_blend(path: Path) -> None:
     """Saves a copy of the open file, whole or not at all. Raises OutputError."""
     path = path.resolve()
+    part = None
     try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".angen-") as folder:
-            part = Path(folder, "copy.blend")
-            with standard_output_silenced():
-                bpy.ops.wm.save_as_mainfile(
-                    filepath=str(part), copy=True, check_existing=False, relative_remap=False
-                )
-            part.replace(path)
+        # Beside the target, so that relative paths in the file come out right.
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".angen-", suffix=".blend")
+        os.close(handle)
+        part = Path(name)
+        # Of a file that exists Blender would keep a backup.
+        part.unlink()
+        with standard_output_silenced():
+            bpy.ops.wm.save_as_mainfile(filepath=name, copy=True, check_existing=False)
+        part.chmod(0o666 & ~umask())
+        part.replace(path)
     except (OSError, RuntimeError) as error:
         raise OutputError(f"cannot save {path}: {error}") from None
+    finally:
+        if part is not None:
+            part.unlink(missing_ok=True)

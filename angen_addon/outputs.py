@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 
 from ..sensor_logic.recording import Recording
+from .animation import curves
 from .sensors import Sensor, all_sensors
 
 ACTIVE_PATH = "angen_sensor.active"
@@ -43,22 +44,8 @@ def show_recorded(recording: Recording, view_layer: Any, frame: float) -> None:
 
 
 def output_curves(obj: Any) -> list[Any]:
-    """The F-curves of the outputs; Blender 5 keeps them in layers, strips and channel bags."""
-    animation = obj.animation_data
-    if animation is None or animation.action is None:
-        return []
-    action = animation.action
-    if hasattr(action, "fcurves"):
-        curves = list(action.fcurves)
-    else:
-        curves = [
-            curve
-            for layer in action.layers
-            for strip in layer.strips
-            if (bag := strip.channelbag(animation.action_slot)) is not None
-            for curve in bag.fcurves
-        ]
-    return [curve for curve in curves if curve.data_path in {ACTIVE_PATH, VALUE_PATH}]
+    """The F-curves that set the outputs."""
+    return curves(obj, {ACTIVE_PATH, VALUE_PATH})
 
 
 def are_driven() -> bool:

@@ -48,10 +48,14 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
     _settings_changed(self, context)
 
 
+def _label(spec: Spec) -> str:
+    shown_by_blender = not spec.unit or spec.unit in SUBTYPES
+    return spec.label if shown_by_blender else f"{spec.label} ({spec.unit})"
+
+
 def _tip(spec: Spec) -> str:
-    unit = f" [{spec.unit}]" if spec.unit and spec.unit not in SUBTYPES else ""
     source = f". Source: {spec.source}" if spec.source else ""
-    return f"{spec.tip}{unit}{source}"
+    return f"{spec.tip}{source}"
 
 
 def _blender_property(default: Any, spec: Spec) -> Any:
@@ -61,7 +65,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
     be told to the user, not silently changed.
     """
     facts: dict[str, Any] = {
-        "name": spec.label,
+        "name": _label(spec),
         "description": _tip(spec),
         "override": OVERRIDABLE,
         "update": _settings_changed,
@@ -108,6 +112,7 @@ def _sensor_group(groups: dict[str, type]) -> type:
             name="Kind",
             description="What sensor the object is",
             items=kinds,
+            options=set(),
             update=_kind_changed,
             override=OVERRIDABLE,
         ),
@@ -119,8 +124,8 @@ def _sensor_group(groups: dict[str, type]) -> type:
             override=OVERRIDABLE,
         ),
         "update_rate": FloatProperty(
-            name="Update rate",
-            description="How often the sensor publishes a reading [Hz]; not to be animated",
+            name="Update rate (Hz)",
+            description="How often the sensor publishes a reading; not to be animated",
             options=set(),
             default=1.0,
             min=0.0,
@@ -167,6 +172,7 @@ def _scene_properties() -> dict[str, Any]:
             name="Seed",
             description="Seed of every sensor's noise: the same file gives the same log",
             min=0,
+            options=set(),
             update=_settings_changed,
         ),
         "angen_substeps": IntProperty(
@@ -176,6 +182,7 @@ def _scene_properties() -> dict[str, Any]:
             default=1,
             min=1,
             soft_max=64,
+            options=set(),
             update=_settings_changed,
         ),
         "angen_luminous_efficacy": FloatProperty(
@@ -192,6 +199,7 @@ def _scene_properties() -> dict[str, Any]:
                 ("FAST", "Fast", "Casts again only where something moved", 0),
                 ("SCENE", "Reference", "Blender's own scene.ray_cast for every ray", 1),
             ],
+            options=set(),
             update=_settings_changed,
         ),
         "angen_live": BoolProperty(

@@ -13,6 +13,7 @@ from typing import Any
 from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
+from .animation import is_animated
 
 
 class SensorError(Exception):
@@ -85,7 +86,8 @@ def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
     return [
         s
         for s in sensors
-        if s.kind.model is not None and (s.settings.enabled or s.object.animation_data is not None)
+        if s.kind.model is not None
+        and (s.settings.enabled or is_animated(s.object, "angen_sensor.enabled"))
     ]
 
 
@@ -111,7 +113,12 @@ def check(sensor: Sensor) -> None:
 def read_parameters(sensor: Sensor, settings: Any) -> Any:
     """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
     group = getattr(settings, sensor.kind.attribute)
-    values = tuple(getattr(group, name) for name in specs(sensor.kind.parameters))
+    values = tuple(
+        # Objects are named, not kept: they would not outlive undo.
+        value.name_full if spec.pointer and value is not None else value
+        for name, spec in specs(sensor.kind.parameters).items()
+        for value in (getattr(group, name),)
+    )
     parameters, problems = _checked(sensor.kind.identifier, values)
     if problems:
         raise SensorError(f"'{sensor.name}': {problems[0]}")

@@ -55,10 +55,10 @@ class Station:
         scene = depsgraph.scene
         metres = unit_scale(scene)
         evaluated = self.sensor.object.evaluated_get(depsgraph)
-        check_evaluated(self.sensor, evaluated)
         if not evaluated.angen_sensor.enabled:
             self.reset()
             return None
+        check_evaluated(self.sensor, evaluated)
         parameters = read_parameters(self.sensor, evaluated.angen_sensor)
 
         def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:

@@ -9,11 +9,11 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
+from ..angen_addon.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
+from .marker import marker_mesh
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
-# What an empty looks like while a sensor has no housing of its own.
-DISPLAY = {"PIR": "SINGLE_ARROW", "OPTICAL_SWITCH": "SINGLE_ARROW"}
 
 
 class ANGEN_OT_sensor_add(Operator):
@@ -37,9 +37,8 @@ class ANGEN_OT_sensor_add(Operator):
             self.report({"ERROR"}, f"No preset is called '{self.preset}' for this kind")
             return {"CANCELLED"}
         kind = KINDS[self.kind]
-        sensor = bpy.data.objects.new(kind.label, None)
-        sensor.empty_display_type = "CONE" if kind.identifier in DISPLAY else "CIRCLE"
-        sensor.empty_display_size = 0.05
+        mesh = marker_mesh(self.kind, unit_scale(context.scene))
+        sensor = bpy.data.objects.new(kind.label, mesh)
         sensor.matrix_world = context.scene.cursor.matrix
         sensor.angen_sensor.kind = self.kind
         context.collection.objects.link(sensor)
@@ -47,6 +46,7 @@ class ANGEN_OT_sensor_add(Operator):
             selected.select_set(False)
         sensor.select_set(True)
         context.view_layer.objects.active = sensor
+        self.report({"INFO"}, f"Added '{sensor.name}': it looks along its −Z axis, +Y up")
         return {"FINISHED"}
 
 

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
-from ..sensor_logic.kinds import NO_KIND
+from ..sensor_logic.kinds import KINDS, NO_KIND
 from .add import KIND_ITEMS
 
 
@@ -31,6 +31,7 @@ class ANGEN_OT_sensor_assign(Operator):
 
     def execute(self, context: Context) -> set[str]:
         context.object.angen_sensor.kind = self.kind
+        self.report({"INFO"}, f"'{context.object.name}' is a sensor: {KINDS[self.kind].label}")
         return {"FINISHED"}
 
 
@@ -52,6 +53,7 @@ class ANGEN_OT_sensor_clear(Operator):
 
     def execute(self, context: Context) -> set[str]:
         context.object.angen_sensor.kind = NO_KIND
+        self.report({"INFO"}, f"'{context.object.name}' is an ordinary object again")
         return {"FINISHED"}
 
 

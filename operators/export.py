@@ -13,7 +13,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..angen_addon import state
 from ..angen_addon.output_files import write
 from ..sensor_logic.event_log import events_csv, samples_csv
-from ..sensor_logic.files import OutputError, file_names
+from ..sensor_logic.files import OutputError, check_folder, file_names
 
 
 class _Export:
@@ -46,6 +46,11 @@ class ANGEN_OT_export_events(_Export, Operator, ExportHelper):
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         path = Path(bpy.path.abspath(self.filepath))
+        try:
+            check_folder(path.parent, "Export")
+        except OutputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
         return self._write({path: events_csv(recording)}, None)
 
 
@@ -63,6 +68,9 @@ class ANGEN_OT_export_samples(_Export, Operator):
     def execute(self, context: Context) -> set[str]:
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
+        if not self.directory:
+            self.report({"ERROR"}, "Choose a folder for the samples")
+            return {"CANCELLED"}
         folder = Path(bpy.path.abspath(self.directory))
         texts = {
             folder / name: samples_csv(recording.tracks[sensor])

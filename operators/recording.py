@@ -24,6 +24,7 @@ class ANGEN_OT_clear_recording(Operator):
 
     def execute(self, context: Context) -> set[str]:
         state.CACHE.drop_recording(context.scene)
+        self.report({"INFO"}, "Recording cleared: sensors follow the playhead")
         return {"FINISHED"}
 
 

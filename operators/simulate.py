@@ -66,10 +66,9 @@ class ANGEN_OT_simulate(Operator):
 
     def _end(self, context: Context) -> None:
         """Keeps what was recorded, if anything, and shows it at the playhead."""
-        updates = sum(len(track) for track in self._recording.tracks.values())
-        if not updates:
-            return
         scene = context.scene
+        if not self._updates() or scene is None:
+            return
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
             outputs.show_recorded(self._recording, context.view_layer, frame)
@@ -78,7 +77,10 @@ class ANGEN_OT_simulate(Operator):
         state.CACHE.keep_recording(scene, self._recording)
         state.CACHE.visible = handlers.visible(context.evaluated_depsgraph_get())
         first, last = self._recording.frame_start, self._recording.frame_end
-        self.report({"INFO"}, f"Recorded frames {first} to {last}: {updates} updates")
+        self.report({"INFO"}, f"Recorded frames {first} to {last}: {self._updates()} updates")
+
+    def _updates(self) -> int:
+        return sum(len(track) for track in self._recording.tracks.values())
 
     def execute(self, context: Context) -> set[str]:
         if not self._begin(context):
@@ -88,9 +90,8 @@ class ANGEN_OT_simulate(Operator):
                 pass
         except SensorError as error:
             self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
         self._end(context)
-        return {"FINISHED"}
+        return {"FINISHED"} if self._updates() else {"CANCELLED"}
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         if context.window is None:
@@ -112,8 +113,10 @@ class ANGEN_OT_simulate(Operator):
             return {"RUNNING_MODAL"}
         try:
             progress = self._advance(SLICE_S)
-        except SensorError as error:
+        except BaseException as error:
             self._stop(context)
+            if not isinstance(error, SensorError):
+                raise
             self.report({"ERROR"}, str(error))
             return {"FINISHED"}
         if progress is None:
@@ -138,7 +141,8 @@ class ANGEN_OT_simulate(Operator):
         self._run.close()  # type: ignore[attr-defined]
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
         self._end(context)
 
     def cancel(self, context: Context) -> None:

@@ -4,12 +4,19 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import Any
+
+import bpy
 
 from ..angen_addon import state
 from ..angen_addon.sensors import Sensor, SensorError, check
 from ..sensor_logic.kinds import KINDS, NO_KIND, not_simulated
 from ..sensor_logic.parameters import specs, used
+
+# Of Blender's interface font, in pixels at a scale of 1; and what margins and the icon take.
+WIDTH_OF_LETTER = 7.5
+MARGIN_LETTERS = 10
 
 
 def sensor_of(obj: Any) -> Sensor | None:
@@ -34,27 +41,24 @@ def draw_parameters(layout: Any, sensor: Sensor) -> None:
     try:
         check(sensor)
     except SensorError as error:
-        _lines(layout, str(error).partition(": ")[2], "ERROR")
+        problem = str(error).removeprefix(f"'{sensor.name}': ")
+        for name, spec in specs(sensor.kind.parameters).items():
+            problem = problem.replace(name, spec.label)
+        _lines(layout, problem, "ERROR")
 
 
-def draw_output(layout: Any, sensor: Sensor) -> None:
-    """What the sensor reads at the playhead: state and value, or why there is none."""
+def reading_of(sensor: Sensor) -> tuple[str, str]:
+    """What the sensor reads at the playhead, in words, or why nothing; and an icon for it."""
     kind, settings = sensor.kind, sensor.settings
     if kind.model is None:
-        layout.label(text="Not simulated", icon="X")
-    elif not settings.enabled:
-        layout.label(text="Off", icon="X")
-    elif state.CACHE.live and sensor.name in state.CACHE.live.problems:
-        layout.label(text="Invalid", icon="ERROR")
-    else:
-        row = layout.split(factor=0.6, align=True)
-        row.label(
-            text=kind.active_label if settings.active else kind.idle_label,
-            icon="RADIOBUT_ON" if settings.active else "RADIOBUT_OFF",
-        )
-        value = row.row()
-        value.alignment = "RIGHT"
-        value.label(text=_quantity(settings.value, kind.value_unit))
+        return "Not simulated", "X"
+    if not settings.enabled:
+        return "Off", "X"
+    if state.CACHE.live and sensor.name in state.CACHE.live.problems:
+        return "Invalid", "ERROR"
+    word = kind.active_label if settings.active else kind.idle_label
+    icon = "RADIOBUT_ON" if settings.active else "RADIOBUT_OFF"
+    return f"{word}, {_quantity(settings.value, kind.value_unit)}", icon
 
 
 def _quantity(value: float, unit: str) -> str:
@@ -64,12 +68,11 @@ def _quantity(value: float, unit: str) -> str:
 
 
 def _lines(layout: Any, text: str, icon: str) -> None:
-    """A text broken into lines short enough for a narrow panel."""
+    """A text broken into lines that fit the panel."""
+    context = bpy.context
+    scale = context.preferences.system.ui_scale
+    width = max(20, int(context.region.width / (WIDTH_OF_LETTER * scale)) - MARGIN_LETTERS)
     box = layout.box().column(align=True)
-    line = ""
-    for word in text.split():
-        if line and len(line) + len(word) > 42:
-            box.label(text=line, icon=icon)
-            line, icon = "", "BLANK1"
-        line = f"{line} {word}".strip()
-    box.label(text=line, icon=icon)
+    for line in textwrap.wrap(text, width):
+        box.label(text=line, icon=icon)
+        icon = "BLANK1"

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from .parameters import draw_output, draw_parameters, sensor_of
+from .parameters import draw_parameters, reading_of, sensor_of
 
 
 class ANGEN_PT_physics(Panel):
@@ -31,7 +31,8 @@ class ANGEN_PT_physics(Panel):
         if sensor is None:
             layout.prop(context.object, "angen_ignored")
             return
-        draw_output(layout, sensor)
+        text, icon = reading_of(sensor)
+        layout.label(text=text, icon=icon)
         column = layout.column()
         column.active = sensor.settings.enabled
         draw_parameters(column, sensor)

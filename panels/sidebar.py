@@ -8,7 +8,7 @@ from bpy.types import Context, Panel
 
 from ..angen_addon import state
 from ..angen_addon.sensors import all_sensors
-from .parameters import draw_output, draw_parameters, sensor_of
+from .parameters import draw_parameters, reading_of, sensor_of
 
 
 class _Sidebar:
@@ -57,9 +57,16 @@ class ANGEN_PT_readings(_Sidebar, Panel):
             self.layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
         column = self.layout.column(align=True)
         for sensor in sensors:
-            split = column.split(factor=0.45, align=True)
-            split.label(text=sensor.name, icon=sensor.kind.icon)
-            draw_output(split, sensor)
+            if sensor.kind.model is not None:
+                text, icon = reading_of(sensor)
+                split = column.split(factor=0.56, align=True)
+                split.label(text=sensor.name, icon=icon)
+                value = split.row()
+                value.alignment = "RIGHT"
+                value.label(text=text)
+        silent = sum(sensor.kind.model is None for sensor in sensors)
+        if silent:
+            column.label(text=f"{silent} more are not simulated yet", icon="X")
 
 
 class ANGEN_PT_active_sensor(_Sidebar, Panel):

@@ -130,7 +130,8 @@ class SlottedSwitch:
         directions = np.broadcast_to(beam, starts.shape)
         reach = np.full(len(starts), parameters.range_max - parameters.range_min)
         ranges = update.cast(0, starts + beam * parameters.range_min, directions, reach)
-        ranges = ranges + parameters.range_min
+        # What meets nothing reads range_max itself, not what rounding makes of the sum.
+        ranges = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
             ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
         return np.clip(ranges, parameters.range_min, parameters.range_max)

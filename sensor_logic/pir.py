@@ -224,7 +224,8 @@ class RangeScan:
         """Ranges (tilts, rays) in metres, within range_min … range_max."""
         rays = self._aim(parameters, update.pose, bundle, fan)
         ranges = update.cast(bundle, rays.origins, rays.directions, rays.reach)
-        ranges = ranges + parameters.range_min
+        # What meets nothing reads range_max itself, not what rounding makes of the sum.
+        ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
             ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
         return np.clip(ranges, parameters.range_min, parameters.range_max).reshape(fan.shape[:2])

@@ -22,13 +22,13 @@ class PressureParameters(Parameters):
         unit="N",
         minimum=0.0,
     )
-    partner_object: None = parameter(
+    partner_object: str | None = parameter(
         None,
         "Partner object",
         "Measure this object alone; empty: everything",
         pointer="Object",
     )
-    partner_collection: None = parameter(
+    partner_collection: str | None = parameter(
         None,
         "Partner collection",
         "Measure the objects of this collection alone; empty: everything",

@@ -25,7 +25,7 @@ def curves_of(obj: Any) -> list[Any]:
     data = obj.animation_data
     if data is None or data.action is None:
         return []
-    if hasattr(data.action, "fcurves"):
+    if not hasattr(data, "action_slot"):
         return list(data.action.fcurves)
     bags = [s.channelbag(data.action_slot) for la in data.action.layers for s in la.strips]
     return [curve for bag in bags if bag for curve in bag.fcurves]

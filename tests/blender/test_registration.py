@@ -185,7 +185,7 @@ def test_every_parameter_is_a_property_that_overrides_can_change(addon_part):
         properties = group[kind.attribute].fixed_type.properties
         for name, spec in parameters.specs(kind.parameters).items():
             found = properties[name]
-            assert found.name == spec.label
+            assert found.name.startswith(spec.label)
             assert found.description.startswith(spec.tip)
             assert found.is_overridable, name
             if not spec.pointer and not spec.choices:

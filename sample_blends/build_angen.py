@@ -73,6 +73,22 @@ def add_story(scene: bpy.types.Scene) -> None:
     scene.frame_set(1)
 
 
+def arrange_views() -> None:
+    """Every 3D view of the file looks through the camera, in the home's colours, bones hidden."""
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type != "VIEW_3D":
+                continue
+            space = area.spaces.active
+            space.region_3d.view_perspective = "CAMERA"
+            space.region_3d.view_camera_zoom = 5.0
+            space.region_3d.view_camera_offset = (0.0, 0.0)
+            space.overlay.show_bones = False
+            space.shading.color_type = "MATERIAL"
+            space.show_region_ui = True
+            space.clip_start = 0.05
+
+
 def triangles(scene: bpy.types.Scene) -> int:
     """Triangles of all objects, each counted as often as it is seen."""
     return sum(
@@ -113,12 +129,17 @@ def main() -> int:
 
 
 def make(out: Path, with_digest: bool) -> int:
-    """Build, check and save the home; 1 where the checks found something."""
+    """Build, check and save the home; 1 where the checks found something or the story is wrong."""
     scene = build()
     problems = checks.plan_problems() + checks.scene_problems(scene)
     for problem in problems:
         print(problem, file=sys.stderr)
-    add_story(scene)
+    try:
+        add_story(scene)
+    except ValueError as error:
+        print(f"story: {error}", file=sys.stderr)
+        return 1
+    arrange_views()
     bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
     size = out.stat().st_size / 1e6
     print(f"{out.name}: {len(scene.objects)} objects, {triangles(scene)} triangles, {size:.2f} MB")

@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Quaternion, Vector
 
 from . import plan
-from .director import HINGED, direct
+from .director import GRIPS, HINGED, direct
 from .keys import Keys
 from .meshes import MeshBuilder, collection, place
 from .person import add_person
@@ -25,8 +25,6 @@ from .timeline import Hold, Timeline, palm, upright
 TURN_TOLERANCE = 5e-4  # of a quaternion's component: 0.06°
 PLACE_TOLERANCE = 8e-4  # m
 YAW_TOLERANCE = 1e-3  # rad
-# Where a prop is held, in its own frame.
-GRIPS = {"Bottle": (0.0, 0.0, 0.10), "Coat": (-0.09, 0.0, -0.03)}
 # How it is turned there: a coat edgeways, to fit through doors.
 CARRIED_YAW = {"Coat": radians(-90)}
 

@@ -3,15 +3,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import cos, hypot, radians, sin, tanh
+from math import cos, hypot, inf, radians, sin, tanh
 
 import numpy as np
 from mathutils import Vector
 
 from . import actions, plan, seat
+from .checks import along, distance_to_box, solids
 from .gait import Stand, Walk, footsteps, standing
 from .paths import (
-    NoWayError,
     clearance,
     door_side,
     door_spot,
@@ -31,12 +31,30 @@ SWING_TIME = 1.7
 CLEAR = 0.42  # between a leaf that falls shut and the body's middle, m
 BESIDE = {"Coat": 0.08}  # rad by which what hangs far down is held away from the leg
 SEAT_DISTANCE = 0.57  # from the feet that stand to the seat behind them
+ARM_WAY = 1.2  # on the floor from the hips to what a hand, the trunk bent, can reach, m
+# Where a prop is held, in its own frame; a prop without an entry cannot be in a story.
+GRIPS = {"Bottle": (0.0, 0.0, 0.10), "Coat": (-0.09, 0.0, -0.03)}
+_WALLS = tuple(box for name, box in solids() if name == "wall")
+
+
+def _can_be_sat_on(place: plan.Place) -> bool:
+    """Whether the seat is straight behind one who stands there: one sits down backwards."""
+    if place.seat is None:
+        return False
+    yaw = place_yaw(place)
+    dx, dy = place.x - place.seat[0], place.y - place.seat[1]
+    ahead, beside = dx * cos(yaw) + dy * sin(yaw), dy * cos(yaw) - dx * sin(yaw)
+    return abs(beside) <= 0.15 and ahead >= 0.40
+
+
+SEATS = tuple(name for name, place in plan.PLACES.items() if _can_be_sat_on(place))
 
 
 @dataclass(frozen=True)
 class Hinged:
     """A thing's own door: hinge (x, y), yaws in degrees, its handle in the leaf's frame."""
 
+    box: plan.Box  # the thing itself: what is inside is behind the door
     hinge: tuple[float, float]
     closed_yaw: float
     open_yaw: float
@@ -51,9 +69,10 @@ class Hinged:
 _FRIDGE = plan.FURNITURE["Fridge"]
 HINGED = {
     "Fridge door": Hinged(
-        (_FRIDGE.x0, _FRIDGE.y0), 0.0, -105.0, (_FRIDGE.x1 - _FRIDGE.x0 - 0.05, -0.035, 1.12)
+        _FRIDGE, (_FRIDGE.x0, _FRIDGE.y0), 0.0, -105.0,
+        (_FRIDGE.x1 - _FRIDGE.x0 - 0.05, -0.035, 1.12),
     )
-}
+}  # fmt: skip
 
 
 class Director:
@@ -71,10 +90,14 @@ class Director:
         self.doors = {name: door.closed_yaw for name, door in plan.DOORS.items()}
         self.opened_from: dict[str, float] = {}
         self.falling: dict[str, float] = {}  # doors that fall shut: since when they may
+        self.entry = ""  # the entry that is being played, for error messages
+        self.let_by: dict[str, str] = {}  # the entry that let a door fall shut
+        self.things_open: set[str] = set()
         self.hands: dict[str, int] = {}
         self.grabbed: dict[str, float] = {}
         self.spots = {name: Vector(at) for name, at in SPOTS.items()}
         for prop, where in PROPS.items():
+            _named("PROPS", "prop", prop, GRIPS)
             if where == "hand":
                 self._into_hand(prop, 0)
             else:
@@ -142,6 +165,18 @@ class Director:
     def _on_feet(self) -> None:
         if self.seat is not None:
             raise ValueError("the person sits: StandUp() first")
+
+    def _check_reach(self, what: str, at: Vector) -> None:
+        """A ValueError where a hand cannot get at a point."""
+        for name, thing in HINGED.items():
+            if name not in self.things_open and distance_to_box(at.xy, thing.box) == 0.0:
+                raise ValueError(f"{what} is behind the closed {name!r}")
+        here = self.pose.pelvis.xy
+        away = (at.xy - here).length
+        if away > ARM_WAY:
+            raise ValueError(f"{what} is {away:.2f} m away; in reach is {ARM_WAY} m")
+        if any(distance_to_box(p, wall) == 0.0 for p in along(here, at.xy) for wall in _WALLS):
+            raise ValueError(f"{what} is behind a wall")
 
     # --- walking --------------------------------------------------------------------------
     def go(self, x: float, y: float, yaw: float, gate: str, speed: float = 1.1) -> None:
@@ -265,18 +300,26 @@ class Director:
             raise ValueError("the door is closed already")
         opened = self.line.swings[f"Door {action.door}"][-1].end
         self.falling[action.door] = opened
+        self.let_by[action.door] = self.entry
         self._fall_shut(action.door)
 
     def open(self, action: actions.Open) -> None:
         thing = _known(action, "thing", action.thing, HINGED)
+        if action.thing in self.things_open:
+            raise ValueError("it is open already")
         self._turn_thing(action.thing, thing, thing.closed_yaw, thing.open_yaw)
+        self.things_open.add(action.thing)
 
     def close(self, action: actions.Close) -> None:
         thing = _known(action, "thing", action.thing, HINGED)
+        if action.thing not in self.things_open:
+            raise ValueError("it is closed already")
         self._turn_thing(action.thing, thing, thing.open_yaw, thing.closed_yaw)
+        self.things_open.remove(action.thing)
 
     def _turn_thing(self, name: str, thing: Hinged, before: float, after: float) -> None:
         line = self.line
+        self._check_reach("the handle", thing.handle_at(before))
         hand = self._free_hand(thing.handle_at(thing.closed_yaw))
         start = self.now + REACH_TIME
         end = self._swing(name, start, before, after)
@@ -292,6 +335,9 @@ class Director:
         holds = _known(action, "prop", action.prop, self.line.props)
         if action.prop in self.hands:
             raise ValueError("the prop is in the hand already")
+        if len(self.hands) == 2:
+            raise ValueError(f"both hands are full: {', '.join(self.hands)}")
+        self._check_reach("the prop", holds[-1].at)
         at = holds[-1].at + Vector((0.0, 0.0, 0.10))
         side = 1 if 1 not in self.hands.values() else 0
         self._reach(side, lambda _t: at, self.now, self.now + 1.8, 0.9, 0.8)
@@ -303,6 +349,7 @@ class Director:
         at = self.spots[_named(action, "spot", action.spot, self.spots)]
         if action.prop not in self.hands:
             raise ValueError(f"in the hands is: {', '.join(self.hands) or 'nothing'}")
+        self._check_reach("the spot", at)
         side = self.hands[action.prop]
         grip = at + Vector((0.0, 0.0, 0.10 if at.z < 1.4 else -0.02))
         self._reach(side, lambda _t: grip, self.now, self.now + 2.0, 1.0, 0.9)
@@ -330,6 +377,7 @@ class Director:
 
     def use_both_hands(self, action: actions.UseBothHands) -> None:
         at = self.spots[_named(action, "spot", action.spot, self.spots)]
+        self._check_reach("the spot", at)
         across = Vector((-sin(self.pose.heading), cos(self.pose.heading), 0.0))
         began = self.now
         for side, sign in ((0, 1.0), (1, -1.0)):
@@ -361,14 +409,9 @@ class Director:
     # --- sitting and lying ------------------------------------------------------------------
     def sit(self, action: actions.Sit) -> None:
         place = _known(action, "place", action.place, plan.PLACES)
-        if place.seat is None:
-            seats = [name for name, p in plan.PLACES.items() if p.seat]
-            raise ValueError(f"there is no seat; seats: {', '.join(seats)}")
+        if action.place not in SEATS:
+            raise ValueError(f"one cannot sit there; seats: {', '.join(SEATS)}")
         yaw = place_yaw(place)
-        ahead = (place.x - place.seat[0]) * cos(yaw) + (place.y - place.seat[1]) * sin(yaw)
-        beside = (place.y - place.seat[1]) * cos(yaw) - (place.x - place.seat[0]) * sin(yaw)
-        if abs(beside) > 0.15 or ahead < 0.45:
-            raise ValueError("one cannot sit down backwards from where the place lets one stand")
         x = place.seat[0] + SEAT_DISTANCE * cos(yaw)
         y = place.seat[1] + SEAT_DISTANCE * sin(yaw)
         self.go(x, y, yaw, place.waypoint)
@@ -392,7 +435,7 @@ class Director:
 
     def lie(self, action: actions.Lie) -> None:
         place = _known(action, "place", action.place, plan.PLACES)
-        if self.seat is None or place.seat is None:
+        if self.seat is None or place.seat is None or action.place in SEATS:
             raise ValueError("one lies down from sitting: Sit on the bed's edge first")
         seated, lying = self.pose, seat.lying(self.pose, place)
         self._clip(3.2, lambda t: seat.lying_down(seated, lying, t / 3.2))
@@ -402,6 +445,7 @@ class Director:
         self._stay(action.seconds)
 
     def switch(self, action: actions.Switch) -> None:
+        _named(action, "lamp", action.lamp, plan.LAMPS)
         self.line.lamps.append((self.now, action.lamp, action.on))
 
     def finish(self) -> Timeline:
@@ -415,8 +459,10 @@ class Director:
                     pose, side, w, BESIDE.get(prop, 0.0)
                 ),
             )
-        if self.falling:
-            raise ValueError(f"nobody goes through: {', '.join(self.falling)}")
+        for door in self.falling:
+            raise ValueError(f"{self.let_by[door]}: nobody goes through the open door {door!r}")
+        if not self.line.clips:
+            raise ValueError("the story takes no time: let it go on, for example with Wait(5.0)")
         # A hand that carries is drawn elsewhere only after that.
         self.line.gestures.sort(key=lambda g: g.start)
         return self.line
@@ -429,7 +475,8 @@ def _known(action: object, kind: str, name: str, table: dict) -> object:
 def _named(action: object, kind: str, name: str, table: dict) -> str:
     if name not in table:
         known = ", ".join(sorted(table))
-        raise ValueError(f"{action}: there is no {kind} {name!r}; known: {known}")
+        where = f"{action}: " if isinstance(action, str) else ""
+        raise ValueError(f"{where}there is no {kind} {name!r}; known: {known}")
     return name
 
 
@@ -454,13 +501,25 @@ _VERBS: dict[type, Callable] = {
 }
 
 
+def _check_action(action: object) -> None:
+    """A ValueError for what is no action, and for times and speeds that do not go forward."""
+    if type(action) not in _VERBS:
+        raise ValueError("this is no action; are the brackets () missing?")
+    for name in ("seconds", "speed"):
+        value = getattr(action, name, 1.0)
+        if not isinstance(value, int | float) or not 0 < value < inf:
+            raise ValueError(f"{name} must be a number above 0")
+
+
 def direct(story: Sequence[actions.Action] = STORY, start: str = START) -> Timeline:
     """The timeline of a story; a ValueError names the entry that cannot be played."""
     director = Director(start)
     for number, action in enumerate(story, 1):
         director.line.marks.append((director.now, repr(action)))
+        director.entry = f"entry {number} of the story, {action}"
         try:
+            _check_action(action)
             _VERBS[type(action)](director, action)
-        except (NoWayError, ValueError) as error:
-            raise ValueError(f"entry {number} of the story, {action}: {error}") from error
+        except ValueError as error:
+            raise ValueError(f"{director.entry}: {error}") from error
     return director.finish()

@@ -94,7 +94,15 @@ def route(start: Point, goal: Point, gate: str, doors: DoorYaws) -> list[Point]:
                 step = _length(here, plan.WAYPOINTS[other])
                 heapq.heappush(queue, (cost + step, other, (*way, other)))
     shut = [name for name, yaw in doors.items() if abs(yaw - plan.DOORS[name].closed_yaw) < 1]
-    raise NoWayError(f"there is no free way; closed doors: {', '.join(shut) or 'none'}")
+    wide = [
+        f"{name} (in front of {plan.DOORS[name].blocks})" if plan.DOORS[name].blocks else name
+        for name in doors
+        if name not in shut
+    ]
+    raise NoWayError(
+        f"there is no free way; closed doors: {', '.join(shut) or 'none'}; "
+        f"doors whose open leaves may be in the way: {', '.join(wide) or 'none'}"
+    )
 
 
 def _straightened(points: list[Point], leaves: list[Point]) -> list[Point]:

@@ -2,7 +2,9 @@
 """What happens in the sample: a list to be read from top to bottom. Write your own.
 
 The words are in `actions`, the places, doors and lamps in `plan`; spots and props are below.
-Doors start closed, lamps as the home sets them. The person starts at the first place.
+Doors start closed, lamps as the home sets them. The person starts at START.
+One can Sit at sofa_seat, sofa_seat_east, shoe_bench, toilet and bed_edge, and Lie at bed_lie;
+the chairs stand too close to their tables. A hand reaches 1.2 m, not through what is closed.
 """
 
 from .actions import (

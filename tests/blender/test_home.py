@@ -6,10 +6,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from mathutils import Vector
-
 from bl_ext.user_default.angen_sensors.angen_addon import sensors, station
 from bl_ext.user_default.angen_sensors.sensor_logic.pir import fan_directions
+from mathutils import Vector
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 TOLERANCE_M = 2e-5

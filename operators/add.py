@@ -19,7 +19,10 @@ KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.va
 class ANGEN_OT_sensor_add(Operator):
     bl_idname = "angen.sensor_add"
     bl_label = "Add Sensor"
-    bl_description = "Add a sensor at the 3D cursor; it looks along its −Z axis, +Y up"
+    bl_description = (
+        "Add a sensor at the 3D cursor. It looks along its −Z axis with +Y up, as cameras do; "
+        "a pressure sensor senses along +Z"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     kind: EnumProperty(name="Kind", items=KIND_ITEMS)
@@ -38,7 +41,7 @@ class ANGEN_OT_sensor_add(Operator):
             return {"CANCELLED"}
         kind = KINDS[self.kind]
         mesh = marker_mesh(self.kind, unit_scale(context.scene))
-        sensor = bpy.data.objects.new(kind.label, mesh)
+        sensor = bpy.data.objects.new(kind.label.partition(" (")[0], mesh)
         sensor.matrix_world = context.scene.cursor.matrix
         sensor.angen_sensor.kind = self.kind
         context.collection.objects.link(sensor)
@@ -46,7 +49,7 @@ class ANGEN_OT_sensor_add(Operator):
             selected.select_set(False)
         sensor.select_set(True)
         context.view_layer.objects.active = sensor
-        self.report({"INFO"}, f"Added '{sensor.name}': it looks along its −Z axis, +Y up")
+        self.report({"INFO"}, f"Added '{sensor.name}' at the 3D cursor")
         return {"FINISHED"}
 
 

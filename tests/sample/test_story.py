@@ -11,13 +11,21 @@ bpy = pytest.importorskip("bpy")
 
 from mathutils import Vector  # noqa: E402
 
+from sample_blends import build_angen  # noqa: E402
 from sample_blends.angen_home import animate, director, paths, plan  # noqa: E402
+from sample_blends.angen_home import story as story_text  # noqa: E402
 from sample_blends.angen_home.actions import (  # noqa: E402
+    CloseDoor,
+    LetDoorClose,
     Lie,
+    Open,
     OpenDoor,
     Put,
     Sit,
     StandUp,
+    Switch,
+    Take,
+    Wait,
     Walk,
 )
 from sample_blends.angen_home.keys import needed  # noqa: E402
@@ -118,12 +126,36 @@ def test_the_story_lasts_two_to_three_minutes_and_ends_in_bed_with_doors_shut(fi
     assert np.ptp(wrists, axis=0).max() < 0.02
 
 
+IN = [OpenDoor("entrance"), Walk("entrance_handle_inside"), CloseDoor("entrance")]
+
+
 @pytest.mark.parametrize(
     "story,words",
     [
         ([Walk("moon")], ("entry 1", "moon", "sofa_seat")),
         ([OpenDoor("hatch")], ("entry 1", "hatch", "kitchen")),
         ([Walk("fridge")], ("entry 1", "closed doors", "entrance")),
+        (
+            IN + [OpenDoor("entrance"), OpenDoor("kitchen"), Sit("kitchen_seat")],
+            ("entry 6", "cannot sit", "sofa_seat", "shoe_bench"),
+        ),
+        (
+            [OpenDoor("entrance"), Walk("workroom_window")],
+            ("entry 2", "closed doors: workroom", "open leaves", "the workroom's doorway"),
+        ),
+        ([Switch("Lamp hal", on=True)], ("entry 1", "Lamp hal", "Lamp hall")),
+        ([Switch("Lamp hall", on=True)], ("takes no time", "Wait")),
+        ([], ("takes no time",)),
+        ([Wait(1.0), Wait(-1.0)], ("entry 2", "seconds")),
+        ([StandUp], ("entry 1", "no action", "()")),
+        (
+            IN + [OpenDoor("workroom"), LetDoorClose("workroom")],
+            ("entry 5", "nobody goes through", "workroom"),
+        ),
+        (IN[:2] + [Take("Bottle")], ("entry 3", "Fridge door")),
+        (IN[:2] + [Take("Bottel")], ("entry 3", "Bottel", "Bottle")),
+        (IN + [Open("Fridge door")], ("entry 4", "away", "1.2 m")),
+        (IN + [Put("Coat", "coffee table")], ("entry 4", "away", "1.2 m")),
         ([OpenDoor("entrance"), StandUp()], ("entry 2", "does not sit")),
         ([Put("Bottle", "coffee table")], ("entry 1", "in the hands is: Coat")),
         ([OpenDoor("entrance"), Sit("coat_hook")], ("entry 2", "seats: ")),
@@ -134,6 +166,35 @@ def test_a_wrong_entry_is_named(story, words):
         director.direct(story, START)
     for word in words:
         assert word in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("place", director.SEATS)
+def test_every_offered_seat_can_be_sat_on(place):
+    room = {"toilet": "bathroom", "bed_edge": "bedroom"}.get(place)
+    story = [*IN, *([OpenDoor(room)] if room else []), Sit(place), Wait(1.0), StandUp()]
+    assert director.direct(story, START).duration > 10
+    assert place in story_text.__doc__
+
+
+def test_a_prop_that_does_not_exist_is_named(monkeypatch):
+    monkeypatch.setitem(director.PROPS, "Bottel", "hand")
+    with pytest.raises(ValueError, match="PROPS: there is no prop 'Bottel'; known: Bottle, Coat"):
+        director.direct()
+
+
+def test_a_wrong_story_is_one_line_and_status_1(monkeypatch, capsys, tmp_path):
+    def wrong(_scene):
+        raise ValueError("entry 1 of the story, nonsense")
+
+    monkeypatch.setattr(build_angen, "build", lambda: bpy.context.scene)
+    monkeypatch.setattr(build_angen.checks, "plan_problems", list)
+    monkeypatch.setattr(build_angen.checks, "scene_problems", lambda _scene: [])
+    monkeypatch.setattr(build_angen.animate, "add_person_and_story", wrong)
+    out = tmp_path / "home.blend"
+    assert build_angen.make(out, with_digest=False) == 1
+    assert capsys.readouterr().err == "story: entry 1 of the story, nonsense\n"
+    assert not out.exists()
 
 
 def test_keys_miss_no_value_by_more_than_the_tolerance():

@@ -31,12 +31,17 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 class Interrupt:
-    """Ctrl-C, taken note of: an exception would be lost where it strikes in a frame handler."""
+    """Ctrl-C, taken note of: an exception would be lost where it strikes in a frame handler.
+
+    The second one strikes at once, for a frame that takes too long.
+    """
 
     def __init__(self) -> None:
         self.came = False
 
     def on_signal(self, *_: Any) -> None:
+        if self.came:
+            raise KeyboardInterrupt
         self.came = True
 
 

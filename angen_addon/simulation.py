@@ -55,8 +55,8 @@ def simulate(
     The frame is put back at the end, also after an error or when the generator is closed early;
     what was recorded until then stays. Raises SensorError.
     """
-    check_names(list(sensors))
     sensors = simulated(sensors)
+    check_names(sensors)
     for sensor in sensors:
         check(sensor)
     clock = clock_of(scene)

@@ -7,8 +7,12 @@ blender -b -P sample_blends/build_angen.py -- [--out FILE] [--digest]
 
 import argparse
 import hashlib
+import os
 import sys
 from pathlib import Path
+
+# Blender notes the home folder of whoever builds the file in the file's file browser.
+os.environ["HOME"] = os.sep
 
 import bpy
 import numpy as np

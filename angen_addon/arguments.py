@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 import bpy
 
@@ -56,13 +57,20 @@ def _tolerance(text: str) -> float:
     return value
 
 
+class _Parser(argparse.ArgumentParser):
+    """Tells what is wrong in one line, as every other error."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"angen: {message} (--help tells more)\n")
+
+
 def _make_parser(program: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog=program, description="Simulates the ambient sensors of a home in a blend file."
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="simulate | list | check")
 
-    run = argparse.ArgumentParser(add_help=False)
+    run = _Parser(add_help=False)
     run.add_argument(
         "--frames",
         type=_frames,

@@ -30,8 +30,9 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if recording is not None and recording.clock != clock_of(scene):
         state.CACHE.drop_recording(scene)
         recording = None
-    if recording is not None and recording.covers(frame):
+    if recording is not None:
         state.CACHE.visible = visible(depsgraph)
+    if recording is not None and recording.covers(frame):
         outputs.show_recorded(recording, view_layer, frame)
     elif scene.angen_live:
         following = state.CACHE.live

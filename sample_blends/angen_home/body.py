@@ -150,7 +150,10 @@ def shoe() -> Shape:
         cap=0.02,
     )
     ankle = sf.capsule(ANKLE + (0, 0, -0.02), ANKLE + (-0.002, 0, 0.05), 0.042, 0.040)
-    under = lambda p: p[:, 2]  # noqa: E731
+
+    def under(points: np.ndarray) -> np.ndarray:
+        return points[:, 2]
+
     return sf.cut(0.008, sf.union(0.03, upper, ankle), under)
 
 

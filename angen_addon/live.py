@@ -11,8 +11,9 @@ from typing import Any
 
 from ..sensor_logic.clock import Clock
 from . import outputs
+from .probes import Probes
 from .sensors import SensorError, all_sensors, check, simulated
-from .station import Station, make_caster
+from .station import Station, Taken
 
 
 class Live:
@@ -22,7 +23,8 @@ class Live:
         self.scene_uid = scene.session_uid
         self.problems: dict[str, str] = {}
         self.outdated = True
-        self._caster = make_caster(scene)
+        self._probes = Probes(scene)
+        self._waiting: dict[int, Taken] = {}
         self._clock: Clock
         self._stations: list[Station] = []
         self._last_update: dict[int, int] = {}
@@ -40,11 +42,14 @@ class Live:
             # Before time begins there is nothing to sense, and nothing to compare with later.
             self._last_update.clear()
             return
-        self._caster.update(depsgraph)
-        changed = [self._follow_one(station, step, depsgraph) for station in self._stations]
+        due = [(s, *update) for s in self._stations if (update := self._due(s, step))]
+        pads = [station.sensor.object for station, _, _ in due if station.sensor.kind.motion]
+        self._probes.look(depsgraph, scene.frame_current, pads)
+        changed = [self._finish(station, step) for station in self._stations]
+        changed += [self._follow_one(*update, step, depsgraph) for update in due]
         if any(changed):
             # What drivers make of it now, Blender tells nobody.
-            self._caster.solids.forget()
+            self._probes.caster.solids.forget()
 
     def _sensors_are_the_same(self) -> bool:
         """Whether every sensor still exists, under its name."""
@@ -59,6 +64,7 @@ class Live:
         self.problems.clear()
         self._stations.clear()
         self._last_update.clear()
+        self._waiting.clear()
         for sensor in simulated(all_sensors(view_layer)):
             try:
                 check(sensor)
@@ -66,22 +72,51 @@ class Live:
                 self.problems[sensor.name] = str(error)
             else:
                 self._stations.append(Station(sensor, clock))
+        self._probes.serve(station.sensor for station in self._stations)
 
-    def _follow_one(self, station: Station, step: int, depsgraph: Any) -> bool:
-        """Whether the sensor's binary output changed."""
-        name, uid = station.sensor.name, station.sensor.uid
+    def _due(self, station: Station, step: int) -> tuple[int, bool] | None:
+        """The number of the update to make now and whether it follows the one before."""
+        uid = station.sensor.uid
         number = station.schedule.last_update(step)
         last = self._last_update.get(uid)
         if number == last:
-            return False
-        if last is None or number != last + 1 or station.schedule.step(number) != step:
+            return None
+        follows = last is not None and number == last + 1 and station.schedule.step(number) == step
+        if not follows:
             station.reset()
         self._last_update[uid] = number
+        return number, follows
+
+    def _follow_one(
+        self, station: Station, number: int, follows: bool, step: int, depsgraph: Any
+    ) -> bool:
+        """Whether the sensor's binary output changed."""
+        name, uid = station.sensor.name, station.sensor.uid
         try:
-            reading = station.sense(number, step, depsgraph, self._caster)
+            taken = station.take(number, step, depsgraph, self._probes)
         except SensorError as error:
             self.problems[name] = str(error)
             self._last_update.pop(uid)
             return False
-        self.problems.pop(name, None)
-        return reading is not None and outputs.show(station.sensor, reading.active, reading.value)
+        if taken is None:
+            self.problems.pop(name, None)
+            return False
+        if station.sensor.kind.motion and follows:
+            # After a jump the frames beside are not known anyway.
+            self._waiting[uid] = taken
+            return False
+        return self._show(taken)
+
+    def _finish(self, station: Station, step: int) -> bool:
+        """Shows what waited for this frame, if it is the next one; the same."""
+        taken = self._waiting.pop(station.sensor.uid, None)
+        return taken is not None and step == taken.step + 1 and self._show(taken)
+
+    def _show(self, taken: Taken) -> bool:
+        reading, sensor = taken.reading(), taken.station.sensor
+        problem = reading.fields.get("problem", "")
+        if problem:
+            self.problems[sensor.name] = f"'{sensor.name}': {problem}"
+        else:
+            self.problems.pop(sensor.name, None)
+        return outputs.show(sensor, reading.active, reading.value)

@@ -33,8 +33,13 @@ def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
 
 
 def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
-    # Blender itself does not know that it matters: the tag makes the ray casters look again.
+    # Blender itself does not know that it matters: the tag makes the probes look again.
     self.update_tag(refresh={"OBJECT"})
+    _settings_changed(self, context)
+
+
+def _load_changed(self: Any, context: bpy.types.Context) -> None:
+    self.id_data.update_tag(refresh={"OBJECT"})
     _settings_changed(self, context)
 
 
@@ -155,15 +160,30 @@ def _sensor_group(groups: dict[str, type]) -> type:
 
 
 def _load_group() -> type:
-    mass = FloatProperty(
-        name="Mass",
-        description="Weight that an animated, not simulated, body puts on pressure sensors; "
-        "0: none",
-        min=0.0,
-        unit="MASS",
-        override=OVERRIDABLE,
-    )
-    return type("AngenLoad", (PropertyGroup,), {"__annotations__": {"mass": mass}})
+    annotations = {
+        "mass": FloatProperty(
+            name="Mass (kg)",
+            description="Weight that an animated, not simulated, body such as a person's mesh or "
+            "armature puts on pressure sensors, in kilograms; 0: none",
+            min=0.0,
+            soft_max=200.0,
+            precision=2,
+            step=10,
+            update=_load_changed,
+            override=OVERRIDABLE,
+        ),
+        "tolerance": FloatProperty(
+            name="Contact tolerance",
+            description="What is less than this below the body carries its weight",
+            subtype="DISTANCE",
+            default=0.03,
+            min=0.0,
+            soft_max=0.2,
+            update=_load_changed,
+            override=OVERRIDABLE,
+        ),
+    }
+    return type("AngenLoad", (PropertyGroup,), {"__annotations__": annotations})
 
 
 def _scene_properties() -> dict[str, Any]:

@@ -125,6 +125,12 @@ def read_parameters(sensor: Sensor, settings: Any) -> Any:
     return parameters
 
 
+def report_steps(sensor: Sensor) -> dict[str, float]:
+    """By how much fields of a sensor must change to be told of in the event log."""
+    parameters = read_parameters(sensor, sensor.settings)
+    return {f.name: getattr(parameters, f.step) for f in sensor.kind.events if f.step}
+
+
 @lru_cache(maxsize=1024)
 def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, list[str]]:
     made_of = KINDS[kind].parameters

@@ -9,16 +9,16 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any
 
 from ..sensor_logic.clock import Clock
-from ..sensor_logic.model import Reading
 from ..sensor_logic.recording import Recording, Track
 from . import handlers, outputs, state
-from .sensors import Sensor, SensorError, check, check_names, simulated
-from .station import Station, clock_of, evaluated_depsgraph, make_caster
+from .probes import Probes
+from .sensors import Sensor, SensorError, check, check_names, report_steps, simulated
+from .station import Station, Taken, clock_of, evaluated_depsgraph
 
 # Modifiers whose result at a frame depends on the frames before it.
 SIMULATED_MODIFIERS = {
@@ -29,8 +29,10 @@ SIMULATED_MODIFIERS = {
     "PARTICLE_SYSTEM",
     "SOFT_BODY",
 }
-# Stands for "evaluate the frame, nobody senses" where a station's index would be.
+# Where a station's index and the number of its update would be: nobody senses; the frame is only
+# evaluated, is looked at for the motion, or is one at which a pad's forces will be asked for.
 NO_STATION = -1
+ONLY_STEP, LOOK, PAD = -1, -2, -3
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,9 @@ def simulate(
     stations = [Station(sensor, clock) for sensor in sensors]
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
-        recording.tracks[sensor.name] = Track(sensor.name, sensor.kind.identifier, sensor.uid)
+        track = Track(sensor.name, sensor.kind.identifier, sensor.uid)
+        track.steps = report_steps(sensor)
+        recording.tracks[sensor.name] = track
     recording.clock = clock
     return _run(scene, stations, first, last, frame_end, recording)
 
@@ -83,22 +87,25 @@ def _run(
     handlers.ensure()
     state.CACHE.running = True
     try:
-        caster = make_caster(scene)
+        probes = Probes(scene)
+        probes.serve(station.sensor for station in stations)
+        waiting: list[Taken] = []
         with _idle_outputs(stations) as driven:
-            for step, due in _agenda(scene, stations, first, last):
-                frame, subframe = clock.frame_and_subframe(step)
+            for stop in _agenda(scene, stations, first, last):
+                frame, subframe = clock.frame_and_subframe(stop.step)
                 scene.frame_set(frame, subframe=subframe)
-                if due:
+                if stop.due or stop.look:
                     depsgraph = evaluated_depsgraph()
-                    caster.update(depsgraph)
-                    readings = [
-                        (station, station.sense(number, step, depsgraph, caster))
-                        for number, station in due
-                    ]
-                    _take(recording, clock, step, readings, driven)
-                recording.frame_end = frame
-                done = clock.step_time(max(step - first, 0))
-                yield Progress(done, seconds, clock.step_frame(step))
+                    probes.look(depsgraph, None if subframe else frame, stop.pads)
+                    ready, waiting = _ready(waiting, stop.step, clock)
+                    for number, station in stop.due:
+                        taken = station.take(number, stop.step, depsgraph, probes)
+                        if taken is not None:
+                            (waiting if station.sensor.kind.motion else ready).append(taken)
+                    _record(recording, clock, ready, driven)
+                recording.frame_end = min(frame, frame_end)
+                done = clock.step_time(min(max(stop.step - first, 0), last - first))
+                yield Progress(done, seconds, clock.step_frame(stop.step))
         recording.frame_end = frame_end
     except ReferenceError as error:
         raise SensorError(f"something that the run needs was removed during it: {error}") from None
@@ -117,21 +124,21 @@ def _put_back(scene: Any, frame: int, subframe: float) -> None:
         state.CACHE.running = False
 
 
-def _take(
-    recording: Recording,
-    clock: Clock,
-    step: int,
-    readings: list[tuple[Station, Reading | None]],
-    driven: bool,
-) -> None:
-    """Records what was read at a step, and lets drivers see it from the next frame on."""
-    for station, reading in readings:
-        if reading is None:
-            continue
-        track = recording.tracks[station.sensor.name]
-        track.append(clock.step_frame(step), clock.step_time(step), reading)
+def _ready(waiting: list[Taken], step: int, clock: Clock) -> tuple[list[Taken], list[Taken]]:
+    """Those of the waiting updates whose next frame has come, and the others."""
+    frame = clock.frame_and_subframe(step)[0]
+    ready = [t for t in waiting if clock.frame_and_subframe(t.step)[0] < frame]
+    return ready, [t for t in waiting if t not in ready]
+
+
+def _record(recording: Recording, clock: Clock, ready: list[Taken], driven: bool) -> None:
+    """Records what was read, and lets drivers see it from the next frame on."""
+    for taken in ready:
+        sensor, reading = taken.station.sensor, taken.reading()
+        track = recording.tracks[sensor.name]
+        track.append(clock.step_frame(taken.step), clock.step_time(taken.step), reading)
         if driven:
-            outputs.show(station.sensor, reading.active, reading.value)
+            outputs.show(sensor, reading.active, reading.value)
 
 
 @contextmanager
@@ -153,27 +160,56 @@ def _idle_outputs(stations: list[Station]) -> Iterator[bool]:
                 outputs.show(sensor, active, value)
 
 
-def _agenda(
-    scene: Any, stations: list[Station], first: int, last: int
-) -> Iterator[tuple[int, list[tuple[int, Station]]]]:
-    """Each step to evaluate, in order, with the updates due: no other frame is evaluated,
-    unless the scene holds what must be stepped through frame by frame from its start."""
-    queues = [_queue(order, station, first, last) for order, station in enumerate(stations)]
+@dataclass
+class Stop:
+    """A step to evaluate: the updates due, whether the motion there is needed, and the pads whose
+    forces there will be asked for."""
+
+    step: int
+    due: list[tuple[int, Station]] = field(default_factory=list)
+    look: bool = False
+    pads: list[Any] = field(default_factory=list)
+
+
+def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Iterator[Stop]:
+    """Each step to evaluate, in order: those of the updates, the frames beside where a sensor
+    needs the motion, and no other, unless the scene holds what must be stepped through frame by
+    frame from its start."""
+    substeps = clock_of(scene).substeps
+    queues: list[Iterator[tuple[int, int, int]]] = []
+    for order, station in enumerate(stations):
+        queues.append(_updates(order, station, first, last))
+        if station.sensor.kind.motion:
+            queues += [_beside(order, station, first, last, offset) for offset in (-1, 0, 1)]
     starts = frames_to_step_from(scene)
     if starts:
-        substeps = clock_of(scene).substeps
         start = (min(starts) - scene.frame_start) * substeps
-        queues.append((step, NO_STATION, 0) for step in range(start, last + 1, substeps))
+        queues.append((step, NO_STATION, ONLY_STEP) for step in range(start, last + 1, substeps))
     for step, entries in groupby(heapq.merge(*queues), key=lambda entry: entry[0]):
-        yield (
-            step,
-            [(number, stations[order]) for _, order, number in entries if order != NO_STATION],
-        )
+        stop = Stop(step)
+        for _, order, number in entries:
+            stop.look |= number in (LOOK, PAD)
+            if number == PAD:
+                stop.pads.append(stations[order].sensor.object)
+            elif number >= 0:
+                stop.due.append((number, stations[order]))
+        yield stop
 
 
-def _queue(order: int, station: Station, first: int, last: int) -> Iterator[tuple[int, int, int]]:
+def _updates(order: int, station: Station, first: int, last: int) -> Iterator[tuple[int, int, int]]:
     for number, step in station.schedule.updates(first, last):
         yield step, order, number
+
+
+def _beside(
+    order: int, station: Station, first: int, last: int, offset: int
+) -> Iterator[tuple[int, int, int]]:
+    """The whole frames `offset` from those of the updates; time begins at the first."""
+    substeps = station.clock.substeps
+    for _, step in station.schedule.updates(first, last):
+        frame = step // substeps + offset
+        if frame >= 0:
+            yield frame * substeps, order, LOOK if offset else PAD
 
 
 def frames_to_step_from(scene: Any) -> list[int]:

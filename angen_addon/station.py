@@ -3,20 +3,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ..sensor_logic.clock import Clock, Schedule
-from ..sensor_logic.model import Array, Pose, Reading, Update
+from ..sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from ..sensor_logic.noise import generator
-from . import state
-from .scene_probe.rays import RayCaster
-from .scene_probe.reference_rays import SceneRayCaster
+from .probes import Probes
+from .scene_probe.bodies import gravity_of
 from .sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
-
-Caster = RayCaster | SceneRayCaster
 
 
 def clock_of(scene: Any) -> Clock:
@@ -25,11 +23,19 @@ def clock_of(scene: Any) -> Clock:
     return Clock(scene.frame_start, render.fps, render.fps_base, scene.angen_substeps)
 
 
-def make_caster(scene: Any) -> Caster:
-    """The ray caster that the scene chose, told of every change from now on."""
-    caster = SceneRayCaster(scene) if scene.angen_ray_caster == "SCENE" else RayCaster()
-    state.CACHE.watch(caster.solids)
-    return caster
+@dataclass(frozen=True)
+class Taken:
+    """An update of a sensor with all that is known of the scene at its step. Its reading is to be
+    asked for once: at once, or, of a kind that needs the motion, after the next frame."""
+
+    station: Station
+    step: int
+    parameters: Any
+    update: Update
+
+    def reading(self) -> Reading:
+        made: Reading = self.station.model.update(self.parameters, self.update)
+        return made
 
 
 class Station:
@@ -44,10 +50,10 @@ class Station:
     def reset(self) -> None:
         """Forgets earlier updates, as after a jump of the playhead."""
         assert self.sensor.kind.model is not None
-        self._model = self.sensor.kind.model()
+        self.model = self.sensor.kind.model()
         self._pose: tuple[Any, float, Pose] | None = None
 
-    def sense(self, number: int, step: int, depsgraph: Any, caster: Caster) -> Reading | None:
+    def take(self, number: int, step: int, depsgraph: Any, probes: Probes) -> Taken | None:
         """Update `number` at the scene's present state; None while the sensor is switched off.
 
         Raises SensorError.
@@ -63,12 +69,23 @@ class Station:
 
         def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
             if metres == 1.0:
-                return caster.cast(self.sensor.uid, bundle, origins, directions, length)
+                return probes.caster.cast(self.sensor.uid, bundle, origins, directions, length)
             in_units = origins / metres, directions, length / metres
-            return caster.cast(self.sensor.uid, bundle, *in_units) * metres
+            return probes.caster.cast(self.sensor.uid, bundle, *in_units) * metres
 
         def noise() -> np.random.Generator:
             return generator(scene.angen_seed, self.sensor.name, number)
+
+        def part() -> np.random.Generator:
+            return generator(scene.angen_seed, f"{self.sensor.name}, part", 0)
+
+        weight, chosen = np.zeros(3), None
+        if self.sensor.kind.motion:
+            weight, chosen = own_weight(evaluated, scene, metres), partners(evaluated)
+
+        def contact() -> PadContact:
+            forces = probes.forces(self.sensor.object, self.clock.frame_and_subframe(step)[0])
+            return PadContact(forces, weight, chosen)
 
         update = Update(
             number,
@@ -76,9 +93,10 @@ class Station:
             self._pose_now(evaluated, metres),
             cast,
             noise,
+            part,
+            contact,
         )
-        reading: Reading = self._model.update(parameters, update)
-        return reading
+        return Taken(self, step, parameters, update)
 
     def _pose_now(self, evaluated: Any, metres: float) -> Pose:
         """The pose, the same object as long as the sensor stands still."""
@@ -88,6 +106,24 @@ class Station:
             known = (matrix.copy(), metres, read_pose(self.sensor, matrix, metres))
             self._pose = known
         return known[2]
+
+
+def own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
+    """(3,) N: the weight of a pad, where it has a mass."""
+    mass = evaluated.angen_load.mass
+    if mass == 0.0 and evaluated.rigid_body is not None:
+        mass = evaluated.rigid_body.mass
+    return gravity_of(scene, metres)[0] * mass
+
+
+def partners(evaluated: Any) -> frozenset[int] | None:
+    """Session uids of the objects that a pad measures alone; None: everything."""
+    settings = evaluated.angen_sensor.pressure
+    chosen, group = settings.partner_object, settings.partner_collection
+    if chosen is None and group is None:
+        return None
+    found = {obj.original.session_uid for obj in group.all_objects} if group else set()
+    return frozenset(found | ({chosen.original.session_uid} if chosen else set()))
 
 
 def evaluated_depsgraph() -> bpy.types.Depsgraph:

@@ -18,8 +18,9 @@ from typing import Any
 
 import bpy
 import numpy as np
+from angen_sensors.angen_addon.probes import Probes
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
-from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph, make_caster
+from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
 
 HOME = Path(__file__).resolve().parent.parent / "sample_blends" / "angen.blend"
 # Where the story has the person walk from the kitchen to the living room.
@@ -96,16 +97,16 @@ def run(scene: Any, sensors: list[Sensor], caster_name: str, frames: int) -> Run
     scene.angen_live = False
     clock = clock_of(scene)
     stations = [Station(sensor, clock) for sensor in sensors]
-    caster = make_caster(scene)
+    probes = Probes(scene)
     done = Run()
-    cast = caster.cast
+    cast = probes.caster.cast
 
     def noting_cast(*arguments: Any) -> Any:
         ranges = cast(*arguments)
         done.ranges.append(ranges.copy())
         return ranges
 
-    caster.cast = noting_cast  # type: ignore[method-assign]
+    probes.caster.cast = noting_cast  # type: ignore[method-assign]
     first = FIRST_FRAME - scene.frame_start
     scene.frame_set(FIRST_FRAME - START_FRAMES - 1)
     for step in range(first - START_FRAMES, first + frames):
@@ -115,9 +116,9 @@ def run(scene: Any, sensors: list[Sensor], caster_name: str, frames: int) -> Run
         evaluated = time.perf_counter()
         due = [(n, s) for s in stations for n, _ in s.schedule.updates(step, step)]
         if due:
-            caster.update(depsgraph)
+            probes.look(depsgraph, None)
         for number, station in due:
-            done.moved.append(station.sense(number, step, depsgraph, caster).active)
+            done.moved.append(station.take(number, step, depsgraph, probes).reading().active)
         sensing = time.perf_counter() - evaluated
         if step < first:
             done.starting += sensing

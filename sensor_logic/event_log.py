@@ -43,11 +43,10 @@ def format_frame(frame: float) -> str:
 
 
 def format_value(value: Any) -> str:
-    """Booleans 0/1, floats to 9 significant digits, text as it is; a missing value is empty."""
-    if value is None:
-        return ""
+    """Booleans 0/1, floats to 9 significant digits, text as it is; not a number is empty."""
     if isinstance(value, float):
-        return f"{value:.9g}"
+        # Adding zero takes the sign off a negative zero.
+        return "" if math.isnan(value) else f"{value + 0.0:.9g}"
     return str(int(value)) if isinstance(value, (bool, int)) else str(value)
 
 
@@ -57,21 +56,31 @@ def events(recording: Recording) -> list[Event]:
 
 
 def track_events(track: Track) -> Iterable[Event]:
-    """Each published field's first value, and its value whenever that changes."""
+    """Each published field's first value, and its value whenever that changes (by its step)."""
     for published in track.kind.events:
-        last = None
+        last: Any = None
+        step = track.steps.get(published.name, 0.0)
         for index, value in enumerate(track.columns[published.name]):
-            text = format_value(value)
-            if text != last:
-                last = text
+            if _is_news(value, last, step):
+                last = value
                 yield Event(
                     track.times[index],
                     track.sensor,
                     published.name,
                     track.frames[index],
                     track.kind_name,
-                    text,
+                    format_value(value),
                 )
+
+
+def _is_news(value: Any, last: Any, step: float) -> bool:
+    """Whether a field's value is an event, when `last` was the one told before."""
+    if isinstance(value, float):
+        if math.isnan(value):
+            return False
+        if last is not None and step > 0.0:
+            return bool(abs(value - last) >= step)
+    return last is None or format_value(value) != format_value(last)
 
 
 def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

@@ -11,17 +11,22 @@ from .light import LightParameters
 from .optical_switch import OpticalSwitchParameters, SlottedSwitch
 from .parameters import Parameters
 from .pir import PirParameters, RangeScan
-from .pressure import PressureParameters
+from .pressure import PressurePad, PressureParameters
 
 NO_KIND = "NONE"
 
 
 @dataclass(frozen=True)
 class Field:
-    """A published quantity: its name in logs and its Python type (bool, float, int or str)."""
+    """A published quantity: its name in logs and its Python type (bool, float, int or str).
+
+    `step` names the parameter that tells by how much it must change to be an event; else any
+    change is one.
+    """
 
     name: str
     type: type
+    step: str = ""
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,8 @@ class Kind:
 
     `active_label` and `idle_label` are the words for its binary reading. `events` are the fields
     whose changes the event log tells, `samples` the columns of its own file. `model` is None
-    while the physics of the kind is not built.
+    while the physics of the kind is not built. `motion`: its reading needs the frames before and
+    after its own.
     """
 
     identifier: str
@@ -47,6 +53,7 @@ class Kind:
     events: tuple[Field, ...]
     samples: tuple[Field, ...]
     model: Callable[[], Any] | None = None
+    motion: bool = False
 
 
 KINDS: dict[str, Kind] = {
@@ -98,7 +105,7 @@ KINDS: dict[str, Kind] = {
             PressureParameters,
             events=(
                 Field("pressed", bool),
-                Field("force_n", float),
+                Field("force_n", float, step="report_step"),
                 Field("partners", str),
                 Field("valid", bool),
             ),
@@ -111,7 +118,12 @@ KINDS: dict[str, Kind] = {
                 Field("voltage_v", float),
                 Field("adc", int),
                 Field("partners", str),
+                Field("cop_x_m", float),
+                Field("cop_y_m", float),
+                Field("problem", str),
             ),
+            model=PressurePad,
+            motion=True,
         ),
         Kind(
             "LIGHT",
@@ -126,8 +138,8 @@ KINDS: dict[str, Kind] = {
             "Dark",
             LightParameters,
             events=(
-                Field("luminance_percent", float),
-                Field("illuminance_lux", float),
+                Field("luminance_percent", float, step="report_step"),
+                Field("illuminance_lux", float, step="report_step"),
                 Field("lit", bool),
             ),
             samples=(

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .contact.island import PadForces
 
 Array = NDArray[np.float64]
 
@@ -36,14 +39,30 @@ class CastRays(Protocol):
 
 
 @dataclass(frozen=True)
+class PadContact:
+    """What a pressure pad is told of its contacts: the `forces` at the update's frame, the pad's
+    own weight (3,) in N, and session uids of the objects to measure alone (None: all)."""
+
+    forces: PadForces
+    weight: Array
+    chosen: frozenset[int] | None
+
+
+@dataclass(frozen=True)
 class Update:
-    """What a model gets at each of its updates, which follow each other without a gap."""
+    """What a model gets at each of its updates, which follow each other without a gap.
+
+    `noise` makes the update's random generator, `part` that of the device, the same each time.
+    `contact` tells a pressure pad what presses on it.
+    """
 
     number: int
     time: float
     pose: Pose
     cast: CastRays
     noise: Callable[[], np.random.Generator]
+    part: Callable[[], np.random.Generator]
+    contact: Callable[[], PadContact]
 
 
 @dataclass(frozen=True)

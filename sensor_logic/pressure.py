@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pressure sensor under furniture: its parameters. Its physics is not simulated yet."""
+"""Pressure sensor under furniture: the force on its pad, and the resistor that feels it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from .parameters import Parameters, parameter
+import numpy as np
+
+from .force_resistor import ForceResistor
+from .model import PadContact, Pose, Reading, Update
+from .parameters import Choice, Parameters, parameter
+
+# A partner is named from this share of the force on.
+LEAST_SHARE = 1e-3
 
 FSR_402 = "Interlink FSR 402 data sheet, PDS-10004"
 
@@ -63,10 +71,86 @@ class PressureParameters(Parameters):
         above_minimum=True,
         source=FSR_402,
     )
+    resistor: str = parameter(
+        "FSR_402",
+        "Resistor",
+        "How the resistance follows the force",
+        choices=(
+            Choice("FSR_402", "FSR 402", "The typical curve of the Interlink FSR 402", 0),
+            Choice("POWER_LAW", "Power law", "Resistance at 1 N and exponent, for other parts", 1),
+        ),
+        source=FSR_402,
+    )
+    resistance_at_1n: float = parameter(
+        6880.0,
+        "Resistance at 1 N",
+        "Resistance under a force of 1 N. Datasheets: from the curve of resistance over force",
+        unit="Ω",
+        minimum=0.0,
+        above_minimum=True,
+        source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
+        used_when=("resistor", "POWER_LAW"),
+    )
+    exponent: float = parameter(
+        0.763,
+        "Exponent",
+        "The resistance falls with the force to this power. "
+        "Datasheets: slope of the curve, both axes logarithmic",
+        minimum=0.0,
+        above_minimum=True,
+        maximum=5.0,
+        source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
+        used_when=("resistor", "POWER_LAW"),
+    )
+    unloaded_resistance: float = parameter(
+        10_000_000.0,
+        "Unloaded resistance",
+        "Resistance without force. Datasheets: non-actuated or stand-off resistance",
+        unit="Ω",
+        minimum=0.0,
+        above_minimum=True,
+        source="> 10 MΩ, " + FSR_402,
+    )
+    hysteresis: float = parameter(
+        0.0,
+        "Hysteresis",
+        "Share by which the resistance is lower as the load falls than as it grew. "
+        "Datasheets: hysteresis, (RF+ − RF−)/RF+",
+        minimum=0.0,
+        maximum=0.9,
+        source="0.10 on average, " + FSR_402,
+    )
+    drift: float = parameter(
+        0.0,
+        "Drift",
+        "Share of the resistance lost with each tenfold time under a constant load. "
+        "Datasheets: long-term drift, per log10(time)",
+        minimum=0.0,
+        maximum=0.1,
+        source="< 0.05 (1 kg, 35 days), " + FSR_402,
+    )
+    part_spread: float = parameter(
+        0.0,
+        "Part spread",
+        "Standard deviation of the resistance from sensor to sensor, as a share of it. "
+        "Datasheets: part-to-part repeatability, one standard deviation / mean",
+        minimum=0.0,
+        maximum=0.5,
+        source="± 0.06 in one batch, " + FSR_402,
+    )
+    repeatability: float = parameter(
+        0.0,
+        "Repeatability",
+        "Standard deviation of the resistance from press to press, as a share of it. "
+        "Datasheets: single-part repeatability, one standard deviation / mean",
+        minimum=0.0,
+        maximum=0.5,
+        source="± 0.02, " + FSR_402,
+    )
     load_resistor: float = parameter(
         10_000.0,
         "Load resistor",
-        "Fixed resistor of the divider",
+        "Fixed resistor of the divider, from its output to ground. Datasheets: measuring resistor",
         unit="Ω",
         minimum=0.0,
         above_minimum=True,
@@ -88,3 +172,86 @@ class PressureParameters(Parameters):
                 f"force_max ({self.force_max:.6g} N)"
             ]
         return []
+
+
+class PressurePad:
+    """One pad with its memory: the last known reading and the state of its resistor."""
+
+    def __init__(self) -> None:
+        self._resistor: ForceResistor | None = None
+        self._known = PadReading(0.0, "", (math.nan, math.nan))
+
+    def update(self, parameters: PressureParameters, update: Update) -> Reading:
+        """The force along the pad's −Z in N, from its partners, and what the resistor makes of it.
+
+        Where the forces are not known the last known ones stand, and `valid` is false.
+        """
+        contact = update.contact()
+        if contact.forces.usable:
+            self._known = pad_reading(parameters, update.pose, contact)
+        on_force, on_press = update.noise().standard_normal(2)
+        force = self._known.force + parameters.noise_sigma * float(on_force)
+        if self._resistor is None:
+            self._resistor = ForceResistor(float(update.part().standard_normal()))
+        felt = self._resistor.update(parameters, max(force, 0.0), update.time, float(on_press))
+        pressed = force > parameters.threshold
+        fields = {
+            "force_n": force,
+            "pressed": pressed,
+            "valid": not contact.forces.problem,
+            "residual": contact.forces.residual,
+            "resistance_ohm": felt.resistance_ohm,
+            "voltage_v": felt.voltage_v,
+            "adc": felt.adc,
+            "partners": self._known.partners,
+            "cop_x_m": self._known.centre[0],
+            "cop_y_m": self._known.centre[1],
+            "problem": contact.forces.problem,
+        }
+        return Reading(pressed, force, fields)
+
+
+@dataclass(frozen=True)
+class PadReading:
+    """Force in N, names of the partners joined by `;`, and the centre of pressure (x, y) in m
+    along the pad's axes from its origin; NaN where nothing presses."""
+
+    force: float
+    partners: str
+    centre: tuple[float, float]
+
+
+def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
+    """What the pad feels of its contacts, and of its own weight where that is not left out."""
+    inward = -pose.axes[:, 2]
+    pressing = 0.0
+    holding = 0.0
+    names: dict[str, float] = {}
+    moment = np.zeros(3)
+    for partner in contact.forces.partners:
+        if contact.chosen is not None and not partner.objects & contact.chosen:
+            continue
+        along = partner.forces @ inward
+        from_above = np.maximum(along, 0.0)
+        share = float(from_above.sum())
+        pressing += share
+        moment += from_above @ (partner.places - pose.origin)
+        if contact.chosen is not None:
+            held = float(np.maximum(-along, 0.0).sum())
+            holding += held
+            share += held
+        names[partner.name] = names.get(partner.name, 0.0) + share
+    own = float(contact.weight @ inward)
+    force = pressing
+    if pressing == 0.0 and holding > 0.0:
+        # What holds the pad up feels the pad's weight along with its load.
+        force = holding - own if parameters.subtract_own_weight else holding
+    elif not parameters.subtract_own_weight:
+        force = pressing + own
+    least = LEAST_SHARE * max(pressing, holding)
+    partners = ";".join(sorted(name for name, share in names.items() if share > least))
+    centre = (math.nan, math.nan)
+    if pressing > 0.0:
+        local = pose.axes.T @ (moment / pressing)
+        centre = (float(local[0]), float(local[1]))
+    return PadReading(force, partners, centre)

@@ -23,7 +23,8 @@ def _column(of: type) -> Any:
 class Track:
     """One sensor's readings in time order, a column each; frames and times as floats (s).
 
-    `uid` tells the sensor's object in this session, whatever it is called by then.
+    `uid` tells the sensor's object in this session, whatever it is called by then; `steps` by how
+    much a field must change to be an event. A float that is not a number was not measured.
     """
 
     sensor: str
@@ -34,6 +35,7 @@ class Track:
     active: array[int] = field(default_factory=lambda: array("b"))
     value: array[float] = field(default_factory=lambda: array("d"))
     columns: dict[str, Any] = field(default_factory=dict)
+    steps: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.columns:

@@ -22,13 +22,34 @@ class Geometry:
     `pivot` (3,) is the point of that space where the tree has its origin.
     """
 
-    __slots__ = ("_surface", "_tree", "hi", "lo", "pivot", "source")
+    __slots__ = ("_corners", "_surface", "_tree", "_triangles", "hi", "lo", "pivot", "source")
 
     def __init__(self, source: Any) -> None:
         self.source = source
         self._surface: Surface | None = None
         self._tree: BVHTree | None = None
+        self._corners: NDArray[np.int32] | None = None
+        self._triangles = np.empty((0, 3), np.int32)
         self.pivot = np.zeros(3)
+
+    @property
+    def state(self) -> Any:
+        """Another object whenever the surface has changed."""
+        return self._surface
+
+    @property
+    def vertices(self) -> NDArray[np.float32]:
+        """(n, 3), in the object's own space."""
+        return self._surface[0].reshape(-1, 3) if self._surface else np.empty((0, 3), np.float32)
+
+    def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
+        """(m, 3) vertices of triangles; the same array as long as the faces stay."""
+        assert self._surface is not None
+        corners = self._surface[1]
+        if self._corners is None or not np.array_equal(corners, self._corners):
+            self._corners = corners
+            self._triangles = triangles_of(self.source.evaluated_get(depsgraph))[1]
+        return self._triangles
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
@@ -38,9 +59,10 @@ class Geometry:
         coordinates, corners, faces = _surface(mesh)
         if not direct:
             evaluated.to_mesh_clear()
-        before, self._surface = self._surface, (coordinates, corners, faces)
-        if before is not None and _same(before, self._surface):
+        surface = coordinates, corners, faces
+        if self._surface is not None and _same(self._surface, surface):
             return False
+        self._surface = surface
         self._tree = None
         points = coordinates.reshape(-1, 3).astype(np.float64)
         # A vertex that is nowhere takes its own faces away, not the others.
@@ -101,3 +123,19 @@ def _surface(mesh: Any) -> Surface:
     corners = np.empty(len(mesh.loops), np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
     return coordinates, corners, len(mesh.polygons)
+
+
+def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices (n, 3) and triangles (m, 3) of an object's surface, in its own space."""
+    direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
+    mesh = evaluated.data if direct else evaluated.to_mesh()
+    if mesh is None or not len(mesh.polygons):
+        return np.empty((0, 3)), np.empty((0, 3), np.int32)
+    coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", coordinates)
+    mesh.calc_loop_triangles()
+    triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    if not direct:
+        evaluated.to_mesh_clear()
+    return coordinates.reshape(-1, 3).astype(np.float64), triangles.reshape(-1, 3)

@@ -76,8 +76,8 @@ class _Own:
 class RayCaster:
     """Ranges in Blender units of rays through the solids, without the sensor's own objects."""
 
-    def __init__(self) -> None:
-        self.solids = Solids()
+    def __init__(self, solids: Solids | None = None) -> None:
+        self.solids = solids or Solids()
         self._still: dict[tuple[int, int], _Still] = {}
         self._own: dict[int, _Own] = {}
         self._depsgraph: Any = None
@@ -100,6 +100,23 @@ class RayCaster:
         ranges, met = still.ranges.copy(), still.met.copy()
         self._meet(own.moving, rays, still.box, ranges, met)
         return ranges
+
+    def first_met(
+        self,
+        depsgraph: Any,
+        rows: NDArray[np.intp],
+        origins: Array,
+        directions: Array,
+        length: Array,
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """Ranges (n,) to the nearest of the solids `rows` as last synced, and its number (n,), or
+        NOTHING; remembers nothing."""
+        self._depsgraph = depsgraph
+        rays = _Rays(origins, directions, length)
+        ranges, met = length.copy(), np.full(len(length), NOTHING, np.int64)
+        if len(ranges):
+            self._meet(rows, rays, rays.box(ranges), ranges, met)
+        return ranges, met
 
     def _own_solids(self, sensor: int) -> _Own:
         state = self.solids.listing, len(self.solids.gone)

@@ -29,14 +29,16 @@ Key = tuple[int, ...]
 
 class Solid:
     """One visible object or instance. `number` is never reused; `owners` are the session uids of
-    the object (or of what instances it) and of its parents. `moving` once it was seen to change."""
+    the object `owner` (or of what instances it) and of its parents. `moving` once it was seen to
+    change."""
 
-    __slots__ = ("geometry", "key", "moving", "number", "owners", "row")
+    __slots__ = ("geometry", "key", "moving", "number", "owner", "owners", "row")
 
     def __init__(self, key: Key, number: int, moving: bool) -> None:
         self.key = key
         self.number = number
         self.moving = moving
+        self.owner: Any = None
         self.owners: frozenset[int] = frozenset()
         self.geometry: Geometry
         self.row = -1
@@ -209,6 +211,7 @@ class Solids:
                 solid.moving = True
                 self.gone.append(solid.number)
             solid.geometry = geometry
+            solid.owner = owner
             solid.owners = _owners(owner)
             self._by_key[key] = solid
             self.solids.append(solid)

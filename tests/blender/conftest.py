@@ -136,12 +136,12 @@ class World:
         free ahead of each (n,), in metres; all from the sensor's own station."""
         station_module = part("angen_addon.station")
         depsgraph = self.update()
-        caster = station_module.make_caster(self.scene)
-        caster.update(depsgraph)
-        spy = Spy(caster)
+        probes = part("angen_addon.probes").Probes(self.scene)
+        probes.look(depsgraph, None)
+        probes.caster = spy = Spy(probes.caster)
         sensor = next(s for s in self.sensors() if s.object == obj)
         station = station_module.Station(sensor, station_module.clock_of(self.scene))
-        station.sense(number, 0, depsgraph, spy)
+        station.take(number, 0, depsgraph, probes).reading()
         metres = part("angen_addon.sensors").unit_scale(self.scene)
         return spy.origins * metres, spy.directions, spy.ranges * metres
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import sensors, station
+from bl_ext.user_default.angen_sensors.angen_addon import probes, sensors, station
 from bl_ext.user_default.angen_sensors.sensor_logic.pir import fan_directions
 from mathutils import Vector
 
@@ -38,7 +38,7 @@ def home():
     casters = []
     for name in ("FAST", "SCENE"):
         bpy.context.scene.angen_ray_caster = name
-        casters.append(station.make_caster(bpy.context.scene))
+        casters.append(probes.make_caster(bpy.context.scene))
     return bpy.context.scene, casters
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sensor_logic.model import Array, Pose, Reading, Update
+from sensor_logic.contact.island import PadForces
+from sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator
 
 AHEAD = Pose(np.zeros(3), np.eye(3))
@@ -35,9 +36,26 @@ class Stage:
         readings = []
         for number, world in enumerate(worlds):
             cast = world if callable(world) else flat_world(float(world))
-            update = Update(number, number / self.rate, AHEAD, cast, self.noise(number))
-            readings.append(model.update(parameters, update))
+            readings.append(model.update(parameters, self.update(number, cast)))
         return readings
+
+    def press(self, model: Any, parameters: Any, contacts: Sequence[PadContact]) -> list[Reading]:
+        """The same for a pressure pad, which is told what presses on it."""
+        return [
+            model.update(parameters, self.update(number, flat_world(1.0), contact))
+            for number, contact in enumerate(contacts)
+        ]
+
+    def update(self, number: int, cast: Any, contact: PadContact | None = None) -> Update:
+        return Update(
+            number,
+            number / self.rate,
+            AHEAD,
+            cast,
+            self.noise(number),
+            self.noise(0),
+            lambda: contact or PadContact(PadForces(), np.zeros(3), None),
+        )
 
     def noise(self, number: int) -> Callable[[], np.random.Generator]:
         return lambda: generator(self.seed, self.sensor, number)

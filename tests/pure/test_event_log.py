@@ -93,7 +93,7 @@ def test_names_are_quoted_as_rfc_4180_asks_and_read_back(tmp_path, name, written
     [
         (True, "1"),
         (False, "0"),
-        (None, ""),
+        (float("nan"), ""),
         (12, "12"),
         (0.1 + 0.2, "0.3"),
         (1 / 3, "0.333333333"),

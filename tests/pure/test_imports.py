@@ -26,5 +26,10 @@ def test_sensor_logic_imports_without_blender():
         [sys.executable, "-c", PROGRAM], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    files = {path.stem for path in (ROOT / "sensor_logic").glob("*.py")} - {"__init__"}
-    assert set(done.stdout.split()) == {f"sensor_logic.{name}" for name in files}
+    found = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for path in (ROOT / "sensor_logic").rglob("*.py")
+    }
+    assert set(done.stdout.split()) == {
+        name.removesuffix(".__init__") for name in found - {"sensor_logic.__init__"}
+    }

@@ -85,7 +85,8 @@ EVENTS = {
 SAMPLES = {
     "PIR": "angle_rad,moved",
     "OPTICAL_SWITCH": "open,range_m",
-    "PRESSURE": "force_n,pressed,valid,residual,resistance_ohm,voltage_v,adc,partners",
+    "PRESSURE": "force_n,pressed,valid,residual,resistance_ohm,voltage_v,adc,partners,"
+    "cop_x_m,cop_y_m,problem",
     "LIGHT": "luminance_percent,illuminance_lux,resistance_ohm,voltage_v,lit",
 }
 

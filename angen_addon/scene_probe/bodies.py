@@ -1,0 +1,356 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bodies of the scene as they move: what the contact forces on pads are worked out from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.contact import motion
+from ...sensor_logic.contact.balance import Load
+from ...sensor_logic.contact.covered import Contact
+from ...sensor_logic.contact.island import Link, Need, Node, PadForces, Standing, pad_forces
+from ...sensor_logic.contact.patches import contact_patch
+from ...sensor_logic.contact.shapes import Shape, perpendiculars
+from .colliders import Collider
+from .links import links_of
+from .moments import Moment
+from .solids import Solids
+from .standing import standing
+from .things import FRICTION, Key, Thing, Things
+
+Array = np.typing.NDArray[np.float64]
+FRAMES_NEEDED = 3
+# m/s²: no animated body moves like this; it was put elsewhere.
+JUMP = 80.0
+# Of an animated body the weight must be met. Its moments are met as far as its supports can, and
+# what it pushes sideways is its muscles' affair.
+SOFT_MOMENT, FREE = 1e-4, 1e3
+# m: an animated body is looked at for what it stands on where bounds come this near.
+NEARBY = 0.2
+
+
+class Bodies:
+    """Follows the scene a frame at a time; knows the forces at the frame before the newest."""
+
+    def __init__(self, solids: Solids) -> None:
+        self._solids = solids
+        self._things = Things()
+        self._moments: list[Moment] = []
+        self._world: FrameWorld | None = None
+        self._depsgraph: Any = None
+        self._metres = 1.0
+        self._stale = ""
+
+    def look(
+        self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Any], due: Sequence[Any]
+    ) -> None:
+        """Takes down the scene at a frame, after the solids were synced. `pads` are the objects
+        of all pads, `due` those whose forces at this frame will be asked for after the next."""
+        last = self._moments[-1] if self._moments and metres == self._metres else None
+        if last is None or frame != last.frame + 1:
+            self._moments = []
+        self._depsgraph, self._metres, self._world = depsgraph, metres, None
+        self._things.sync(depsgraph, self._solids, pads)
+        moves = any(t.rigid and _simulated(t.original) for t in self._things.by_key.values())
+        self._stale = _stale(depsgraph.scene, frame) if moves else ""
+        moment = Moment(frame, depsgraph, self._things, self._solids, metres, last)
+        self._moments = [*self._moments[1 - FRAMES_NEEDED :], moment]
+        up = gravity_of(depsgraph.scene, metres)[1]
+        for pad in due:
+            for key in _reachable((pad.session_uid,), moment, self._things):
+                if key in moment.bodies and key not in moment.standing:
+                    thing, body = self._things.by_key[key], moment.bodies[key]
+                    moment.standing[key] = standing(
+                        depsgraph, self._solids, self._things, thing, body, up, metres
+                    )
+
+    def forces(self, pad: Any, frame: int) -> PadForces:
+        """The forces on a pad at a frame that was looked at; to be asked for once the next frame
+        was looked at too. Where the frames beside it are not known, they are those at rest."""
+        key = (pad.session_uid,)
+        at = next((i for i, moment in enumerate(self._moments) if moment.frame == frame), None)
+        if at is None or key not in self._moments[at].row:
+            return PadForces(problem="the pad has just appeared", usable=False)
+        moment = self._moments[at]
+        if not np.isfinite(moment.lo[moment.row[key]]).all():
+            name = self._things.by_key[key].original.name
+            return PadForces(problem=f"'{name}' has no surface or no place", usable=False)
+        known = 0 < at < len(self._moments) - 1
+        moments = self._moments[at - 1 : at + 2] if known else [moment] * FRAMES_NEEDED
+        if self._world is None or self._world.frame != frame:
+            self._world = FrameWorld(self._depsgraph, self._things, moments, self._metres)
+        found = pad_forces(key, self._world)
+        doubt = self._stale or ("" if known else "three frames in a row are not known")
+        return replace(found, problem=found.problem or doubt)
+
+
+def _stale(scene: Any, frame: int) -> str:
+    """Why the simulated poses at a frame are not to be trusted; empty where they are."""
+    world = scene.rigidbody_world
+    cache = world.point_cache
+    if cache.is_outdated:
+        return "the rigid-body cache is out of date: play from its start"
+    if frame > cache.frame_end:
+        return f"the rigid-body cache ends at frame {cache.frame_end}"
+    return ""
+
+
+def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
+    """Gravity (3,) in m/s² as the simulation has it, and the upward unit vector (3,)."""
+    gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
+    if scene.rigidbody_world is not None:
+        gravity *= scene.rigidbody_world.effector_weights.gravity
+    size = float(np.linalg.norm(gravity))
+    return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
+
+
+def _reachable(pad: Key, moment: Moment, things: Things) -> set[Key]:
+    """Everything with a weight in a chain of overlapping bounds from the pad: no less than its
+    contact island."""
+    seen, waiting = {pad}, [pad]
+    while waiting:
+        for key in moment.overlapping(waiting.pop(), NEARBY):
+            thing = things.by_key[key]
+            if key not in seen and (thing.carried or _simulated(thing.original)):
+                seen.add(key)
+                waiting.append(key)
+    return seen
+
+
+def _simulated(original: Any) -> bool:
+    body = original.rigid_body
+    return body is not None and body.enabled and body.type == "ACTIVE" and not body.kinematic
+
+
+class FrameWorld:
+    """The scene at the middle one of three frames, as `island.World`."""
+
+    def __init__(
+        self, depsgraph: Any, things: Things, moments: Sequence[Moment], metres: float
+    ) -> None:
+        self.frame = moments[1].frame
+        self._depsgraph = depsgraph
+        self._things = things
+        self._moments = moments
+        self._metres = metres
+        scene = depsgraph.scene
+        self._gravity, self.up = gravity_of(scene, metres)
+        self.gravity = float(np.linalg.norm(self._gravity))
+        render = scene.render
+        self._frame_time = render.fps_base / render.fps
+        world = scene.rigidbody_world
+        self._time_scale = world.time_scale if world is not None else 1.0
+        self._nodes: dict[Key, Node] = {}
+        self._needs: dict[Key, Need] = {}
+        self._links: dict[Key, list[Link]] | None = None
+        self._apart: set[frozenset[Key]] = set()
+        self._meetings: dict[tuple[Key, Key, float, int], list[Contact]] = {}
+        self._placed: dict[tuple[Key, int], list[Shape]] = {}
+        rows = [[moment.row.get(key, -1) for key in moments[1].row] for moment in moments]
+        self._lo = np.min([m.lo[r] for m, r in zip(moments, rows, strict=True)], axis=0)
+        self._hi = np.max([m.hi[r] for m, r in zip(moments, rows, strict=True)], axis=0)
+        self._keys = list(moments[1].row)
+
+    def _evaluated(self, thing: Thing) -> Any:
+        return thing.original.evaluated_get(self._depsgraph)
+
+    def node(self, key: Key) -> Node:
+        known = self._nodes.get(key)
+        if known is None:
+            known = self._nodes[key] = self._make_node(key)
+        return known
+
+    def _make_node(self, key: Key) -> Node:
+        thing = self._things.by_key.get(key)
+        if thing is None:
+            return Node(key, "", False, False, FRICTION)
+        evaluated = self._evaluated(thing)
+        carried = key in self._moments[1].bodies and evaluated.angen_load.mass > 0.0
+        simulated = not carried and thing.rigid and _simulated(evaluated)
+        friction, margin = FRICTION, 0.0
+        if thing.rigid:
+            friction = evaluated.rigid_body.friction
+            margin = self._collider(key, 0).margin
+        if thing.pad:
+            # In a mesh's margin the pad is what lies between.
+            margin = max([margin, *(self._margin_of_ground(other) for other in self.near(key))])
+        return Node(
+            key,
+            thing.original.name,
+            carried or simulated,
+            carried,
+            friction,
+            margin,
+            thing.owner,
+            thing.objects,
+        )
+
+    def near(self, key: Key) -> list[Key]:
+        row = self._moments[1].row.get(key)
+        if row is None:
+            return []
+        meets = ((self._lo <= self._hi[row]) & (self._hi >= self._lo[row])).all(axis=1)
+        return [self._keys[other] for other in np.flatnonzero(meets).tolist() if other != row]
+
+    def hovering(self, pad: Key, beside: float, above: float) -> list[Key]:
+        row = self._moments[1].row[pad]
+        lo, hi = self._lo[row] - beside, self._hi[row] + beside
+        lo, hi = np.minimum(lo, lo + self.up * above), np.maximum(hi, hi + self.up * above)
+        meets = ((self._lo <= hi) & (self._hi >= lo)).all(axis=1)
+        keys = [self._keys[other] for other in np.flatnonzero(meets).tolist()]
+        return [key for key in keys if self.node(key).carried]
+
+    def standing(self, key: Key) -> list[Standing]:
+        return self._moments[1].standing.get(key, [])
+
+    def joints(self, key: Key) -> list[Link]:
+        return self._all_links().get(key, [])
+
+    def _all_links(self) -> dict[Key, list[Link]]:
+        if self._links is None:
+            self._links = {}
+            keys = set(self._keys)
+            for constraint in self._things.constraints:
+                made = links_of(constraint.evaluated_get(self._depsgraph), keys, self._metres)
+                if made is None:
+                    continue
+                link, collide = made
+                if not collide:
+                    self._apart.add(frozenset(k for k in (link.one, link.two) if k is not None))
+                for end in {link.one, link.two} - {None}:
+                    assert end is not None
+                    self._links.setdefault(end, []).append(link)
+        return self._links
+
+    def meeting(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        named = (one, two, reach, when)
+        known = self._meetings.get(named)
+        if known is None:
+            known = self._meetings[named] = self._meet(one, two, reach, when)
+        return known
+
+    def _meet(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        nodes = self.node(one), self.node(two)
+        if not self._collide(one, two) or not any(n.weighs and not n.carried for n in nodes):
+            return []
+        if one == nodes[1].owner or two == nodes[0].owner:
+            return []
+        self._all_links()
+        if frozenset((one, two)) in self._apart:
+            return []
+        moment = self._moments[1 + when]
+        if one not in moment.row or two not in moment.row:
+            return []
+        first, second = self._shapes(one, when, two, reach), self._shapes(two, when, one, reach)
+        found = []
+        for shape_a in first:
+            for shape_b in second:
+                patch = contact_patch(shape_a, shape_b, reach)
+                if patch is not None:
+                    found.append(Contact(0, 1, patch, shape_a, shape_b))
+        return found
+
+    def _collide(self, one: Key, two: Key) -> bool:
+        """Whether the engine lets two things collide; a pad that it does not know meets all."""
+        first, second = self._things.by_key[one], self._things.by_key[two]
+        if not (first.collides and second.collides) or not (first.rigid or second.rigid):
+            return False
+        if first.rigid and second.rigid:
+            layers = [self._evaluated(t).rigid_body.collision_collections for t in (first, second)]
+            return any(a and b for a, b in zip(*layers, strict=True))
+        return True
+
+    def _collider(self, key: Key, when: int) -> Collider:
+        moment = self._moments[1 + when]
+        scale = moment.scales[moment.row[key]]
+        return self._things.by_key[key].collider(self._depsgraph, scale, self._metres)
+
+    def _margin_of_ground(self, key: Key) -> float:
+        thing = self._things.by_key[key]
+        if not thing.rigid or _simulated(self._evaluated(thing)):
+            return 0.0
+        return self._collider(key, 0).margin
+
+    def _shapes(self, key: Key, when: int, other: Key, reach: float) -> list[Shape]:
+        moment = self._moments[1 + when]
+        row = moment.row[key]
+        collider = self._collider(key, when)
+        if collider.meshy:
+            near = moment.row[other]
+            lo, hi = moment.lo[near] - reach, moment.hi[near] + reach
+            return collider.placed(moment.poses[row], lo, hi)
+        named = (key, when)
+        if named not in self._placed:
+            nowhere = np.zeros(3)
+            self._placed[named] = collider.placed(moment.poses[row], nowhere, nowhere)
+        return self._placed[named]
+
+    def need(self, key: Key) -> Need:
+        known = self._needs.get(key)
+        if known is None:
+            carried = self.node(key).carried
+            known = self._need_of_carried(key) if carried else self._need_of_simulated(key)
+            self._needs[key] = known
+        return known
+
+    def _need_of_simulated(self, key: Key) -> Need:
+        thing = self._things.by_key[key]
+        evaluated = self._evaluated(thing)
+        body = evaluated.rigid_body
+        if any(key not in moment.row for moment in self._moments):
+            return _unknown_need(f"'{thing.original.name}' has just appeared")
+        poses = [moment.poses[moment.row[key]] for moment in self._moments]
+        collider = self._collider(key, 0)
+        size = max(float(np.linalg.norm(collider.hi - collider.lo)) / 2.0, 1e-4)
+        dt = self._frame_time * self._time_scale
+        if dt > 0.0:
+            rest = motion.MARGIN_REST_SPEED if collider.margin else motion.REST_SPEED
+            moved = motion.motion(poses[0], poses[1], poses[2], dt, size, rest)
+        else:
+            moved = motion.motion(poses[1], poses[1], poses[1], 1.0, size)
+        wrench = motion.wrench(
+            moved,
+            poses[1],
+            body.mass,
+            collider.inertia * body.mass,
+            self._gravity,
+            body.linear_damping,
+            body.angular_damping,
+        )
+        centres = np.array([pose[:3, 3] for pose in poses])
+        load = Load(centres[1], wrench, size, np.zeros(6))
+        problem = "" if np.isfinite(wrench).all() else f"'{thing.original.name}' is nowhere (NaN)"
+        return Need(load, centres, body.mass, moved.reach, problem)
+
+    def _need_of_carried(self, key: Key) -> Need:
+        thing = self._things.by_key[key]
+        name = thing.original.name
+        if any(key not in moment.bodies for moment in self._moments):
+            return _unknown_need(f"'{name}' has just appeared")
+        mass = float(self._evaluated(thing).angen_load.mass)
+        bodies = [moment.bodies[key] for moment in self._moments]
+        centres = np.array([body.centre for body in bodies])
+        acceleration = (centres[2] - 2.0 * centres[1] + centres[0]) / self._frame_time**2
+        problem = ""
+        if float(np.linalg.norm(acceleration)) > JUMP:
+            problem = f"'{name}' moves too abruptly to have a weight"
+        push = max(float(mass * (acceleration - self._gravity) @ self.up), 0.0)
+        size = max(float(np.linalg.norm(bodies[1].hi - bodies[1].lo)) / 2.0, 1e-4)
+        load = Load(
+            centres[1],
+            np.concatenate([push * self.up, np.zeros(3)]),
+            size,
+            np.array([0.0, FREE, FREE, FREE, SOFT_MOMENT, SOFT_MOMENT]),
+            np.stack([self.up, *perpendiculars(self.up)]),
+        )
+        reach = float(np.abs(np.diff(centres, axis=0)).max())
+        return Need(load, centres, mass, reach, problem)
+
+
+def _unknown_need(problem: str) -> Need:
+    load = Load(np.zeros(3), np.zeros(6), 1.0, np.ones(6))
+    return Need(load, np.zeros((3, 3)), 0.0, 0.0, problem)

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the things of a scene are at one frame, in metres."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.contact import underside
+from ...sensor_logic.contact.island import Standing
+from .solids import Solid, Solids
+from .things import MARGIN, Key, Thing, Things
+
+Array = np.typing.NDArray[np.float64]
+
+
+class Body:
+    """The surface of an animated body at a frame: triangles (n, 3, 3), its centre of mass (3,)
+    and bounds; `parts` are what it was made from, to tell whether it is still the same.
+    `stood`: what it stood on, and where that was."""
+
+    def __init__(self, triangles: Array, closed: bool, parts: list[Any]) -> None:
+        self.triangles = triangles
+        self.closed = closed
+        self.parts = parts
+        self.centre = underside.centre_of_mass(triangles, closed)
+        flat = triangles.reshape(-1, 3)
+        self.lo, self.hi = flat.min(axis=0), flat.max(axis=0)
+        self.stood: tuple[list[Any], list[Standing]] | None = None
+
+
+class Moment:
+    """One frame: `poses` (n, 4, 4) and `scales` (n, 3) of the things that collide, world bounds
+    `lo`, `hi` (n, 3) of all things, in the order of `row`; animated `bodies` by key, and what they
+    are `standing` on, where it was asked for."""
+
+    def __init__(
+        self,
+        frame: int,
+        depsgraph: Any,
+        things: Things,
+        solids: Solids,
+        metres: float,
+        before: Moment | None,
+    ) -> None:
+        self.frame = frame
+        known = list(things.by_key.values())
+        self.row = {thing.key: row for row, thing in enumerate(known)}
+        matrices = _matrices(depsgraph, known, solids)
+        self.poses, self.scales = _rigid(matrices, metres)
+        self.lo, self.hi = _bounds(known, self.poses, self.scales, metres)
+        self.bodies: dict[Key, Body] = {}
+        self.standing: dict[Key, list[Standing]] = {}
+        for row, thing in enumerate(known):
+            if not thing.carried:
+                continue
+            last = before.bodies.get(thing.key) if before else None
+            body = _body(depsgraph, thing, solids, metres, last)
+            if body is None:
+                continue
+            self.bodies[thing.key] = body
+            reach = thing.tolerance + MARGIN
+            self.lo[row] = np.fmin(self.lo[row], body.lo - reach)
+            self.hi[row] = np.fmax(self.hi[row], body.hi + reach)
+
+    def overlapping(self, key: Key, widen: float) -> list[Key]:
+        """Things whose bounds come within `widen` of those of `key`, without itself."""
+        row = self.row[key]
+        lo, hi = self.lo[row] - widen, self.hi[row] + widen
+        found = np.flatnonzero(((self.lo <= hi) & (self.hi >= lo)).all(axis=1))
+        keys = list(self.row)
+        return [keys[other] for other in found.tolist() if other != row]
+
+
+def _matrices(depsgraph: Any, things: list[Thing], solids: Solids) -> Array:
+    matrices = np.full((len(things), 4, 4), np.nan)
+    rows = {solid.key: solid.row for solid in solids.solids}
+    for index, thing in enumerate(things):
+        if not thing.collides:
+            continue
+        row = rows.get(thing.key)
+        if row is not None:
+            matrices[index] = solids.matrix[row]
+        else:
+            # Physics goes on for what the viewport hides.
+            matrices[index] = np.array(thing.original.evaluated_get(depsgraph).matrix_world)
+    return matrices
+
+
+def _rigid(matrices: Array, metres: float) -> tuple[Array, Array]:
+    """Poses without scale, in metres, and the scales, as Blender takes matrices apart."""
+    linear = matrices[:, :3, :3]
+    scales = np.linalg.norm(linear, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mirrored = np.where(np.linalg.det(linear) < 0.0, -1.0, 1.0)
+        turns = linear / scales[:, None, :] * mirrored[:, None, None]
+    poses = np.zeros_like(matrices)
+    poses[:, :3, :3] = turns
+    poses[:, :3, 3] = matrices[:, :3, 3] * metres
+    poses[:, 3, 3] = 1.0
+    return poses, scales
+
+
+def _bounds(things: list[Thing], poses: Array, scales: Array, metres: float) -> tuple[Array, Array]:
+    middle = np.array([thing.middle for thing in things]).reshape(-1, 3) * scales * metres
+    largest = scales.max(axis=1, initial=0.0)[:, None] if len(things) else scales
+    middle_world = np.einsum("nij,nj->ni", poses[:, :3, :3], middle) + poses[:, :3, 3]
+    half = np.array([thing.half for thing in things]).reshape(-1, 3)
+    even = np.array([half_of.max() == half_of.min() for half_of in half], bool)
+    half = half * np.where(even[:, None], largest, scales) * metres + MARGIN * metres
+    around = np.einsum("nij,nj->ni", np.abs(poses[:, :3, :3]), half)
+    return middle_world - around, middle_world + around
+
+
+def parts_of(solid: Solid, solids: Solids) -> list[Any]:
+    """What tells whether a solid is where and as it was: its vertices and its place."""
+    return [solid.geometry.state, solids.matrix[solid.row].tobytes()]
+
+
+def same_parts(one: list[Any], two: list[Any]) -> bool:
+    return len(one) == len(two) and all(
+        a is b or (isinstance(a, bytes) and a == b) for a, b in zip(one, two, strict=True)
+    )
+
+
+def _body(
+    depsgraph: Any, thing: Thing, solids: Solids, metres: float, last: Body | None
+) -> Body | None:
+    parts: list[Any] = []
+    for solid in thing.surfaces:
+        parts += parts_of(solid, solids)
+    if last is not None and same_parts(last.parts, parts):
+        return last
+    found, topologies = [np.empty((0, 3, 3))], []
+    for solid in thing.surfaces:
+        corners = solid.geometry.triangles(depsgraph)
+        topologies.append(corners)
+        if not len(corners):
+            continue
+        matrix = solids.matrix[solid.row]
+        world = solid.geometry.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        triangles = world[corners] * metres
+        if np.linalg.det(matrix[:3, :3]) < 0.0:
+            triangles = triangles[:, ::-1]
+        found.append(triangles)
+    triangles = np.concatenate(found)
+    if not len(triangles) or not np.isfinite(triangles).all():
+        return None
+    return Body(triangles, thing.is_closed(topologies), parts)

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an animated body stands, sits or lies on.
+
+It is not simulated, so its surface meets what it rests on by eye only: a little above, or sunk
+in. Its weight goes straight down from its underside to what that meets first.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.contact.island import Standing
+from ...sensor_logic.contact.underside import clustered, firmness, underside
+from .moments import Body, parts_of, same_parts
+from .rays import NOTHING, RayCaster
+from .solids import Solids
+from .things import GROUND, Key, Thing, Things
+
+Array = np.typing.NDArray[np.float64]
+# m: a body may be sunk this deep into what is soft; a pad this near to another surface is the
+# one that is stood on.
+DEPTH = 0.15
+FLUSH = 0.001
+# Rays start this little below the body's own upper side.
+SKIN = 1e-4
+
+
+def standing(
+    depsgraph: Any,
+    solids: Solids,
+    things: Things,
+    thing: Thing,
+    body: Body,
+    up: Array,
+    metres: float,
+) -> list[Standing]:
+    """The supports of an animated body, as the solids are now."""
+    tolerance = thing.tolerance
+    rows = np.array(
+        [
+            solid.row
+            for solid in solids.solids
+            if things.of_solid.get(solid.number) != thing.key
+            and not solid.owners & {thing.original.session_uid}
+        ],
+        np.intp,
+    )
+    reach = np.abs(up) * DEPTH + tolerance
+    lo, hi = body.lo - reach, body.hi + reach
+    near = (solids.lo[rows] * metres <= hi) & (solids.hi[rows] * metres >= lo)
+    rows = rows[near.all(axis=1)]
+    there = [part for row in rows.tolist() for part in parts_of(solids.solids[row], solids)]
+    if body.stood is None or not same_parts(body.stood[0], there):
+        body.stood = there, _look_below(depsgraph, solids, things, thing, body, rows, up, metres)
+    return body.stood[1]
+
+
+def _look_below(
+    depsgraph: Any,
+    solids: Solids,
+    things: Things,
+    thing: Thing,
+    body: Body,
+    rows: np.typing.NDArray[np.intp],
+    up: Array,
+    metres: float,
+) -> list[Standing]:
+    if not len(rows):
+        return []
+    tolerance = thing.tolerance
+    reach = np.abs(up) * DEPTH + tolerance
+    area_lo = (solids.lo[rows] * metres - reach).min(axis=0)
+    area_hi = (solids.hi[rows] * metres + reach).max(axis=0)
+    samples = underside(body.triangles, body.closed, up, area_lo, area_hi)
+    if not len(samples.points):
+        return []
+    caster = RayCaster(solids)
+    height = _room_above(depsgraph, caster, thing, samples.points, up, metres)
+    starts = samples.points + up * height[:, None]
+    length = height + tolerance
+
+    def cast(rows: np.typing.NDArray[np.intp]) -> tuple[Array, Any]:
+        down = np.broadcast_to(-up, starts.shape)
+        ranges, met = caster.first_met(depsgraph, rows, starts / metres, down, length / metres)
+        return ranges * metres, met
+
+    keys = [things.of_solid.get(solids.solids[row].number, GROUND) for row in rows.tolist()]
+    is_pad = np.array([key in things.by_key and things.by_key[key].pad for key in keys], bool)
+    ranges, met = cast(rows[~is_pad])
+    if is_pad.any():
+        pad_ranges, pad_met = cast(rows[is_pad])
+        first = (pad_met != NOTHING) & (pad_ranges <= ranges + FLUSH)
+        ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
+    firm = firmness(ranges - height, tolerance) * (met != NOTHING)
+    return _by_support(things, samples.points, samples.areas * firm, met)
+
+
+def _room_above(
+    depsgraph: Any, caster: RayCaster, thing: Thing, points: Array, up: Array, metres: float
+) -> Array:
+    """How far (n,) above each point the body is still itself: rays must not start beyond it."""
+    own = np.array([solid.row for solid in thing.surfaces], np.intp)
+    starts = points + up * SKIN
+    length = np.full(len(points), DEPTH)
+    upward = np.broadcast_to(up, points.shape)
+    ranges, _ = caster.first_met(depsgraph, own, starts / metres, upward, length / metres)
+    return ranges * metres
+
+
+def _by_support(
+    things: Things, points: Array, areas: Array, met: np.typing.NDArray[np.int64]
+) -> list[Standing]:
+    found: dict[Key, np.typing.NDArray[np.bool_]] = {}
+    for number in np.unique(met[areas > 0.0]).tolist():
+        key = things.of_solid.get(number, GROUND)
+        mask = (met == number) & (areas > 0.0)
+        found[key] = found[key] | mask if key in found else mask
+    return [Standing(key, *clustered(points[mask], areas[mask])) for key, mask in found.items()]

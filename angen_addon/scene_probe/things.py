@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of the scene can press on a pad: rigid bodies, animated bodies with a mass, and the pads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.contact.underside import is_closed
+from ..animation import is_animated
+from .colliders import Collider, rigid_body_collider, surface_collider
+from .solids import Solid, Solids
+
+Array = np.typing.NDArray[np.float64]
+Key = tuple[int, ...]
+GROUND: Key = ()
+# The engine's mesh margin, in units: bounds are widened by it.
+MARGIN = 0.05
+# Friction of what the physics engine does not know.
+FRICTION = 0.7
+
+
+class Thing:
+    """A rigid body, an animated body with a mass, a pad, or more than one of these.
+
+    `surfaces`: the solids that make up an animated body. `owner`: the body that a pad without
+    physics is a part of. `middle`, `half` (3,): bounds of its shapes, unscaled, in its own space.
+    """
+
+    def __init__(self, key: Key, original: Any) -> None:
+        self.key = key
+        self.original = original
+        self.rigid = False
+        self.pad = False
+        self.carried = False
+        self.surfaces: list[Solid] = []
+        self.owner: Key | None = None
+        self.objects: frozenset[int] = frozenset({original.session_uid})
+        self.half = np.zeros(3)
+        self.middle = np.zeros(3)
+        self._colliders: dict[tuple[float, ...], Collider] = {}
+        self._closed: tuple[list[Any], bool] | None = None
+
+    @property
+    def tolerance(self) -> float:
+        """m: an animated body this far above something stands on it."""
+        return max(float(self.original.angen_load.tolerance), 1e-4)
+
+    @property
+    def collides(self) -> bool:
+        return self.rigid or self.pad
+
+    def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
+        """Its shapes at a scale (3,), read when first asked for."""
+        named = tuple(np.round(scale, 6).tolist()) + (metres,)
+        if named not in self._colliders:
+            evaluated = self.original.evaluated_get(depsgraph)
+            if len(self._colliders) > 4:
+                self._colliders.clear()
+            if self.rigid:
+                made = rigid_body_collider(depsgraph, evaluated, scale, metres)
+            else:
+                made = surface_collider(evaluated, scale, metres)
+            self._colliders[named] = made
+        return self._colliders[named]
+
+    def is_closed(self, topologies: list[Any]) -> bool:
+        """Whether its surfaces, given by their triangles (n, 3) of vertices, all have an inside."""
+        known = self._closed
+        if (
+            known is None
+            or len(known[0]) != len(topologies)
+            or any(a is not b for a, b in zip(known[0], topologies, strict=True))
+        ):
+            known = (topologies, all(is_closed(corners) for corners in topologies))
+            self._closed = known
+        return known[1]
+
+
+class Things:
+    """The things of a scene by key, and what each of the solids belongs to."""
+
+    def __init__(self) -> None:
+        self.by_key: dict[Key, Thing] = {}
+        self.of_solid: dict[int, Key] = {}
+        self.constraints: list[Any] = []
+        self._listing = -1
+        self._pads: list[int] = []
+
+    def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Any]) -> bool:
+        """Lists the things anew where the scene was edited; whether it did."""
+        named = [pad.session_uid for pad in pads]
+        if solids.listing == self._listing and named == self._pads:
+            return False
+        self._listing, self._pads = solids.listing, named
+        self.by_key = {}
+        scene = depsgraph.scene.original
+        for original in _rigid_bodies(scene):
+            thing = self._thing((original.session_uid,), original)
+            thing.rigid = True
+            thing.objects = frozenset(_family(original))
+            thing.middle, thing.half = _bounds(depsgraph, original)
+        for pad in pads:
+            thing = self._thing((pad.session_uid,), pad)
+            thing.pad = True
+            if not thing.rigid:
+                thing.middle, thing.half = _box(pad.evaluated_get(depsgraph))
+        self._find_carried(solids)
+        self._find_owners(solids, pads)
+        world = scene.rigidbody_world
+        links = world.constraints.objects if world and world.constraints else []
+        self.constraints = [link for link in links if link.rigid_body_constraint]
+        return True
+
+    def _thing(self, key: Key, original: Any) -> Thing:
+        return self.by_key.setdefault(key, Thing(key, original))
+
+    def _find_carried(self, solids: Solids) -> None:
+        for solid in solids.solids:
+            bearer = _bearer(solid)
+            if bearer is None:
+                continue
+            own = bearer.session_uid == solid.key[0]
+            key = solid.key if own else (bearer.session_uid,) + solid.key[1:]
+            thing = self._thing(key, bearer)
+            thing.carried = True
+            thing.surfaces.append(solid)
+            thing.objects |= {solid.key[0], solid.owner.session_uid}
+
+    def _find_owners(self, solids: Solids, pads: Sequence[Any]) -> None:
+        """What each solid is a part of, and what a pad that nothing simulates is fixed to."""
+        self.of_solid = {}
+        surfaces = {
+            solid.number: thing.key for thing in self.by_key.values() for solid in thing.surfaces
+        }
+        for solid in solids.solids:
+            key = surfaces.get(solid.number)
+            if key is None or (solid.key in self.by_key and self.by_key[solid.key].pad):
+                key = next((found for found in _chain_keys(solid) if found in self.by_key), GROUND)
+            self.of_solid[solid.number] = key
+        for pad in pads:
+            thing = self.by_key[pad.session_uid,]
+            if not thing.rigid and not thing.carried:
+                parents = ((parent.session_uid,) for parent in _parents(pad))
+                thing.owner = next((key for key in parents if key in self.by_key), None)
+
+
+def _rigid_bodies(scene: Any) -> Iterator[Any]:
+    """Objects that are bodies of their own: not the parts of a compound."""
+    world = scene.rigidbody_world
+    if world is None or not world.enabled or world.collection is None:
+        return
+    for original in world.collection.objects:
+        parent = original.parent
+        part = (
+            parent is not None
+            and parent.rigid_body is not None
+            and parent.rigid_body.collision_shape == "COMPOUND"
+        )
+        if original.rigid_body is not None and not part:
+            yield original
+
+
+def _family(original: Any) -> Iterator[int]:
+    yield original.session_uid
+    for child in original.children_recursive:
+        yield child.session_uid
+
+
+def _parents(original: Any) -> Iterator[Any]:
+    seen = set()
+    parent = original.parent
+    while parent is not None and parent.session_uid not in seen:
+        seen.add(parent.session_uid)
+        yield parent
+        parent = parent.parent
+
+
+def _chain_keys(solid: Solid) -> Iterator[Key]:
+    """The solid itself, then what it is a part of, nearest first."""
+    original = solid.geometry.source.original
+    yield solid.key
+    yield (original.session_uid,)
+    for parent in _parents(original):
+        yield (parent.session_uid,)
+    owner = solid.owner
+    if owner is not None:
+        yield (owner.session_uid,)
+        for parent in _parents(owner):
+            yield (parent.session_uid,)
+
+
+def _bearer(solid: Solid) -> Any:
+    """The object whose mass a solid weighs with: its own, its armature's or a parent's."""
+    original = solid.geometry.source.original
+    chain: Iterable[Any] = (original, *_armatures(original), *_parents(original))
+    for candidate in chain:
+        if candidate.angen_load.mass > 0.0 or is_animated(candidate, "angen_load.mass"):
+            return candidate
+    return None
+
+
+def _armatures(original: Any) -> list[Any]:
+    return [m.object for m in original.modifiers if m.type == "ARMATURE" and m.object is not None]
+
+
+def _box(evaluated: Any) -> tuple[Array, Array]:
+    corners = np.array(evaluated.bound_box, np.float64)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    return (lo + hi) / 2.0, (hi - lo) / 2.0
+
+
+def _bounds(depsgraph: Any, original: Any) -> tuple[Array, Array]:
+    """Middle and half size of a rigid body's shapes, unscaled, not too small."""
+    body = original.rigid_body
+    middle, half = _box(original.evaluated_get(depsgraph))
+    kind = body.collision_shape
+    if kind in {"CONVEX_HULL", "MESH"}:
+        return middle, half
+    if kind == "COMPOUND":
+        reach = 0.0
+        for child in original.children:
+            if child.rigid_body is not None:
+                own, size = _bounds(depsgraph, child)
+                place = np.array(child.evaluated_get(depsgraph).matrix_local.translation)
+                reach = max(reach, float(np.linalg.norm(place + own) + np.linalg.norm(size)))
+        return np.zeros(3), np.full(3, reach)
+    if kind == "BOX":
+        return np.zeros(3), half
+    # Round shapes take a radius from one axis and may be scaled by another.
+    return np.zeros(3), np.full(3, float(np.linalg.norm(half)))

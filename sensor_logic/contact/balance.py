@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The contact forces that keep bodies in balance: the elastic foundation under friction.
+
+Each contact point is a spring that can push and rub, not pull; each body takes the small
+displacement at which its springs give the wrench that it needs. Where the statics leave a choice
+(four legs), the springs decide, as in an elastic foundation (Winkler).
+
+With the displacements λ (six a body), G the map from contact forces to wrenches, K the springs
+and C the friction cones, λ is the minimum of the convex, once differentiable function
+
+    φ(λ) = Σ ½ |P_C(K½ (Gᵀλ − δ))|² + ½ λᵀ E λ − wᵀλ
+
+whose gradient is "forces minus wrench". E, tiny where the balance must be met, is what keeps the
+minimum where no forces can meet it: E λ is then the wrench that is left over. A Newton method
+with a line search finds the minimum; it cannot cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from ..model import Array
+
+Mask = npt.NDArray[np.bool_]
+
+GROUND = -1
+# Springs against rubbing are this much weaker than against pressing: friction carries only what
+# pressing cannot.
+TANGENTIAL = 0.01
+HARD = 1e-11
+MAX_STEPS = 200
+MAX_HALVINGS = 40
+
+
+@dataclass(frozen=True)
+class Load:
+    """What a body needs: `wrench` (6,), force in N and moment in N·m about `centre` (3,).
+
+    `size` in metres makes moments comparable with forces. `softness` (6,) tells how little each
+    part of the balance matters, along and about the rows of `axes` (3, 3): 0 for what must be met.
+    """
+
+    centre: Array
+    wrench: Array
+    size: float
+    softness: Array = field(default_factory=lambda: np.zeros(6))
+    axes: Array = field(default_factory=lambda: np.eye(3))
+
+
+@dataclass(frozen=True)
+class Points:
+    """Contact points, n of them: places (n, 3), normals (n, 3) from body `b` to body `a` (indices,
+    GROUND for what does not move), friction coefficients (n,), spring stiffnesses (n,) > 0 in any
+    one unit, and `slack` (n,): how far a point is from touching, in units of the mean indentation.
+    """
+
+    places: Array
+    normals: Array
+    a: npt.NDArray[np.intp]
+    b: npt.NDArray[np.intp]
+    friction: Array
+    stiffness: Array
+    slack: Array
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A constraint between bodies `a` and `b` at `place` (3,): it gives any force along the rows
+    of `forces` (k, 3) and any moment about the rows of `moments` (m, 3)."""
+
+    a: int
+    b: int
+    place: Array
+    forces: Array
+    moments: Array
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class Balance:
+    """`forces` (n, 3): on body `a` at each point, N. `missing` (bodies, 6): what of each body's
+    needed wrench no force gives. `steps`: Newton steps taken; `settled`: whether they sufficed."""
+
+    forces: Array
+    missing: Array
+    steps: int
+    settled: bool
+
+
+@dataclass(frozen=True)
+class _Slope:
+    """Where each point's force is inside its cone (n,) or on its side (n,), and of those the
+    cone's opening, how far and which way (n, 2) it rubs, and how far it is along the cone."""
+
+    sticks: Mask
+    slips: Mask
+    opening: Array
+    size: Array
+    onto: Array
+    way: Array
+
+
+def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ()) -> Balance:
+    """The contact forces on bodies 0 … len(loads) − 1."""
+    axes = np.stack([load.axes for load in loads])
+    wrench = _turned(axes, np.stack([load.wrench for load in loads]))
+    sizes = np.array([load.size for load in loads])
+    unit = np.ones((len(loads), 6))
+    unit[:, 3:] /= sizes[:, None]
+    scale = float(np.abs(wrench * unit).sum()) or 1.0
+    target = (wrench * unit / scale).ravel()
+
+    count = len(points.places)
+    frames = _frames(points.normals)
+    mapping = _mapping(loads, points, frames, axes, unit)
+    stiffness = points.stiffness / (points.stiffness.sum() or 1.0)
+    tied, tied_stiffness = _ties(loads, joints, unit)
+    springs = np.concatenate([np.repeat(stiffness, 3), tied_stiffness])
+    springs[: 3 * count].reshape(count, 3)[:, 1:] *= TANGENTIAL
+    both = np.concatenate([mapping, tied], axis=1)
+    root = np.sqrt(springs)
+    scaled = both * root
+    offset = np.zeros(len(springs))
+    offset[0 : 3 * count : 3] = points.slack
+    offset *= root
+    # In the scaled space of pressing and rubbing the cone is wider by the ratio of the springs.
+    opening = points.friction / np.sqrt(TANGENTIAL)
+    soft = np.concatenate([load.softness for load in loads]) + HARD
+    given, steps, settled = _minimise(scaled, offset, opening, soft, target, count)
+
+    local = (given * root * scale)[: 3 * count].reshape(count, 3)
+    forces = np.einsum("nij,ni->nj", frames, local)
+    missing = (target - scaled @ given).reshape(-1, 6) * scale / unit
+    return Balance(forces, _turned(axes.transpose(0, 2, 1), missing), steps, settled)
+
+
+def _turned(axes: Array, wrenches: Array) -> Array:
+    """Wrenches (n, 6) along and about the rows of `axes` (n, 3, 3)."""
+    parts: Array = np.einsum("nij,nkj->nki", axes, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
+    return parts
+
+
+def _frames(normals: Array) -> Array:
+    """(n, 3, 3): rows are the normal and two tangents."""
+    helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    one = np.cross(normals, helper)
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    return np.stack([normals, one, np.cross(normals, one)], axis=1)
+
+
+def _mapping(
+    loads: Sequence[Load], points: Points, frames: Array, axes: Array, unit: Array
+) -> Array:
+    """(6·bodies, 3n): wrenches of unit forces along the frames at the points, scaled by `unit`."""
+    count = len(points.places)
+    mapping = np.zeros((len(loads), 6, count, 3))
+    index = np.arange(count)
+    for bodies, sign in ((points.a, 1.0), (points.b, -1.0)):
+        moved = index[bodies != GROUND]
+        if not len(moved):
+            continue
+        rows = bodies[moved]
+        centres = np.stack([load.centre for load in loads])[rows]
+        arms = points.places[moved] - centres
+        directions = frames[moved]
+        moments = np.cross(arms[:, None, :], directions)
+        own = axes[rows].transpose(0, 2, 1)
+        both = np.concatenate([directions @ own, moments @ own], axis=2) * sign
+        mapping[rows, :, moved, :] += both.transpose(0, 2, 1) * unit[rows][:, :, None]
+    return mapping.reshape(6 * len(loads), 3 * count)
+
+
+def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
+    """The same for what joints can give, and the stiffness of each."""
+    columns, stiffness = [], []
+    for joint in joints:
+        for force in joint.forces:
+            columns.append(_column(loads, joint, force, None, unit))
+        for moment in joint.moments:
+            columns.append(_column(loads, joint, None, moment, unit))
+        stiffness += [joint.stiffness] * (len(joint.forces) + len(joint.moments))
+    if not columns:
+        return np.empty((6 * len(loads), 0)), np.empty(0)
+    return np.stack(columns, axis=1), np.array(stiffness)
+
+
+def _column(
+    loads: Sequence[Load], joint: Joint, force: Array | None, moment: Array | None, unit: Array
+) -> Array:
+    column = np.zeros((len(loads), 6))
+    for body, sign in ((joint.a, 1.0), (joint.b, -1.0)):
+        if body == GROUND:
+            continue
+        if force is not None:
+            column[body, :3] += sign * loads[body].axes @ force
+            arm = joint.place - loads[body].centre
+            column[body, 3:] += sign * loads[body].axes @ np.cross(arm, force)
+        if moment is not None:
+            # A moment in units of the body's size, so that its spring compares with the others.
+            column[body, 3:] += sign * loads[body].axes @ moment / unit[body, 3]
+    return (column * unit).ravel()
+
+
+def _minimise(
+    scaled: Array, offset: Array, opening: Array, soft: Array, target: Array, count: int
+) -> tuple[Array, int, bool]:
+    """Newton's method on φ: the scaled forces, the steps taken, and whether it settled."""
+    # Start as if all points held, pulling included.
+    hessian = scaled @ scaled.T
+    hessian[np.diag_indices_from(hessian)] += soft
+    displacement = _solve(hessian, target + scaled @ offset)
+    value, gradient, given, slope = _state(
+        displacement, scaled, offset, opening, soft, target, count
+    )
+    tolerance = 1e-12
+    for step in range(MAX_STEPS):
+        if np.abs(gradient).max() <= tolerance:
+            return given, step, True
+        hessian = _hessian(scaled, slope, count)
+        hessian[np.diag_indices_from(hessian)] += soft
+        way = _solve(hessian, -gradient)
+        promised = float(gradient @ way)
+        if promised >= 0.0:
+            break
+        length = 1.0
+        for _ in range(MAX_HALVINGS):
+            tried = displacement + length * way
+            state = _state(tried, scaled, offset, opening, soft, target, count)
+            if state[0] <= value + 1e-4 * length * promised + 1e-16 * abs(value):
+                break
+            length *= 0.5
+        else:
+            break
+        displacement = tried
+        before = value
+        value, gradient, given, slope = state
+        if before - value <= 1e-15 * max(abs(value), 1e-30) and length == 1.0:
+            return given, step + 1, True
+    return given, MAX_STEPS, bool(np.abs(gradient).max() <= 1e-6)
+
+
+def _solve(hessian: Array, right: Array) -> Array:
+    """One step of refinement makes up for the range of stiffnesses in it."""
+    found: Array = np.linalg.solve(hessian, right)
+    found += np.linalg.solve(hessian, right - hessian @ found)
+    return found
+
+
+def _state(
+    displacement: Array,
+    scaled: Array,
+    offset: Array,
+    opening: Array,
+    soft: Array,
+    target: Array,
+    count: int,
+) -> tuple[float, Array, Array, _Slope]:
+    """φ, its gradient, the scaled forces, and what their derivative is made from."""
+    wanted = displacement @ scaled - offset
+    given = wanted.copy()
+    local = wanted[: 3 * count].reshape(count, 3)
+    press = local[:, 0]
+    rub = local[:, 1:]
+    size = np.sqrt(np.einsum("ij,ij->i", rub, rub))
+    sticks = size <= opening * press
+    loose = ~sticks & (opening * size <= -press)
+    slips = ~sticks & ~loose
+    onto = np.where(slips, (press + opening * size) / (1.0 + opening**2), 0.0)
+    way = rub / np.where(size > 0.0, size, 1.0)[:, None]
+    kept = given[: 3 * count].reshape(count, 3)
+    kept[loose] = 0.0
+    kept[slips, 0] = onto[slips]
+    kept[slips, 1:] = (opening * onto)[slips, None] * way[slips]
+    gradient = scaled @ given + soft * displacement - target
+    value = (
+        0.5 * float(given @ given)
+        + 0.5 * float(soft @ displacement**2)
+        - float(target @ displacement)
+    )
+    return value, gradient, given, _Slope(sticks, slips, opening, size, onto, way)
+
+
+def _hessian(scaled: Array, slope: _Slope, count: int) -> Array:
+    """Σ over points of Gᵢ Jᵢ Gᵢᵀ with J the derivative of the projection on the cone."""
+    jacobian = np.zeros((count, 3, 3))
+    jacobian[slope.sticks] = np.eye(3)
+    index = np.flatnonzero(slope.slips)
+    if len(index):
+        mu, direction, size = slope.opening[index], slope.way[index], slope.size[index]
+        ray = np.concatenate([np.ones((len(index), 1)), mu[:, None] * direction], axis=1)
+        part: Array = np.einsum("ni,nj->nij", ray, ray) / (1.0 + mu**2)[:, None, None]
+        across = np.eye(2) - np.einsum("ni,nj->nij", direction, direction)
+        turning = mu * slope.onto[index] / np.where(size > 0.0, size, 1.0)
+        part[:, 1:, 1:] += turning[:, None, None] * across
+        jacobian[index] = part
+    held = slope.sticks | slope.slips
+    contacts = scaled[:, : 3 * count].reshape(-1, count, 3)[:, held]
+    pushed = np.einsum("rci,cij->rcj", contacts, jacobian[held])
+    rows = len(scaled)
+    tied = scaled[:, 3 * count :]
+    hessian: Array = pushed.reshape(rows, -1) @ contacts.reshape(rows, -1).T + tied @ tied.T
+    return hessian

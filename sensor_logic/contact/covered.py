@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Contacts that cannot carry, because something nearer is in between.
+
+The floor is within reach of a box that stands on a thin pad, and under a pad into which the box
+sank; yet the pad carries. Without this rule such a pad would read half of the weight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import Array
+from . import planar
+from .corners import perpendiculars
+from .directions import FLAT
+from .patches import Patch, surface
+from .planar import Point
+from .shapes import Shape
+
+Flags = NDArray[np.bool_]
+
+NEARER = 3e-4  # m: contacts whose depths differ by less lie equally deep
+ALIGNED = 0.9  # cosine of the angle up to which two contacts push the same way
+SLIVER = 1e-4  # of a patch's area: smaller pieces of it are dropped
+MOST_SIDES = 8  # a nearer face with more is taken for a quadrangle of the same area
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Contact:
+    """Body `a` touches body `b`: their numbers, where, and the two shapes in the world."""
+
+    a: int
+    b: int
+    patch: Patch
+    shape_a: Shape
+    shape_b: Shape
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Side:
+    """A contact as one of its bodies feels it."""
+
+    number: int
+    other: int
+    patch: Patch
+    normal: Array  # (3,) the way in which the body is pushed
+    shape: Shape  # of the other
+    nearest: float  # least gap, m
+    furthest: float
+
+
+def without_covered(
+    contacts: Sequence[Contact],
+    movable: Sequence[bool],
+    preferred: Collection[int] = (),
+) -> list[Contact]:
+    """The contacts without what lies behind a nearer contact of the same movable body.
+
+    `movable` tells of each body whether it is to be held up. Of two contacts that are equally deep
+    neither covers the other, but a body of `preferred`, a pressure pad, covers one that is not.
+    """
+    sides: dict[int, list[_Side]] = {}
+    for number, contact in enumerate(contacts):
+        patch = contact.patch
+        gaps = float(patch.gaps.min()), float(patch.gaps.max())
+        for body, other, normal, shape in (
+            (contact.a, contact.b, patch.normal, contact.shape_b),
+            (contact.b, contact.a, -patch.normal, contact.shape_a),
+        ):
+            if movable[body]:
+                side = _Side(number, other, patch, normal, shape, *gaps)
+                sides.setdefault(body, []).append(side)
+    left: dict[int, Patch | None] = {}
+    for of_body in sides.values():
+        for back in of_body:
+            fronts = [
+                (front, ahead)
+                for front in of_body
+                if front.other != back.other
+                for ahead in (_ahead(front.other, back.other, preferred),)
+                if _may_cover(front, back, ahead)
+            ]
+            if fronts:
+                rest = left.get(back.number, back.patch)
+                if rest is not None:
+                    left[back.number] = _uncovered(rest, back, fronts)
+    kept = []
+    for number, contact in enumerate(contacts):
+        patch_left = left.get(number, contact.patch)
+        if patch_left is contact.patch:
+            kept.append(contact)
+        elif patch_left is not None:
+            kept.append(replace(contact, patch=patch_left))
+    return kept
+
+
+def _ahead(front: int, back: int, preferred: Collection[int]) -> float:
+    """By how much a body must be nearer to cover another, m; below zero: it wins ties."""
+    return -NEARER if front in preferred and back not in preferred else NEARER
+
+
+def _may_cover(front: _Side, back: _Side, ahead: float) -> bool:
+    if front.nearest >= back.furthest - ahead or float(front.normal @ back.normal) < ALIGNED:
+        return False
+    points, reach = back.patch.points, max(abs(back.nearest), abs(back.furthest)) + NEARER
+    low, high = points.min(0) - reach, points.max(0) + reach
+    return bool((front.shape.lo <= high).all() and (front.shape.hi >= low).all())
+
+
+def _uncovered(patch: Patch, back: _Side, fronts: Sequence[tuple[_Side, float]]) -> Patch | None:
+    view = _View(patch, back.normal)
+    if view.pieces:
+        for front, ahead in fronts:
+            shadow = view.shadow(front, ahead)
+            if shadow is None:
+                break
+            view.cut(shadow)
+        else:
+            return view.patch()
+    hidden = np.any([view.hidden(front, ahead) for front, ahead in fronts], axis=0)
+    if not hidden.any():
+        return patch
+    if hidden.all():
+        return None
+    keep = ~hidden
+    return Patch(patch.points[keep], patch.normal, patch.gaps[keep], patch.areas[keep])
+
+
+class _View:
+    """A patch seen along the way in which its body is pushed; heights are in that direction."""
+
+    def __init__(self, patch: Patch, normal: Array) -> None:
+        self.whole = patch
+        self.origin = patch.points[0]
+        self.frame = np.vstack([*perpendiculars(normal), normal])
+        local = (patch.points - self.origin) @ self.frame.T
+        self.flat: list[Point] = [(x, y) for x, y in local[:, :2].tolist()]
+        self.heights = local[:, 2] - patch.gaps / 2  # of the other body's surface
+        self.changed = False
+        # The gap and the middle, as planes: constant, slope along x and along y.
+        columns = np.column_stack([np.ones(len(local)), local[:, :2]])
+        wanted = np.column_stack([patch.gaps, local[:, 2]])
+        self.planes = np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
+        outline = planar.hull(self.flat, 1e-9)
+        curved = np.abs(columns @ self.planes - wanted).max() > 1e-6
+        self.pieces: list[list[Point]] = [] if curved else [outline]
+        self.corners = outline
+        self.extent = _extent(outline)
+
+    def shadow(self, front: _Side, ahead: float) -> list[Point] | None:
+        """What a nearer flat face covers, maybe nothing; None where the shape is not flat there."""
+        shape = front.shape
+        facing = shape.normals @ self.frame[2]
+        if len(facing) == 0 or facing.max() < FLAT:
+            return None
+        face = int(facing.argmax())
+        rows = (shape.vertices[shape.faces[face]] - self.origin) @ self.frame.T
+        nx, ny, nz = (self.frame @ shape.normals[face]).tolist()
+        x, y, z = rows[0].tolist()
+        z += shape.radius
+        outline = [(px, py) for px, py in rows[:, :2].tolist()]
+        if len(outline) > MOST_SIDES:
+            outline = _quadrangle(outline)
+        # Over the back's surface, height z₀ + a·x + b·y, and not far above the body's own.
+        (gap, gap_x, gap_y), (middle, middle_x, middle_y) = self.planes.T.tolist()
+        sx, sy = -nx / nz, -ny / nz
+        z -= sx * x + sy * y
+        over = z - (middle - gap / 2), sx - middle_x + gap_x / 2, sy - middle_y + gap_y / 2
+        deep = z - (middle + gap / 2), sx - middle_x - gap_x / 2, sy - middle_y - gap_y / 2
+        outline = planar.clipped_by(outline, -over[1], -over[2], over[0] - ahead)
+        if outline:
+            limit = NEARER - front.nearest - deep[0]
+            outline = planar.clipped_by(outline, deep[1], deep[2], limit)
+        return outline
+
+    def cut(self, shadow: list[Point]) -> None:
+        if len(shadow) < 3:
+            return
+        pieces: list[list[Point]] = []
+        for piece in self.pieces:
+            near = 1e-9 * (1 + max(abs(c) for p in piece for c in p))
+            if len(planar.clipped(piece, shadow, -near)) == 0:
+                pieces.append(piece)
+                continue
+            self.changed = True
+            pieces += _outside(piece, shadow)
+        self.pieces = [p for p in pieces if _extent(p) > SLIVER * self.extent]
+
+    def patch(self) -> Patch | None:
+        """What is left; each piece with points of its own."""
+        if not self.changed:
+            return self.whole
+        total = float(self.whole.areas.sum())
+        points: list[Point] = []
+        areas: list[float] = []
+        for piece in self.pieces:
+            share = total * _extent(piece) / self.extent
+            if len(piece) == 1:
+                places, weights = list(piece), [1.0]
+            elif len(piece) == 2:
+                (px, py), (qx, qy) = piece
+                places = [piece[0], ((px + qx) / 2, (py + qy) / 2), piece[1]]
+                weights = [1 / 6, 4 / 6, 1 / 6]
+            else:
+                places, weights = planar.samples(piece, [p for p in piece if p in self.corners])
+            scale = share / sum(weights)
+            points += places
+            areas += [weight * scale for weight in weights]
+        if not points:
+            return None
+        flat = np.array(points)
+        values = np.column_stack([np.ones(len(flat)), flat]) @ self.planes
+        local = np.column_stack([flat, values[:, 1]])
+        gaps = np.ascontiguousarray(values[:, 0])
+        return Patch(local @ self.frame + self.origin, self.whole.normal, gaps, np.array(areas))
+
+    def hidden(self, front: _Side, ahead: float) -> Flags:
+        """Which of the points the front's shape covers."""
+        shape = front.shape
+        if not len(shape.faces):
+            return np.zeros(len(self.flat), np.bool_)
+        at = shape.vertices - self.origin
+        top = surface(at, shape, self.frame, 1.0, self.flat)
+        bottom = surface(at, shape, self.frame, -1.0, self.flat)
+        inside = _inside(at @ self.frame[:2].T, self.flat) if shape.flat else top >= bottom
+        top = top + shape.radius
+        body = self.heights + self.whole.gaps
+        out: Flags = inside & (top > self.heights + ahead) & (top < body - front.nearest + NEARER)
+        return out
+
+
+def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
+    """Convex pieces of what the shadow leaves of a polygon, a segment or a point."""
+    pieces = []
+    rest = piece
+    px, py = shadow[-1]
+    for qx, qy in shadow:
+        length = math.hypot(qx - px, qy - py)
+        if length > 0:
+            x, y = (qy - py) / length, -(qx - px) / length
+            d = x * px + y * py
+            pieces.append(planar.clipped_by(rest, -x, -y, -d))
+            rest = planar.clipped_by(rest, x, y, d)
+            if not rest:
+                break
+        px, py = qx, qy
+    least = 3 if len(piece) >= 3 else len(piece)
+    return [p for p in pieces if len(p) >= least]
+
+
+def _extent(outline: Sequence[Point]) -> float:
+    """Area of a polygon, length of a segment, 1 of a point."""
+    if len(outline) >= 3:
+        return planar.moments(outline)[0]
+    if len(outline) == 2:
+        return math.hypot(outline[1][0] - outline[0][0], outline[1][1] - outline[0][1])
+    return float(len(outline))
+
+
+def _quadrangle(outline: Sequence[Point]) -> list[Point]:
+    """Of the same area and middle, in the place of a round outline."""
+    area, x, y = planar.moments(outline)[:3]
+    corners = planar.fewer(outline, 4)
+    less, mx, my = planar.moments(corners)[:3]
+    grown = math.sqrt(area / less)
+    return [(x + (px - mx) * grown, y + (py - my) * grown) for px, py in corners]
+
+
+def _inside(corners: Array, points: list[Point]) -> Flags:
+    outline = planar.hull([(x, y) for x, y in corners.tolist()], 1e-9)
+    return np.array([bool(planar.clipped([point], outline, 1e-9)) for point in points])

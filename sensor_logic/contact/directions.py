@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The direction in which two convex shapes push each other.
+
+Where they are apart, that of their closest points; where their cores overlap, the way out that is
+shortest, faces before edges, so that noise in the poses does not turn the contact over.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import Array
+from .closest import separation
+from .corners import perpendiculars
+from .shapes import SIDES, Shape
+
+FLAT = math.cos(math.radians(2))  # faces and edges tilted further touch with an edge or a corner
+TOUCHING = 1e-5  # of the smaller shape's size: cores nearer than this count as overlapping
+SAME = 2e-6  # of that size: depths that differ by less are equal, and the order of faces decides
+EDGE_BIAS = 0.005  # of that size: an edge must be a better way out than a face by this much
+PLANE_SHARE = 0.25  # a body less deep in a flat polygon is on one side of it
+MANY = 60_000  # products of edges and corners up to which edges are tried one by one
+
+
+@dataclass(slots=True)
+class Direction:
+    """One way in which a may be pushed off b."""
+
+    normal: Array  # (3,) unit, from b to a
+    separation: float  # of the cores along it, m; negative: they overlap
+    accept: float  # the gap that the contact must reach, else the direction is not the right one
+    face_a: int | None = None
+    face_b: int | None = None
+    last: bool = False  # no other direction follows
+
+    @staticmethod
+    def of(pair: Pair, normal: Array) -> Direction:
+        apart = float((pair.at_a @ normal).min() - (pair.at_b @ normal).max())
+        return Direction(normal, apart, pair.tolerance, last=True)
+
+
+class Pair:
+    """Two placed shapes about a point between them, so that far from the origin is as near it."""
+
+    __slots__ = ("a", "at_a", "at_b", "b", "origin", "plane", "scale", "swept", "tolerance")
+
+    def __init__(self, a: Shape, b: Shape, tolerance: float) -> None:
+        self.a, self.b, self.tolerance = a, b, tolerance
+        self.origin = a.vertices[0]
+        self.at_a, self.at_b = a.vertices - self.origin, b.vertices - self.origin
+        self.scale = min(a.size, b.size)
+        self.swept = a.radius + b.radius
+        self.plane: Array | None = None  # normal of a flat polygon that the other lies on
+
+    def penetrating(self, direction: Direction) -> bool:
+        return direction.separation < TOUCHING * self.scale
+
+    def frame(self, normal: Array) -> Array:
+        """Rows: two directions across the normal, tied to the shapes' edges, and the normal."""
+        nx, ny, nz = normal.tolist()
+        for shape in (self.a, self.b):
+            for x, y, z in shape.edges[:3].tolist():
+                along = x * nx + y * ny + z * nz
+                if abs(along) < 0.8:
+                    x, y, z = x - along * nx, y - along * ny, z - along * nz
+                    length = math.sqrt(x * x + y * y + z * z)
+                    x, y, z = x / length, y / length, z / length
+                    across = (ny * z - nz * y, nz * x - nx * z, nx * y - ny * x)
+                    return np.array(((x, y, z), across, (nx, ny, nz)))
+        return np.vstack([*perpendiculars(normal), normal])
+
+
+def candidates(pair: Pair) -> Iterator[Direction]:
+    """Directions to try, the likeliest first. None where a gap above the tolerance is proved."""
+    a, b, scale = pair.a, pair.b, pair.scale
+    limit = pair.tolerance + pair.swept
+    face = None
+    if len(a.faces) or len(b.faces):
+        face = _best_face(pair)
+        if face is None or face.separation > limit:
+            return
+        if face.separation > -EDGE_BIAS * scale:
+            yield face
+    edge = _best_edge(pair)
+    if edge is not None and edge.separation > limit:
+        return
+    best = max((d.separation for d in (face, edge) if d is not None), default=0.0)
+    if best < TOUCHING * scale:
+        yield from _out(pair, face, edge)
+        return
+    if edge is not None and edge.separation >= best:
+        yield edge
+    yield from _apart(pair)
+
+
+def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator[Direction]:
+    """The ways out of an overlap, or what only looks like one."""
+    apart, normal = separation(pair.at_a, pair.at_b)
+    if apart > TOUCHING * pair.scale:
+        yield from _apart(pair, (apart, normal))
+        return
+    known = [d for d in (face, edge) if d is not None]
+    if not known:
+        yield Direction.of(pair, _aside(pair))
+        return
+    if face is not None and edge is not None:
+        bias = EDGE_BIAS * pair.scale + 0.1 * abs(face.separation)
+        if edge.separation > face.separation + bias:
+            known.reverse()
+    for number, direction in enumerate(known):
+        direction.accept, direction.last = pair.tolerance, number == len(known) - 1
+        if direction.face_a is not None or direction.face_b is not None:
+            direction.last = True
+        yield direction
+
+
+def _apart(
+    pair: Pair, known: tuple[float, tuple[float, float, float]] | None = None
+) -> Iterator[Direction]:
+    """The direction of the closest points of two cores that do not meet."""
+    apart, toward = known or separation(pair.at_a, pair.at_b)
+    if apart <= 0 or apart > pair.tolerance + pair.swept:
+        return
+    normal = np.array(toward)
+    if pair.plane is not None and abs(float(normal @ pair.plane)) < 0.7:
+        return  # beside the polygon, whose neighbour continues it
+    yield Direction(normal, apart, pair.tolerance, last=True)
+
+
+def _best_face(pair: Pair) -> Direction | None:
+    """The face that separates best; the first of equals. None: beside a flat polygon."""
+    a, b, scale = pair.a, pair.b, pair.scale
+    pair.plane = _one_side(pair)
+    best: Direction | None = None
+    for shape, other, sign in ((a, pair.at_b, -1.0), (b, pair.at_a, 1.0)):
+        if not len(shape.faces):
+            continue
+        offsets = shape.offsets - shape.normals @ pair.origin
+        apart = (other @ shape.normals.T).min(0) - offsets
+        if pair.plane is not None and not shape.flat:
+            apart[np.abs(shape.normals @ pair.plane) < 0.7] = -math.inf
+        top = float(apart.max())
+        slack = SAME * scale if top < TOUCHING * scale else 0.0
+        if best is not None and top <= best.separation + slack:
+            continue
+        number = int((apart >= top - slack).argmax())
+        found = float(apart[number])
+        best = Direction(sign * shape.normals[number], found, _accepted(pair, found))
+        if shape is a:
+            best.face_a = number
+        else:
+            best.face_b = number
+    return best
+
+
+def _one_side(pair: Pair) -> Array | None:
+    """Normal of the flat polygon, if one shape is one and the other lies on one side of it.
+
+    Such a polygon is a part of a surface: what is beside it touches its neighbour, not its rim.
+    """
+    for flat, own, solid, at in (
+        (pair.a, pair.at_a, pair.b, pair.at_b),
+        (pair.b, pair.at_b, pair.a, pair.at_a),
+    ):
+        if flat.flat and len(solid.faces) and not solid.flat:
+            heights = (at - own[0]) @ flat.normals[0]
+            low, high = float(heights.min()), float(heights.max())
+            if max(low, -high) > -PLANE_SHARE * (high - low) - 1e-9 * pair.scale:
+                normal: Array = flat.normals[0]
+                return normal
+    return None
+
+
+def _best_edge(pair: Pair) -> Direction | None:
+    """The pair of edges whose common perpendicular separates best."""
+    a, b = pair.a, pair.b
+    pairs = len(a.edges) * len(b.edges)
+    if pairs == 0:
+        return None
+    if pairs * (len(a.vertices) + len(b.vertices)) > MANY and not (a.flat or b.flat):
+        return _best_arc(pair)
+    axes = np.cross(a.edges[:, None, :], b.edges[None, :, :]).reshape(-1, 3)
+    lengths = np.sqrt((axes * axes).sum(1))
+    good = lengths > 1e-4
+    if pair.plane is not None:
+        good &= np.abs(axes @ pair.plane) >= 0.7 * lengths
+    if not good.any():
+        return None
+    axes = axes[good] / lengths[good, None]
+    of_a, of_b = pair.at_a @ axes.T, pair.at_b @ axes.T
+    ahead, behind = of_a.min(0) - of_b.max(0), of_b.min(0) - of_a.max(0)
+    first, second = int(ahead.argmax()), int(behind.argmax())
+    if ahead[first] >= behind[second]:
+        return _edge_direction(pair, axes[first], float(ahead[first]))
+    return _edge_direction(pair, -axes[second], float(behind[second]))
+
+
+def _edge_direction(pair: Pair, normal: Array, apart: float) -> Direction:
+    return Direction(normal, apart, _accepted(pair, apart))
+
+
+def _accepted(pair: Pair, apart: float) -> float:
+    """Gap that proves a direction: what separates the cores along it is what the contact shows."""
+    slack = 2 * SAME * pair.scale - 0.1 * apart if apart < TOUCHING * pair.scale else 0.0
+    return apart - pair.swept + max(slack, 1e-7 * pair.scale)
+
+
+def _best_arc(pair: Pair) -> Direction | None:
+    """The same for many edges: only pairs whose arcs cross on the sphere of normals can touch.
+
+    D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013.
+    """
+    a, b = pair.a, pair.b
+    start_a, start_b = pair.at_a[a.rims[:, 0]], pair.at_b[b.rims[:, 0]]
+    edge_a = pair.at_a[a.rims[:, 1]] - start_a
+    edge_b = pair.at_b[b.rims[:, 1]] - start_b
+    left_a, right_a = a.normals[a.rims[:, 2]], a.normals[a.rims[:, 3]]
+    left_b, right_b = -b.normals[b.rims[:, 2]], -b.normals[b.rims[:, 3]]
+    cba, dba = edge_a @ left_b.T, edge_a @ right_b.T
+    adc, bdc = left_a @ edge_b.T, right_a @ edge_b.T
+    i, j = np.nonzero((cba * dba < 0) & (adc * bdc < 0) & (cba * bdc > 0))
+    axes = np.cross(edge_a[i], edge_b[j])
+    lengths = np.sqrt((axes * axes).sum(1))
+    size = np.sqrt((edge_a[i] ** 2).sum(1) * (edge_b[j] ** 2).sum(1))
+    good = lengths > 1e-4 * size
+    if not good.any():
+        return None
+    i, j, axes = i[good], j[good], axes[good] / lengths[good, None]
+    outward = np.sign((axes * (left_a[i] + right_a[i])).sum(1))
+    axes = axes * -outward[:, None]  # now from b to a
+    apart = (axes * (start_a[i] - start_b[j])).sum(1)
+    best = int(apart.argmax())
+    return _edge_direction(pair, axes[best], float(apart[best]))
+
+
+def _aside(pair: Pair) -> Array:
+    """A direction for points and segments that lie in each other: any, but always the same."""
+    spans = [shape.edges[0] for shape in (pair.a, pair.b) if len(shape.edges)]
+    if not spans:
+        return np.array((0.0, 0.0, 1.0))
+    return perpendiculars(spans[0])[0]
+
+
+def lateral(a: Shape, b: Shape) -> Array | None:
+    """Direction from b to a where a cylinder's round side touches; None at its ends and for cones.
+
+    A cylinder's side is that of the capsule about its axis.
+    """
+    cores = [_core(a), _core(b)]
+    if cores[0] is None and cores[1] is None:
+        return None
+    points = [
+        shape.vertices if core is None else core for shape, core in zip((a, b), cores, strict=True)
+    ]
+    origin = points[0][0]
+    apart, toward = separation(points[0] - origin, points[1] - origin)
+    if apart <= 1e-9 * min(a.size, b.size):
+        return None
+    for shape, core in zip((a, b), cores, strict=True):
+        if core is not None and shape.axis is not None:
+            x, y, z = shape.axis[1].tolist()
+            if abs(x * toward[0] + y * toward[1] + z * toward[2]) > 1e-4:
+                return None
+    return np.array(toward)
+
+
+def beaten(pair: Pair, direction: Direction) -> bool:
+    """Whether some face is a clearly better way out than this direction."""
+    face = _best_face(pair)
+    return face is not None and face.separation > direction.separation + 0.003 * pair.scale
+
+
+def _core(shape: Shape) -> Array | None:
+    if shape.axis is None or len(shape.vertices) != 2 * SIDES:
+        return None
+    ends: Array = shape.vertices.reshape(2, SIDES, 3).mean(1)
+    return ends

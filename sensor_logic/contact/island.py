@@ -1,0 +1,456 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The forces on one pressure pad: the bodies that lean on it, and on each other, in balance.
+
+A pad's contact island is every body with a weight that is reached from the pad through contacts;
+what cannot move ends it. Only the island is solved, so its cost does not grow with the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+
+from ..model import Array
+from .balance import GROUND, Balance, Joint, Load, Points, balance
+from .covered import Contact, without_covered
+
+Key = tuple[int, ...]
+
+# m: bodies nearer than this are looked at for contact.
+TOLERANCE = 0.002
+# m: a point of a simulated body that is this much farther off than the body's nearest one
+# carries less, and nothing soon after.
+DEAD = 3e-4
+FADING = 5e-5
+# The same beyond a collision margin, which is soft.
+MESH_TOLERANCE = 0.008
+MESH_FADING = 5e-3
+FARTHEST = 1e3
+# Share of a body's need that may be left unexplained.
+RESIDUAL = 0.02
+# A body needs at least this share of its weight for its residual to be compared with.
+LEAST_NEED = 0.05
+# m: weight that hovers this near to the side of a pad, or above it, could belong on it.
+BESIDE, ABOVE = 0.25, 2.0
+# Where joints this much softer and harder share the weight with the pad otherwise, it is unknown.
+SOFT_JOINT, HARD_JOINT = 1e-3, 1e3
+# Areas of contact points count within this ratio of the middle one.
+SPREAD = 1e3
+TINY = 1e-12
+SHARE_KNOWN = 0.02
+
+
+@dataclass(frozen=True)
+class Node:
+    """A thing in the world that others touch. `key` names it; `name` is what the user calls it.
+
+    `weighs`: it has a weight to pass on (simulated, or animated with a mass). `carried`: an
+    animated body, whose contact is looked for below its own surface. `margin` in metres: others
+    may be kept this far off by the engine. `owner`: the node that this one is a part of.
+    `objects`: session uids of the objects that it is made of.
+    """
+
+    key: Key
+    name: str
+    weighs: bool
+    carried: bool
+    friction: float
+    margin: float = 0.0
+    owner: Key | None = None
+    objects: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Need:
+    """What a body's contacts must give: `load`, with its centre now; its centres (3, 3) in the
+    frame before, now and after; its mass in kg; `reach`, how far it moves in a frame in metres;
+    and `problem`, why this is not known, or empty."""
+
+    load: Load
+    centres: Array
+    mass: float
+    reach: float
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A carried body's contact with what is below it: the support's `node`, places (k, 3), and
+    areas (k,) that count less the looser the contact."""
+
+    node: Key
+    places: Array
+    areas: Array
+
+
+class World(Protocol):
+    """What the island asks of the scene, at one frame. Lengths in metres."""
+
+    up: Array
+    gravity: float
+
+    def node(self, key: Key) -> Node: ...
+    def near(self, key: Key) -> Iterable[Key]:
+        """Nodes whose bounds meet those of a node, both swept over the three frames."""
+
+    def meeting(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        """Contacts of two nodes' shapes `when` = −1, 0 or 1 frames off; a = 0, b = 1."""
+
+    def standing(self, key: Key) -> list[Standing]: ...
+    def need(self, key: Key) -> Need: ...
+    def joints(self, key: Key) -> list[Link]: ...
+    def hovering(self, pad: Key, beside: float, above: float) -> list[Key]:
+        """Carried nodes beside or above the pad."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A constraint of the scene: `name`, the two nodes (None: the ground), and what it can give."""
+
+    name: str
+    one: Key | None
+    two: Key | None
+    place: Array
+    forces: Array
+    moments: Array
+
+
+@dataclass(frozen=True)
+class Partner:
+    """What touches a pad: its name, session uids of its objects, and at each point the place
+    (n, 3) in m and the force on the pad (n, 3) in N."""
+
+    name: str
+    objects: frozenset[int]
+    places: Array
+    forces: Array
+
+
+@dataclass(frozen=True)
+class PadForces:
+    """What presses on a pad. `residual`: greatest share of a body's need left unexplained;
+    `problem`: why the forces are not known for sure, empty where they are; `usable`: whether they
+    are an estimate at least; `bodies`: how many are in the island."""
+
+    partners: tuple[Partner, ...] = ()
+    residual: float = 0.0
+    problem: str = ""
+    usable: bool = True
+    bodies: int = 0
+
+
+@dataclass
+class _Island:
+    """Bodies in order, the contacts of shapes, what carried bodies stand on, and joints."""
+
+    bodies: list[Key] = field(default_factory=list)
+    contacts: list[tuple[Key, Key, Contact]] = field(default_factory=list)
+    standing: list[tuple[Key, Standing]] = field(default_factory=list)
+    links: list[Link] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Contact points of one sort: `b` pushes `a` at places (n, 3) along normals (n, 3)."""
+
+    a: Key
+    b: Key
+    places: Array
+    normals: Array
+    friction: float
+    areas: Array
+    slack: Array
+
+
+@dataclass
+class _Attempt:
+    """An island as it was found with some reach, and the forces in it."""
+
+    island: _Island
+    groups: list[_Group]
+    balance: Balance | None
+    residuals: dict[Key, float]
+    undecided: str = ""
+
+    @property
+    def worst(self) -> float:
+        return max(self.residuals.values(), default=0.0)
+
+
+def pad_forces(pad: Key, world: World) -> PadForces:
+    """The forces on the pad `pad`."""
+    problem = _unheld(pad, world)
+    if problem:
+        return PadForces(problem=problem, usable=False)
+    attempt = _attempt(pad, world, {}, 0)
+    if attempt.worst > RESIDUAL:
+        attempt = _wider(pad, world, attempt)
+    return _result(pad, world, attempt)
+
+
+def _unheld(pad: Key, world: World) -> str:
+    """A weight near the pad that nothing holds: it may belong on the pad."""
+    for key in world.hovering(pad, BESIDE, ABOVE):
+        need = world.need(key)
+        heavy = need.load.wrench[:3] @ world.up > LEAST_NEED * need.mass * world.gravity
+        if heavy and not world.standing(key):
+            return f"nothing holds the weight of '{world.node(key).name}'"
+    return ""
+
+
+def _wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
+    """Bodies that the contacts do not explain may have touched between two frames: they are
+    looked for as far as they moved, now and in the frames beside."""
+    best = attempt
+    reach = {
+        key: 1.2 * world.need(key).reach
+        for key, residual in attempt.residuals.items()
+        if residual > RESIDUAL
+    }
+    for when in (0, 1, -1):
+        tried = _attempt(pad, world, reach, when)
+        if tried.worst < 0.9 * best.worst:
+            best = tried
+    return best
+
+
+def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Attempt:
+    island = _collect(pad, world, reach, when)
+    groups = _shape_groups(pad, island, world) + _standing_groups(island, world)
+    if not island.bodies:
+        return _Attempt(island, groups, None, {})
+    order = {key: index for index, key in enumerate(island.bodies)}
+    loads = [_load(world.need(key), when) for key in island.bodies]
+    points = _points(groups, order, world)
+    found = balance(loads, points, [_joint(link, order, 1.0) for link in island.links])
+    residuals = {key: _residual(world, key, found.missing[index]) for key, index in order.items()}
+    attempt = _Attempt(island, groups, found, residuals)
+    if island.links:
+        attempt.undecided = _undecided(pad, attempt, loads, points, order)
+    return attempt
+
+
+def _collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Island:
+    """Follows contacts from the pad through everything that has a weight."""
+    island = _Island()
+    waiting, seen = [pad], {pad}
+    pairs: set[tuple[Key, Key]] = set()
+    linked: set[int] = set()
+
+    def visit(key: Key) -> None:
+        if key not in seen and world.node(key).weighs:
+            seen.add(key)
+            waiting.append(key)
+
+    while waiting:
+        key = waiting.pop()
+        node = world.node(key)
+        if node.owner is not None:
+            visit(node.owner)
+        if node.weighs:
+            island.bodies.append(key)
+        if node.carried:
+            for standing in world.standing(key):
+                island.standing.append((key, standing))
+                visit(standing.node)
+        for link in world.joints(key) if node.weighs else []:
+            if id(link) not in linked:
+                linked.add(id(link))
+                island.links.append(link)
+                for end in (link.one, link.two):
+                    if end is not None:
+                        visit(end)
+        for other in world.near(key):
+            neighbour = world.node(other)
+            if not (node.weighs or neighbour.weighs):
+                continue
+            if neighbour.carried and any(s.node == key for s in world.standing(other)):
+                visit(other)
+            pair = (min(key, other), max(key, other))
+            if pair in pairs:
+                continue
+            pairs.add(pair)
+            margin = node.margin + neighbour.margin
+            tolerance = TOLERANCE if margin == 0.0 else margin + MESH_TOLERANCE
+            wide = reach.get(key, 0.0) + reach.get(other, 0.0)
+            contacts = world.meeting(*pair, tolerance + wide, when)
+            island.contacts += [(*pair, contact) for contact in contacts]
+            fast = neighbour.weighs and world.need(other).reach > TOLERANCE
+            if contacts or (fast and not neighbour.carried):
+                visit(other)
+    return island
+
+
+def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
+    """The points where shapes touch, without those hidden behind nearer things."""
+    numbers: dict[Key, int] = {}
+    contacts = [
+        replace(
+            contact,
+            a=numbers.setdefault(one, len(numbers)),
+            b=numbers.setdefault(two, len(numbers)),
+        )
+        for one, two, contact in island.contacts
+    ]
+    keys = list(numbers)
+    nodes = [world.node(key) for key in keys]
+    preferred = [numbers[pad]] if pad in numbers else []
+    kept = without_covered(contacts, [node.weighs for node in nodes], preferred)
+    groups = []
+    for contact in kept:
+        one, two = nodes[contact.a], nodes[contact.b]
+        patch = contact.patch
+        fading = MESH_FADING if one.margin + two.margin > 0.0 else FADING
+        nearest = _nearest(contact, kept, nodes)
+        slack = np.clip((patch.gaps - nearest - DEAD) / fading, 0.0, FARTHEST)
+        normals = np.broadcast_to(patch.normal, patch.points.shape)
+        groups.append(
+            _Group(
+                one.key,
+                two.key,
+                patch.points,
+                normals,
+                one.friction * two.friction,
+                patch.areas,
+                slack,
+            )
+        )
+    return groups
+
+
+def _nearest(contact: Contact, others: Sequence[Contact], nodes: Sequence[Node]) -> float:
+    """The least gap among the contacts that a body of this one has in the same direction."""
+    found = []
+    for body, sign in ((contact.a, 1.0), (contact.b, -1.0)):
+        if not nodes[body].weighs:
+            continue
+        found.append(
+            min(
+                float(other.patch.gaps.min())
+                for other in others
+                for own, turn in ((other.a, 1.0), (other.b, -1.0))
+                if own == body and sign * turn * (other.patch.normal @ contact.patch.normal) > 0.9
+            )
+        )
+    return min(found)
+
+
+def _standing_groups(island: _Island, world: World) -> list[_Group]:
+    groups = []
+    for key, standing in island.standing:
+        count = len(standing.places)
+        groups.append(
+            _Group(
+                key,
+                standing.node,
+                standing.places,
+                np.broadcast_to(world.up, (count, 3)),
+                0.0,
+                standing.areas,
+                np.zeros(count),
+            )
+        )
+    return groups
+
+
+def _points(groups: Sequence[_Group], order: dict[Key, int], world: World) -> Points:
+    """All points of the island as arrays; a part counts as what it is a part of."""
+    counts = [len(group.places) for group in groups]
+
+    def index_of(key: Key) -> int:
+        return order.get(world.node(key).owner or key, GROUND)
+
+    areas = np.concatenate([np.empty(0), *(group.areas for group in groups)])
+    middle = float(np.median(areas)) if len(areas) else 1.0
+    return Points(
+        np.concatenate([np.empty((0, 3)), *(group.places for group in groups)]),
+        np.concatenate([np.empty((0, 3)), *(group.normals for group in groups)]),
+        np.repeat(np.array([index_of(group.a) for group in groups], np.intp), counts),
+        np.repeat(np.array([index_of(group.b) for group in groups], np.intp), counts),
+        np.repeat(np.array([group.friction for group in groups]), counts),
+        np.clip(areas, middle / SPREAD, middle * SPREAD),
+        np.concatenate([np.empty(0), *(group.slack for group in groups)]),
+    )
+
+
+def _load(need: Need, when: int) -> Load:
+    return replace(need.load, centre=need.centres[1 + when])
+
+
+def _residual(world: World, key: Key, missing: Array) -> float:
+    """The share of a body's need that no contact explains. Of a carried body, whose muscles give
+    what its animation wants, only the weight counts."""
+    need = world.need(key)
+    least = LEAST_NEED * need.mass * world.gravity
+    force = need.load.wrench[:3]
+    if world.node(key).carried:
+        return abs(float(missing[:3] @ world.up)) / max(abs(float(force @ world.up)), least, TINY)
+    left = float(np.linalg.norm(missing[:3])) + float(np.linalg.norm(missing[3:])) / need.load.size
+    return left / max(float(np.linalg.norm(force)), least, TINY)
+
+
+def _joint(link: Link, order: dict[Key, int], stiffness: float) -> Joint:
+    ends = [GROUND if key is None else order.get(key, GROUND) for key in (link.one, link.two)]
+    return Joint(ends[0], ends[1], link.place, link.forces, link.moments, stiffness)
+
+
+def _undecided(
+    pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
+) -> str:
+    """Whether it depends on the give of a joint how much the pad carries."""
+    on_pad = _on_pad(pad, attempt.groups)
+    carried = [
+        np.abs(
+            balance(
+                loads,
+                points,
+                [_joint(link, order, stiffness) for link in attempt.island.links],
+            ).forces[on_pad]
+        ).sum()
+        for stiffness in (SOFT_JOINT, HARD_JOINT)
+    ]
+    if abs(carried[0] - carried[1]) <= SHARE_KNOWN * max(carried):
+        return ""
+    names = ", ".join(f"'{link.name}'" for link in attempt.island.links)
+    return f"statics cannot tell how much {names} carries"
+
+
+def _on_pad(pad: Key, groups: Sequence[_Group]) -> Array:
+    """Mask of the points that are on the pad."""
+    counts = [len(group.places) for group in groups]
+    return np.repeat(np.array([pad in (group.a, group.b) for group in groups], bool), counts)
+
+
+def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
+    problems = [world.need(key).problem for key in attempt.island.bodies]
+    problems = [problem for problem in problems if problem] + [attempt.undecided]
+    if attempt.balance is None:
+        return PadForces()
+    found: dict[Key, list[tuple[Array, Array]]] = {}
+    start = 0
+    for group in attempt.groups:
+        forces = attempt.balance.forces[start : start + len(group.places)]
+        start += len(group.places)
+        if group.a == pad:
+            found.setdefault(group.b, []).append((group.places, forces))
+        elif group.b == pad:
+            found.setdefault(group.a, []).append((group.places, -forces))
+    partners = []
+    for key, parts in found.items():
+        node = world.node(key)
+        places, forces = (np.concatenate(side) for side in zip(*parts, strict=True))
+        partners.append(Partner(node.name, node.objects, places, forces))
+    if attempt.worst > RESIDUAL:
+        worst = max(attempt.residuals, key=attempt.residuals.__getitem__)
+        problems.append(
+            f"the contacts of '{world.node(worst).name}' explain "
+            f"{max(0.0, 1.0 - attempt.worst):.0%} of its motion and weight"
+        )
+    elif not attempt.balance.settled:
+        problems.append("the contact forces did not settle")
+    problem = next((problem for problem in problems if problem), "")
+    bodies = len(attempt.island.bodies)
+    return PadForces(tuple(partners), attempt.worst, problem, not problem, bodies)

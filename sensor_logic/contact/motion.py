@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a simulated body's motion tells of the forces on it: inverse dynamics (Newton–Euler).
+
+From its poses at three frames follow its accelerations, and from these the wrench that contacts
+must give: m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping), the way the Bullet
+engine damps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import Array
+
+# A body slower than this, in m/s and in rad/s at its rim, is at rest: what is left is the
+# engine's jitter, which its accelerations would turn into newtons.
+REST_SPEED = 0.010
+# A body with a soft margin, as an active mesh has, jitters more.
+MARGIN_REST_SPEED = 0.10
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Velocity (3,) m/s, acceleration (3,) m/s², the same of turning in rad/s and rad/s², and
+    how far the body moved in a frame, in metres."""
+
+    velocity: Array
+    acceleration: Array
+    spin: Array
+    spin_change: Array
+    reach: float
+
+    @property
+    def finite(self) -> bool:
+        return bool(np.isfinite(self.acceleration).all() and np.isfinite(self.spin_change).all())
+
+
+def motion(
+    before: Array, now: Array, after: Array, dt: float, size: float, rest_speed: float = REST_SPEED
+) -> Motion:
+    """Motion at `now` from three world poses (4, 4), `dt` seconds apart, in metres.
+
+    `size` is the distance from the origin, which is the centre of mass, to the body's rim. Slower
+    than `rest_speed` in m/s it counts as at rest.
+    """
+    step_in, step_out = now[:3, 3] - before[:3, 3], after[:3, 3] - now[:3, 3]
+    turns = [rotation_of(pose) for pose in (before, now, after)]
+    spin_in = rotation_vector(turns[1] @ turns[0].T) / dt
+    spin_out = rotation_vector(turns[2] @ turns[1].T) / dt
+    velocity, spin = (step_in + step_out) / (2 * dt), (spin_in + spin_out) / 2
+    reach = max(float(np.abs(step_in).max()), float(np.abs(step_out).max()))
+    reach += size * dt * max(float(np.linalg.norm(spin_in)), float(np.linalg.norm(spin_out)))
+    fastest = max(np.linalg.norm(step_in), np.linalg.norm(step_out)) / dt
+    fastest = max(fastest, size * np.linalg.norm(spin_in), size * np.linalg.norm(spin_out))
+    if fastest < rest_speed:
+        still = np.zeros(3)
+        return Motion(still, still, still, still, reach)
+    return Motion(velocity, (step_out - step_in) / dt**2, spin, (spin_out - spin_in) / dt, reach)
+
+
+def wrench(
+    moved: Motion,
+    pose: Array,
+    mass: float,
+    inertia: Array,
+    gravity: Array,
+    linear_damping: float = 0.0,
+    angular_damping: float = 0.0,
+) -> Array:
+    """(6,) force in N and moment in N·m about the centre of mass that contacts must give.
+
+    `inertia` (3,) kg·m² is about the body's own axes.
+    """
+    axes = rotation_of(pose)
+    tensor = axes @ np.diag(inertia) @ axes.T
+    force = mass * (moved.acceleration + _rate(linear_damping) * moved.velocity - gravity)
+    momentum = tensor @ moved.spin
+    moment = (
+        tensor @ moved.spin_change
+        + np.cross(moved.spin, momentum)
+        + _rate(angular_damping) * momentum
+    )
+    return np.concatenate([force, moment])
+
+
+def _rate(damping: float) -> float:
+    """1/s: the engine multiplies velocities by (1 − damping)^dt."""
+    return -math.log(max(1.0 - damping, 1e-9))
+
+
+def rotation_of(pose: Array) -> Array:
+    """(3, 3) rotation of a pose whose columns may be scaled or mirrored."""
+    columns = pose[:3, :3]
+    lengths = np.linalg.norm(columns, axis=0)
+    turned: Array = columns / np.where(lengths > 0.0, lengths, 1.0)
+    if np.linalg.det(turned) < 0.0:
+        turned = -turned
+    return turned
+
+
+def rotation_vector(rotation: Array) -> Array:
+    """Axis times angle (3,) of a rotation matrix (3, 3); exact also for tiny angles."""
+    axis = 0.5 * np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    sine = float(np.linalg.norm(axis))
+    cosine = (float(np.trace(rotation)) - 1.0) / 2.0
+    if sine < 1e-9:
+        # Half a turn has no direction here; a body that spins so fast is not resolved anyway.
+        return axis
+    turned: Array = axis / sine * math.atan2(sine, cosine)
+    return turned

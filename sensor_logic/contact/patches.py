@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where two convex shapes touch: points, normal, gaps, and the area that each point stands for.
+
+The contact's direction comes first (directions.py), then the faces, edges or corners that face
+each other along it, and what they share. Lengths are metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import Array
+from . import planar
+from .directions import FLAT, Direction, Pair, beaten, candidates, lateral
+from .planar import Point
+from .shapes import Shape
+
+NARROW = 1e-3  # of a shape's size: a line counts as that wide, and so does a point
+DEEP = 0.01  # of the smaller shape's size: deeper, all that is below the surface touches
+TURNS = 4  # of round bodies: each takes their contact nearer to where true circles touch
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Patch:
+    """Where body a touches body b."""
+
+    points: Array  # (k, 3) world, midway between the two surfaces
+    normal: Array  # (3,) unit, from b to a: the way in which a is pushed
+    gaps: Array  # (k,) m between the surfaces along the normal; negative: they overlap
+    # (k,) m²: the share of the contact's area. Sums with areas integrate second-degree polynomials
+    # over a polygon exactly. A line counts as NARROW times the smaller shape's size wide, a point
+    # as a square of that side.
+    areas: Array
+
+
+def contact_patch(a: Shape, b: Shape, tolerance: float) -> Patch | None:
+    """Contact of two placed shapes; None where they are further apart than `tolerance`, metres."""
+    if (a.lo > b.hi + tolerance).any() or (b.lo > a.hi + tolerance).any():
+        return None
+    if _rank(a) <= _rank(b):
+        return _contact(a, b, tolerance)
+    patch = _contact(b, a, tolerance)
+    return None if patch is None else Patch(patch.points, -patch.normal, patch.gaps, patch.areas)
+
+
+def _rank(shape: Shape) -> tuple[float, ...]:
+    """Order in which a pair is treated, so that its result does not depend on who comes first."""
+    return (len(shape.vertices), -shape.size, *shape.lo.tolist())
+
+
+def _contact(a: Shape, b: Shape, tolerance: float) -> Patch | None:
+    if a.axis is None and b.axis is None:
+        return _searched(Pair(a, b, tolerance))
+    side = lateral(a, b)
+    if side is not None:
+        pair = Pair(a.turned(-side), b.turned(side), tolerance)
+        direction = Direction.of(pair, side)
+        direction.last = False
+        if not beaten(pair, direction):
+            patch = _along(pair, direction)
+            if patch is not None:
+                return patch
+    # The sides are off by less than 0.3 % of the radius before they are turned.
+    rough = _searched(Pair(a, b, tolerance + 0.003 * max(a.size, b.size)))
+    if rough is None:
+        return None
+    for _ in range(TURNS):
+        turned = a.turned(-rough.normal), b.turned(rough.normal)
+        if turned == (a, b):
+            break
+        a, b = turned
+        patch = _searched(Pair(a, b, tolerance))
+        if patch is None:
+            break
+        moved = float(np.abs(patch.normal - rough.normal).max())
+        rough = patch
+        if moved < 1e-7:
+            break
+    near = rough.gaps <= tolerance
+    if near.all() or not near.any():
+        return rough if near.any() else None
+    return Patch(rough.points[near], rough.normal, rough.gaps[near], rough.areas[near])
+
+
+def _searched(pair: Pair) -> Patch | None:
+    for direction in candidates(pair):
+        patch = _along(pair, direction)
+        if patch is not None and patch.gaps.min() <= direction.accept:
+            return patch
+    return None
+
+
+class _Surface:
+    """A feature seen along the normal: its corners, and its height as a plane."""
+
+    __slots__ = ("outline", "slope_x", "slope_y", "x", "y", "z")
+
+    def __init__(self, rows: list[list[float]], normal: tuple[float, float, float] | None) -> None:
+        self.outline: list[Point] = [(row[0], row[1]) for row in rows]
+        self.x, self.y, self.z = rows[0]
+        self.slope_x = self.slope_y = 0.0
+        if normal is not None:
+            self.slope_x, self.slope_y = -normal[0] / normal[2], -normal[1] / normal[2]
+        elif len(rows) == 2:
+            dx, dy, dz = (q - p for p, q in zip(*rows, strict=True))
+            slope = dz / (dx * dx + dy * dy)
+            self.slope_x, self.slope_y = dx * slope, dy * slope
+
+    def height(self, x: float, y: float) -> float:
+        return self.z + self.slope_x * (x - self.x) + self.slope_y * (y - self.y)
+
+
+def _along(pair: Pair, direction: Direction) -> Patch | None:
+    """The contact along one direction: of flat features, or of all that lies below the surface."""
+    frame = pair.frame(direction.normal)
+    deep = -direction.separation
+    if deep > DEEP * pair.scale and pair.penetrating(direction):
+        flat = _flat(pair, direction, frame)
+        if flat is not None and flat[1] != 1:
+            return flat[0]
+        lowest = [] if flat is None else ((flat[0].points - pair.origin) @ frame[:2].T).tolist()
+        return _below(pair, frame, deep, lowest) or (None if flat is None else flat[0])
+    flat = _flat(pair, direction, frame)
+    return None if flat is None else flat[0]
+
+
+def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
+    """Contact of the face, edge or corner of each; how many of the two are faces."""
+    normal = direction.normal
+    upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
+    lower = _feature(pair.b, pair.at_b, normal, frame, direction.face_b)
+    upper.outline.reverse()  # seen from inside
+    near = 1e-9 * pair.scale if direction.separation > 0 else 1e-6 * pair.scale
+    outline = planar.clipped(upper.outline, lower.outline, 0.0)
+    outline = outline or planar.clipped(upper.outline, lower.outline, near)
+    if not outline:
+        return (_point(pair, direction, frame, upper, lower), 1) if direction.last else None
+    swept = pair.a.radius + pair.b.radius
+    gaps = [upper.height(x, y) - lower.height(x, y) - swept for x, y in outline]
+    if min(gaps) > pair.tolerance:
+        return None
+    if max(gaps) > pair.tolerance and len(outline) > 1:
+        sx, sy = upper.slope_x - lower.slope_x, upper.slope_y - lower.slope_y
+        x, y = outline[0]
+        limit = pair.tolerance - gaps[0] + sx * x + sy * y
+        outline = planar.clipped_by(outline, sx, sy, limit) or [outline[gaps.index(min(gaps))]]
+    points, areas = _shared(outline, pair.scale)
+    top = [upper.height(x, y) - pair.a.radius for x, y in points]
+    bottom = [lower.height(x, y) + pair.b.radius for x, y in points]
+    faces = (len(upper.outline) > 2) + (len(lower.outline) > 2)
+    return _patch(pair, frame, points, areas, np.array(top), np.array(bottom)), faces
+
+
+def _point(
+    pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
+) -> Patch:
+    """Contact along a proved direction of features that miss each other, being seen aslant."""
+    outline = planar.clipped(upper.outline, lower.outline, pair.scale)
+    outline = outline or [upper.outline[0], lower.outline[0]]
+    x = sum(p[0] for p in outline) / len(outline)
+    y = sum(p[1] for p in outline) / len(outline)
+    top = float((pair.at_a @ direction.normal).min()) - pair.a.radius
+    bottom = top - direction.separation + pair.a.radius + pair.b.radius
+    wide = NARROW * pair.scale
+    return _patch(pair, frame, [(x, y)], [wide * wide], np.array([top]), np.array([bottom]))
+
+
+def _below(pair: Pair, frame: Array, deep: float, lowest: list[list[float]]) -> Patch | None:
+    """Contact of all of the two shapes that is within `deep` of their furthest points.
+
+    The furthest, `lowest`, are among its points.
+    """
+    upper = planar.hull(_cut(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
+    lower = planar.hull(_cut(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
+    outline = planar.clipped(upper, lower, 0.0) or planar.clipped(upper, lower, 1e-6 * pair.scale)
+    if not outline:
+        return None
+    near = 1e-7 * pair.scale
+    extra = [(x, y) for x, y in lowest if planar.clipped([(x, y)], outline, near)]
+    points, areas = _shared(outline, pair.scale, extra)
+    top = surface(pair.at_a, pair.a, frame, -1.0, points) - pair.a.radius
+    bottom = surface(pair.at_b, pair.b, frame, 1.0, points) + pair.b.radius
+    kept = top - bottom <= pair.tolerance
+    if not kept.any():
+        return None
+    points = [point for point, keep in zip(points, kept.tolist(), strict=True) if keep]
+    areas = [area for area, keep in zip(areas, kept.tolist(), strict=True) if keep]
+    return _patch(pair, frame, points, areas, top[kept], bottom[kept])
+
+
+def _patch(
+    pair: Pair, frame: Array, points: list[Point], areas: list[float], top: Array, bottom: Array
+) -> Patch:
+    local = np.empty((len(points), 3))
+    local[:, :2] = points
+    local[:, 2] = (top + bottom) / 2
+    return Patch(local @ frame + pair.origin, frame[2], top - bottom, np.array(areas))
+
+
+def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | None) -> _Surface:
+    """The face that looks `outward`, else the edge, else the corner furthest that way."""
+    if len(shape.faces):
+        if face is None:
+            facing = shape.normals @ outward
+            best = int(facing.argmax())
+            face = best if facing[best] > FLAT else None
+        if face is not None:
+            x, y, z = (frame @ shape.normals[face]).tolist()
+            return _Surface((at[shape.faces[face]] @ frame.T).tolist(), (x, y, z))
+    heights = at @ outward
+    top = int(heights.argmax())
+    chosen = [top]
+    rims = shape.rims
+    if len(rims):
+        start, end = rims[:, 0], rims[:, 1]
+        others = np.where(start == top, end, start)[(start == top) | (end == top)]
+        fall = heights[top] - heights[others]
+        spans = at[others] - at[top]
+        lengths = np.sqrt((spans**2).sum(1))
+        slope = fall / lengths
+        if shape.axis is not None:  # a circle's chords are not edges
+            slope[np.abs(spans @ shape.axis[1]) < 1e-6 * lengths] = 1.0
+        least = int(slope.argmin())
+        if slope[least] < (1 - FLAT * FLAT) ** 0.5:
+            chosen.append(int(others[least]))
+    return _Surface((at[chosen] @ frame.T).tolist(), None)
+
+
+def _cut(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
+    """Corners within `deep` of the furthest, and where the edges leave that slab."""
+    heights = sign * (at @ frame[2])
+    level = heights.max() - deep
+    flat = at @ frame[:2].T
+    inside = heights >= level
+    start, end = shape.rims[:, 0], shape.rims[:, 1]
+    leaving = inside[start] != inside[end]
+    start, end = start[leaving], end[leaving]
+    t = ((level - heights[start]) / (heights[end] - heights[start]))[:, None]
+    crossing = flat[start] + (flat[end] - flat[start]) * t
+    return [(x, y) for x, y in np.vstack([flat[inside], crossing]).tolist()]
+
+
+def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Point]) -> Array:
+    """Height of the shape's surface over points of the plane, on the side that `sign` says."""
+    normals = shape.normals @ frame.T
+    if shape.flat:
+        facing = np.array([int((sign * normals[:, 2]).argmax())])
+    else:
+        facing = np.flatnonzero(sign * normals[:, 2] > 1e-3)
+    if len(facing) == 0:
+        heights = at @ frame[2]
+        return np.full(len(points), heights[int((sign * heights).argmax())])
+    n = normals[facing]
+    corners = at[[shape.faces[face][0] for face in facing]] @ frame.T
+    d = (n * corners).sum(1)
+    heights = (d - np.array(points) @ n[:, :2].T) / n[:, 2]
+    best: Array = sign * (sign * heights).min(1)
+    return best
+
+
+def _shared(
+    outline: list[Point], scale: float, extra: Sequence[Point] = ()
+) -> tuple[list[Point], list[float]]:
+    """Points and areas of a polygon, of a line (Simpson's rule) or of a point."""
+    wide = NARROW * scale
+    if len(outline) == 1:
+        return outline, [wide * wide]
+    xs, ys = [x for x, _ in outline], [y for _, y in outline]
+    length = max(max(xs) - min(xs), max(ys) - min(ys))
+    if length < 1e-4 * scale:
+        return [((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)], [wide * wide]
+    if len(outline) > 2:
+        outline = planar.tidied(outline, 1e-6 * length)
+        if len(outline) > 2 and planar.moments(outline)[0] > 1e-3 * length * length:
+            return planar.samples(outline, [*planar.fewer(outline), *extra])
+    (px, py), (qx, qy) = ends = planar.longest(outline)
+    area = ((qx - px) ** 2 + (qy - py) ** 2) ** 0.5 * wide / 6
+    return [ends[0], ((px + qx) / 2, (py + qy) / 2), ends[1]], [area, 4 * area, area]

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The underside of a body and its centre of mass, from its triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..model import Array
+
+# m: triangles larger than this are sampled at several points, unless these would be too many.
+SPACING = 0.02
+MOST_SAMPLES = 2000
+# A face this steep, or overhanging less, carries nothing: cosine of its angle to the vertical.
+STEEPEST = 0.1
+# A body's contact with one thing is gathered in a grid of this many cells a side.
+CELLS = 8
+# A closed surface that holds less than this share of its bounds has no inside to speak of.
+LEAST_VOLUME = 1e-6
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Points (n, 3) on an underside and the areas (n,) m², seen from below, that they stand for."""
+
+    points: Array
+    areas: Array
+
+
+def centre_of_mass(triangles: Array, closed: bool) -> Array:
+    """(3,): of the volume where the triangles (n, 3, 3) enclose one, else of the surface.
+
+    The volume's centroid is the sum over tetrahedra to a common point (divergence theorem).
+    """
+    origin = triangles.reshape(-1, 3).mean(axis=0)
+    about = triangles - origin
+    volumes = np.einsum("ij,ij->i", about[:, 0], np.cross(about[:, 1], about[:, 2])) / 6.0
+    extent = np.ptp(about.reshape(-1, 3), axis=0)
+    if closed and abs(volumes.sum()) > LEAST_VOLUME * float(extent.prod()):
+        weights, middles = volumes, about.sum(axis=1) / 4.0
+    else:
+        weights, middles = _areas(triangles), about.mean(axis=1)
+    total = float(weights.sum())
+    centre: Array = origin
+    if total != 0.0:
+        centre = origin + (weights[:, None] * middles).sum(axis=0) / total
+    return centre
+
+
+def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
+    """Whether every edge of the triangles, given by their vertices (n, 3), runs once each way, so
+    that the surface has an inside."""
+    starts = corners.ravel().astype(np.int64)
+    ends = corners[:, [1, 2, 0]].ravel().astype(np.int64)
+    count = int(corners.max(initial=0)) + 1
+    forth, back = starts * count + ends, ends * count + starts
+    return bool(np.array_equal(np.sort(forth), np.sort(back)))
+
+
+def _areas(triangles: Array) -> Array:
+    sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    areas: Array = np.linalg.norm(sides, axis=1) / 2.0
+    return areas
+
+
+def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -> Samples:
+    """Samples of the faces that look down, within the box `lo` … `hi` alone.
+
+    Triangles (n, 3, 3) run counter-clockwise seen from outside; of a surface without an inside
+    both sides count.
+    """
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2.0
+    sizes = np.linalg.norm(normals, axis=1)
+    facing = -(normals @ up)
+    if not closed:
+        facing = np.abs(facing)
+    elif _volume(triangles) < 0.0:
+        facing = -facing
+    near = (triangles.min(axis=1) <= hi).all(axis=1) & (triangles.max(axis=1) >= lo).all(axis=1)
+    chosen = near & (facing > STEEPEST * sizes)
+    triangles, facing = triangles[chosen], facing[chosen]
+    if not len(triangles):
+        return Samples(np.empty((0, 3)), np.empty(0))
+    spacing = max(SPACING, float(np.sqrt(2.0 * facing.sum() / MOST_SAMPLES)))
+    edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
+    parts = np.clip(np.ceil(edges / spacing).astype(int), 1, 200)
+    points, areas = [], []
+    for count in np.unique(parts).tolist():
+        some = parts == count
+        weights = _centroids(count)
+        inside = np.einsum("kc,ncd->nkd", weights, triangles[some]).reshape(-1, 3)
+        points.append(inside)
+        areas.append(np.repeat(facing[some] / len(weights), len(weights)))
+    found, share = np.concatenate(points), np.concatenate(areas)
+    kept = ((found >= lo) & (found <= hi)).all(axis=1)
+    if not kept.any():
+        return Samples(np.empty((0, 3)), np.empty(0))
+    return Samples(*gathered(found[kept], share[kept], spacing))
+
+
+def _volume(triangles: Array) -> float:
+    about = triangles - triangles.reshape(-1, 3).mean(axis=0)
+    return float(np.einsum("ij,ij->", about[:, 0], np.cross(about[:, 1], about[:, 2])))
+
+
+def _centroids(count: int) -> Array:
+    """Barycentric centroids (count², 3) of a triangle cut into count² equal ones."""
+    upright = [(i, j) for i in range(count) for j in range(count - i)]
+    inverted = [(i, j) for i in range(count - 1) for j in range(count - 1 - i)]
+    found = [((i + 1 / 3) / count, (j + 1 / 3) / count) for i, j in upright]
+    found += [((i + 2 / 3) / count, (j + 2 / 3) / count) for i, j in inverted]
+    two = np.array(found)
+    return np.column_stack([1.0 - two.sum(axis=1), two])
+
+
+def clustered(points: Array, areas: Array) -> tuple[Array, Array]:
+    """Gathered in few cells, whatever the size."""
+    extent = float(np.ptp(points, axis=0).max())
+    return gathered(points, areas, max(extent / CELLS, SPACING / 2.0))
+
+
+def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
+    """Fewer points that stand for the same areas: one for each filled cell of a grid.
+
+    Returns places (k, 3), the centroids of the areas in the cells, and areas (k,).
+    """
+    grid = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    size = grid.max(axis=0) + 1
+    flat = grid[:, 0] + size[0] * (grid[:, 1] + size[1] * grid[:, 2])
+    cells, of = np.unique(flat, return_inverse=True)
+    of, count = of.ravel(), len(cells)
+    total = np.bincount(of, areas, count).astype(np.float64)
+    sums = np.stack([np.bincount(of, areas * points[:, i], count) for i in range(3)], axis=1)
+    return sums / total[:, None], total
+
+
+def firmness(gaps: npt.ArrayLike, tolerance: float) -> Array:
+    """How firm a contact is, by its gaps (n,) m, negative where sunk in: 1 where just touching,
+    0 at the tolerance, in proportion; an elastic layer of the tolerance's thickness."""
+    return np.maximum(0.0, 1.0 - np.asarray(gaps, np.float64) / tolerance)

@@ -34,8 +34,11 @@ class Probes:
         self._pads = [sensor.object for sensor in sensors if sensor.kind.motion]
 
     def look(self, depsgraph: Any, frame: int | None, due: Sequence[Any] = ()) -> None:
-        """Brings the probes to the scene as it is now evaluated. `frame`: the whole frame that
-        this is, or None between two; `due`: pads whose forces at this frame will be asked for."""
+        """Brings the probes to the scene as it is now evaluated.
+
+        `frame`: the whole frame that this is, or None where its motion is not needed; `due`: pads
+        whose forces at this frame will be asked for.
+        """
         self.caster.update(depsgraph)
         if self._pads and frame is not None:
             metres = unit_scale(depsgraph.scene)

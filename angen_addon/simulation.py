@@ -96,7 +96,7 @@ def _run(
                 scene.frame_set(frame, subframe=subframe)
                 if stop.due or stop.look:
                     depsgraph = evaluated_depsgraph()
-                    probes.look(depsgraph, None if subframe else frame, stop.pads)
+                    probes.look(depsgraph, frame if stop.look else None, stop.pads)
                     ready, waiting = _ready(waiting, stop.step, clock)
                     for number, station in stop.due:
                         taken = station.take(number, stop.step, depsgraph, probes)

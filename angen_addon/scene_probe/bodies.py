@@ -12,7 +12,16 @@ import numpy as np
 from ...sensor_logic.contact import motion
 from ...sensor_logic.contact.balance import Load
 from ...sensor_logic.contact.covered import Contact
-from ...sensor_logic.contact.island import Link, Need, Node, PadForces, Standing, pad_forces
+from ...sensor_logic.contact.island import (
+    ABOVE,
+    BESIDE,
+    Link,
+    Need,
+    Node,
+    PadForces,
+    Standing,
+    pad_forces,
+)
 from ...sensor_logic.contact.patches import contact_patch
 from ...sensor_logic.contact.shapes import Shape, perpendiculars
 from .colliders import Collider
@@ -61,7 +70,7 @@ class Bodies:
         self._moments = [*self._moments[1 - FRAMES_NEEDED :], moment]
         up = gravity_of(depsgraph.scene, metres)[1]
         for pad in due:
-            for key in _reachable((pad.session_uid,), moment, self._things):
+            for key in _reachable((pad.session_uid,), moment, self._things, up):
                 if key in moment.bodies and key not in moment.standing:
                     thing, body = self._things.by_key[key], moment.bodies[key]
                     moment.standing[key] = standing(
@@ -108,10 +117,11 @@ def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
     return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
 
 
-def _reachable(pad: Key, moment: Moment, things: Things) -> set[Key]:
-    """Everything with a weight in a chain of overlapping bounds from the pad: no less than its
-    contact island."""
-    seen, waiting = {pad}, [pad]
+def _reachable(pad: Key, moment: Moment, things: Things, up: Array) -> set[Key]:
+    """Everything with a weight beside and above the pad, and in a chain of overlapping bounds from
+    there: no less than its contact island."""
+    seen = {pad, *moment.overlapping(pad, BESIDE, up * ABOVE)}
+    waiting = list(seen)
     while waiting:
         for key in moment.overlapping(waiting.pop(), NEARBY):
             thing = things.by_key[key]
@@ -202,7 +212,8 @@ class FrameWorld:
         lo, hi = np.minimum(lo, lo + self.up * above), np.maximum(hi, hi + self.up * above)
         meets = ((self._lo <= hi) & (self._hi >= lo)).all(axis=1)
         keys = [self._keys[other] for other in np.flatnonzero(meets).tolist()]
-        return [key for key in keys if self.node(key).carried]
+        looked_at = self._moments[1].standing
+        return [key for key in keys if key in looked_at and self.node(key).carried]
 
     def standing(self, key: Key) -> list[Standing]:
         return self._moments[1].standing.get(key, [])

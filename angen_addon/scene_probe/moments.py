@@ -7,27 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.contact import underside
 from ...sensor_logic.contact.island import Standing
-from .solids import Solid, Solids
+from .carried import Body, carried_body
+from .solids import Solids
 from .things import MARGIN, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
-
-
-class Body:
-    """The surface of an animated body at a frame: triangles (n, 3, 3), its centre of mass (3,)
-    and bounds; `parts` are what it was made from, to tell whether it is still the same.
-    `stood`: what it stood on, and where that was."""
-
-    def __init__(self, triangles: Array, closed: bool, parts: list[Any]) -> None:
-        self.triangles = triangles
-        self.closed = closed
-        self.parts = parts
-        self.centre = underside.centre_of_mass(triangles, closed)
-        flat = triangles.reshape(-1, 3)
-        self.lo, self.hi = flat.min(axis=0), flat.max(axis=0)
-        self.stood: tuple[list[Any], list[Standing]] | None = None
 
 
 class Moment:
@@ -56,7 +41,7 @@ class Moment:
             if not thing.carried:
                 continue
             last = before.bodies.get(thing.key) if before else None
-            body = _body(depsgraph, thing, solids, metres, last)
+            body = carried_body(depsgraph, thing, solids, metres, last)
             if body is None:
                 continue
             self.bodies[thing.key] = body
@@ -64,10 +49,13 @@ class Moment:
             self.lo[row] = np.fmin(self.lo[row], body.lo - reach)
             self.hi[row] = np.fmax(self.hi[row], body.hi + reach)
 
-    def overlapping(self, key: Key, widen: float) -> list[Key]:
-        """Things whose bounds come within `widen` of those of `key`, without itself."""
+    def overlapping(self, key: Key, widen: float, towards: Array | None = None) -> list[Key]:
+        """Things whose bounds come within `widen` of those of `key`, without itself; also of
+        these moved by `towards` (3,)."""
         row = self.row[key]
         lo, hi = self.lo[row] - widen, self.hi[row] + widen
+        if towards is not None:
+            lo, hi = np.minimum(lo, lo + towards), np.maximum(hi, hi + towards)
         found = np.flatnonzero(((self.lo <= hi) & (self.hi >= lo)).all(axis=1))
         keys = list(self.row)
         return [keys[other] for other in found.tolist() if other != row]
@@ -111,40 +99,3 @@ def _bounds(things: list[Thing], poses: Array, scales: Array, metres: float) -> 
     half = half * np.where(even[:, None], largest, scales) * metres + MARGIN * metres
     around = np.einsum("nij,nj->ni", np.abs(poses[:, :3, :3]), half)
     return middle_world - around, middle_world + around
-
-
-def parts_of(solid: Solid, solids: Solids) -> list[Any]:
-    """What tells whether a solid is where and as it was: its vertices and its place."""
-    return [solid.geometry.state, solids.matrix[solid.row].tobytes()]
-
-
-def same_parts(one: list[Any], two: list[Any]) -> bool:
-    return len(one) == len(two) and all(
-        a is b or (isinstance(a, bytes) and a == b) for a, b in zip(one, two, strict=True)
-    )
-
-
-def _body(
-    depsgraph: Any, thing: Thing, solids: Solids, metres: float, last: Body | None
-) -> Body | None:
-    parts: list[Any] = []
-    for solid in thing.surfaces:
-        parts += parts_of(solid, solids)
-    if last is not None and same_parts(last.parts, parts):
-        return last
-    found, topologies = [np.empty((0, 3, 3))], []
-    for solid in thing.surfaces:
-        corners = solid.geometry.triangles(depsgraph)
-        topologies.append(corners)
-        if not len(corners):
-            continue
-        matrix = solids.matrix[solid.row]
-        world = solid.geometry.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        triangles = world[corners] * metres
-        if np.linalg.det(matrix[:3, :3]) < 0.0:
-            triangles = triangles[:, ::-1]
-        found.append(triangles)
-    triangles = np.concatenate(found)
-    if not len(triangles) or not np.isfinite(triangles).all():
-        return None
-    return Body(triangles, thing.is_closed(topologies), parts)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...sensor_logic.contact.island import Standing
 from ...sensor_logic.contact.underside import clustered, firmness, underside
-from .moments import Body, parts_of, same_parts
+from .carried import Body, parts_of, same_parts
 from .rays import NOTHING, RayCaster
 from .solids import Solids
 from .things import GROUND, Key, Thing, Things

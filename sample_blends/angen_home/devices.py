@@ -133,6 +133,7 @@ def add_pressure_sensor() -> None:
     pad = place("Pressure sofa", b, PATHS["PRESSURE"], (x, y, z - thick))
     pad["room"] = "living room"
     pad.angen_sensor.kind = "PRESSURE"
+    pad.angen_sensor.pressure.threshold = plan.PRESSURE_THRESHOLD
 
 
 def add_sensors() -> None:

@@ -427,6 +427,12 @@ LIGHT_SENSORS: dict[str, Mount] = {
     "Light sensor bathroom": Mount("bathroom", (5.2, 0.95, 2.85), 0.0),
     "Light sensor closet": Mount("closet", (6.2, 2.25, 2.85), 0.0),
 }
+# The person, and a cushion, which lies on the pad alone: what is farther below than the tolerance,
+# the sofa's frame, does not carry it. Pressed from this force on: a cushion is not a person.
+PERSON_MASS = 70.0
+CUSHION_MASS = 2.5
+CUSHION_TOLERANCE = 0.005
+PRESSURE_THRESHOLD = 100.0
 # Centre of the pad's upper face and its size (x, y, thickness).
 PRESSURE_PAD_AT = (8.66, 6.44, 0.312)
 PRESSURE_PAD_SIZE = (0.62, 0.52, 0.012)

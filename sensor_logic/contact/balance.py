@@ -245,9 +245,9 @@ def _minimise(
 
 def _solve(hessian: Array, right: Array) -> Array:
     """One step of refinement makes up for the range of stiffnesses in it."""
-    found: Array = np.linalg.solve(hessian, right)
-    found += np.linalg.solve(hessian, right - hessian @ found)
-    return found
+    found = np.linalg.solve(hessian, right)
+    refined: Array = found + np.linalg.solve(hessian, right - hessian @ found)
+    return refined
 
 
 def _state(

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make the sample of the pressure sensor, pressure.blend, from nothing: a table on four pads with
+a weight that moves over it, a stack of boxes, and a box that is dropped.
+
+python sample_blends/build_pressure.py [--out FILE] [--picture FILE]
+blender -b -P sample_blends/build_pressure.py -- [--out FILE] [--picture FILE]
+
+Lengths are in metres and multiples of 1/128 m, which the meshes hold exactly.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+# Blender notes the home folder of whoever builds the file in the file's file browser.
+os.environ["HOME"] = os.sep
+
+import bpy
+from mathutils import Vector
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
+
+from angen_addon.standalone import load_extension  # noqa: E402
+
+FPS, LAST_FRAME = 24, 240
+G = 1.0 / 128.0
+PAD_HEIGHT = G
+# The table: half width and depth of its top, where its legs' axes are, and kilograms.
+TOP, TOP_THICK = (64 * G, 48 * G), 4 * G
+LEG_AT, LEG_WIDE, LEG_HIGH = (56 * G, 40 * G), 6 * G, 56 * G
+TABLE_KG, WEIGHT_KG = 12.0, 8.0
+LEGS = {"front left": (-1, -1), "front right": (1, -1), "back left": (-1, 1), "back right": (1, 1)}
+# Where the weight is when: over each leg in turn, on the diagonal over the middle of the table.
+PATH = ((1, "front left"), (13, "front left"), (85, "front right"), (157, "back left"),
+        (229, "back right"), (240, "back right"))  # fmt: skip
+STACK_AT, STACK_KG = (-160 * G, 0.0), (4.0, 2.0, 1.0)
+DROP_AT, DROP_KG, DROP_HEIGHT, RELEASE = (160 * G, 0.0), 2.0, 64 * G, 25
+BOUNCE = 0.6
+PICTURE_FRAME = 28
+
+
+def box(lo: tuple[float, ...], hi: tuple[float, ...], material: str, bevel: float = 0.004):
+    """A box as a builder, from its low to its high corner."""
+    built = MeshBuilder(material)
+    built.box(lo, hi, bevel)
+    return built
+
+
+def about(half: tuple[float, ...], material: str, bevel: float = 0.004):
+    """A box about the origin."""
+    return box(tuple(-h for h in half), half, material, bevel)
+
+
+def rigid(obj: bpy.types.Object, kind: str, mass: float = 1.0, shape: str = "BOX"):
+    """Make an object a rigid body."""
+    bpy.context.scene.rigidbody_world.collection.objects.link(obj)
+    body = obj.rigid_body
+    body.type, body.collision_shape, body.mass = kind, shape, mass
+    return body
+
+
+def still(body) -> None:
+    """Let the engine leave it alone until something hits it; else it creeps, millimetres in all."""
+    body.use_deactivation = body.use_start_deactivated = True
+
+
+def add_pad(name: str, at: tuple[float, float], half: float):
+    """A pad on the floor, which senses at every frame; its rigid body."""
+    shape = about((half, half, PAD_HEIGHT / 2), "sensor dark", 0.002)
+    pad = place(name, shape, "Sensors", (*at, PAD_HEIGHT / 2))
+    pad.angen_sensor.kind = "PRESSURE"
+    pad.angen_sensor.update_rate = FPS
+    return rigid(pad, "PASSIVE")
+
+
+def add_table() -> None:
+    """The table in the middle, its parts one rigid body, and a pad under each leg."""
+    for name, (sx, sy) in LEGS.items():
+        add_pad(f"Pad {name}", (sx * LEG_AT[0], sy * LEG_AT[1]), 8 * G)
+    # The origin is the centre of mass; the apron is for the eye.
+    height = PAD_HEIGHT + LEG_HIGH
+    apron = MeshBuilder("oak")
+    x, y, low = LEG_AT[0], LEG_AT[1], -8 * G
+    for s in (-1, 1):
+        apron.box((-x, s * y - G, low), (x, s * y + G, 0.0), 0.003)
+        apron.box((s * x - G, -y, low), (s * x + G, y, 0.0), 0.003, "oak y")
+    table = place("Table", apron, "Table", (0.0, 0.0, height))
+    still(rigid(table, "ACTIVE", TABLE_KG, "COMPOUND"))
+    top = about((*TOP, TOP_THICK / 2), "oak", 0.006)
+    parts = [place("Table top", top, "Table", (0.0, 0.0, TOP_THICK / 2), parent=table)]
+    leg = about((LEG_WIDE / 2, LEG_WIDE / 2, LEG_HIGH / 2), "oak z").build("Table leg")
+    for name, (sx, sy) in LEGS.items():
+        at = (sx * LEG_AT[0], sy * LEG_AT[1], -LEG_HIGH / 2)
+        parts.append(place(f"Leg {name}", leg, "Table", at, parent=table))
+    for part in parts:
+        rigid(part, "ACTIVE")
+    add_weight(height + TOP_THICK)
+
+
+def add_weight(height: float) -> None:
+    """An animated weight: it has a mass, and no physics that could make it rattle."""
+    shape = MeshBuilder("brass")
+    shape.lathe([(0, 0), (0.05, 0), (0.055, 0.005), (0.055, 0.085), (0.045, 0.095), (0.018, 0.1),
+                 (0.016, 0.115), (0.03, 0.125), (0.03, 0.14), (0.02, 0.146), (0, 0.146)],
+                segments=48)  # fmt: skip
+    weight = place("Weight", shape, "Table")
+    weight.angen_load.mass = WEIGHT_KG
+    for frame, leg in PATH:
+        weight.location = (*(s * a for s, a in zip(LEGS[leg], LEG_AT, strict=True)), height)
+        weight.keyframe_insert("location", frame=frame)
+    set_linear(weight)
+
+
+def set_linear(obj: bpy.types.Object) -> None:
+    """Straight lines between an object's keyframes."""
+    for curve in obj.animation_data.action.fcurves:
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+
+
+def add_stack() -> None:
+    """Three boxes on a pad, each lighter and smaller than the one below."""
+    add_pad("Pad stack", STACK_AT, 20 * G)
+    z = PAD_HEIGHT
+    materials = ("oak", "fabric rust", "fabric mustard")
+    for mass, half, material in zip(STACK_KG, (16 * G, 13 * G, 10 * G), materials, strict=True):
+        shape = about((half, half, half), material)
+        stacked = place(f"Box {mass:g} kg", shape, "Stack", (*STACK_AT, z + half))
+        still(rigid(stacked, "ACTIVE", mass))
+        z += 2 * half
+
+
+def add_drop() -> None:
+    """A box that is held over a pad, let go after a second, and bounces."""
+    add_pad("Pad drop", DROP_AT, 20 * G).restitution = BOUNCE
+    half = 13 * G
+    at = (*DROP_AT, PAD_HEIGHT + half + DROP_HEIGHT)
+    dropped = place("Dropped box 2 kg", about((half,) * 3, "fabric grey blue"), "Drop", at)
+    body = rigid(dropped, "ACTIVE", DROP_KG)
+    body.restitution, body.linear_damping = BOUNCE, 0.0
+    for frame, held in ((1, True), (RELEASE, False)):
+        body.kinematic = held
+        dropped.keyframe_insert("rigid_body.kinematic", frame=frame)
+
+
+def add_surroundings() -> None:
+    """Floor, wall, labels, light and camera."""
+    # The engine's boxes are about their object's origin.
+    floor = about((4.0, 3.0, 8 * G), "concrete", 0.0)
+    rigid(place("Floor", floor, "Surroundings", (0.0, 0.0, -8 * G)), "PASSIVE")
+    place("Wall", box((-4, 1.5, 0), (4, 1.625, 3), "paint warm", 0), "Surroundings")
+    for x, text in ((STACK_AT[0], "stack"), (0.0, "four legs"), (DROP_AT[0], "drop")):
+        curve = bpy.data.curves.new(text, "FONT")
+        curve.body, curve.size, curve.align_x = text, 0.11, "CENTER"
+        label = place(f"Label {text}", curve, "Surroundings", (x, -0.62, 0.002))
+        curve.materials.append(bpy.data.materials["sensor dark"])
+        label.angen_ignored = True
+    lights = ((260.0, (-2.2, -2.4, 3.0), 1.5, (1.0, 0.93, 0.84)),
+              (90.0, (2.8, -1.6, 2.2), 1.2, (0.84, 0.92, 1.0)))  # fmt: skip
+    for index, (watts, at, size, colour) in enumerate(lights):
+        lamp = bpy.data.lights.new(f"Light {index + 1}", "AREA")
+        lamp.energy, lamp.size, lamp.color = watts, size, colour
+        look(place(lamp.name, lamp, "Surroundings", at), (0.0, 0.0, 0.2))
+    camera = bpy.data.cameras.new("Camera")
+    camera.lens = 42.0
+    seen = place("Camera", camera, "Surroundings", (0.0, -4.1, 1.75))
+    look(seen, (0.0, 0.0, 0.3))
+    bpy.context.scene.camera = seen
+    world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs[0].default_value = (0.32, 0.34, 0.36, 1.0)
+    bpy.context.scene.world = world
+
+
+def look(obj: bpy.types.Object, at: tuple[float, float, float]) -> None:
+    """Turn a light or camera towards a point."""
+    way = Vector(at) - obj.location
+    obj.rotation_euler = way.to_track_quat("-Z", "Y").to_euler()
+
+
+def build() -> bpy.types.Scene:
+    """Fill an empty file with the three exhibits."""
+    scene = bpy.context.scene
+    scene.name = "Pressure"
+    scene.frame_start, scene.frame_end, scene.render.fps = 1, LAST_FRAME, FPS
+    scene.render.resolution_x, scene.render.resolution_y = 1280, 720
+    for path in ("Sensors", "Table", "Stack", "Drop", "Surroundings"):
+        collection(path)
+    bpy.ops.rigidbody.world_add()
+    world = scene.rigidbody_world
+    world.collection = bpy.data.collections.new("RigidBodyWorld")
+    world.point_cache.frame_start, world.point_cache.frame_end = 1, LAST_FRAME + 1
+    add_table()
+    add_stack()
+    add_drop()
+    add_surroundings()
+    scene.frame_set(1)
+    return scene
+
+
+def arrange_views() -> None:
+    """Every 3D view of the file looks through the camera, in the materials' colours."""
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type == "VIEW_3D":
+                space = area.spaces.active
+                space.region_3d.view_perspective = "CAMERA"
+                space.shading.color_type = "MATERIAL"
+                space.show_region_ui = True
+
+
+def render(scene: bpy.types.Scene, out: Path) -> None:
+    """A picture of the box in mid-air and the weight on its way."""
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 64, False
+    scene.render.resolution_x, scene.render.resolution_y = 960, 540
+    scene.view_settings.view_transform = "AgX"
+    scene.render.filepath = str(out)
+    for frame in range(1, PICTURE_FRAME + 1):
+        scene.frame_set(frame)
+    bpy.ops.render.render(write_still=True)
+
+
+def main() -> int:
+    """The command line; returns the exit status."""
+    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    parser = argparse.ArgumentParser(prog="build_pressure.py")
+    parser.add_argument("--out", type=Path, default=HERE / "pressure.blend")
+    parser.add_argument("--picture", type=Path, help="render the scene to this file too")
+    arguments = parser.parse_args(argv)
+    out = arguments.out.resolve()
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    extension = load_extension()
+    extension.register()
+    try:
+        scene = build()
+        arrange_views()
+        bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
+        if arguments.picture:
+            render(scene, arguments.picture.resolve())
+    finally:
+        # Blender 4.2 as a Python module crashes at exit with the extension still registered.
+        extension.unregister()
+    print(f"{out.name}: {len(scene.objects)} objects, {out.stat().st_size / 1e3:.0f} kB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

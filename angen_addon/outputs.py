@@ -20,7 +20,8 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
     """Writes the outputs where they differ, so that drivers see them; True if `active` changed.
 
     Keyed outputs are left alone: their keys say what they are. In a frame change Blender
-    evaluates what is tagged here before it goes on, and tells nobody.
+    evaluates what is tagged here before it goes on, and tells nobody. A rigid body is never tagged,
+    so that its drivers do not follow: Blender would take it for moved and drop the simulation.
     """
     settings = sensor.settings
     changed = settings.active != active
@@ -30,7 +31,8 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
         return False
     settings.active = active
     settings.value = value
-    sensor.object.update_tag(refresh={"OBJECT"})
+    if sensor.object.rigid_body is None:
+        sensor.object.update_tag(refresh={"OBJECT"})
     return changed
 
 

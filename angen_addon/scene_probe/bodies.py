@@ -29,7 +29,7 @@ from .links import links_of
 from .moments import Moment
 from .solids import Solids
 from .standing import standing
-from .things import FRICTION, Key, Thing, Things
+from .things import FRICTION, GROUND, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
 FRAMES_NEEDED = 3
@@ -125,7 +125,7 @@ def _reachable(pad: Key, moment: Moment, things: Things, up: Array) -> set[Key]:
     while waiting:
         for key in moment.overlapping(waiting.pop(), NEARBY):
             thing = things.by_key[key]
-            if key not in seen and (thing.carried or _simulated(thing.original)):
+            if key not in seen and (thing.carried or thing.pad or _simulated(thing.original)):
                 seen.add(key)
                 waiting.append(key)
     return seen
@@ -180,6 +180,9 @@ class FrameWorld:
             return Node(key, "", False, False, FRICTION)
         evaluated = self._evaluated(thing)
         carried = key in self._moments[1].bodies and evaluated.angen_load.mass > 0.0
+        if thing.laid and key in self._moments[1].standing:
+            # What lies on the ground alone need not be asked what it passes on.
+            carried = any(s.node != GROUND for s in self._moments[1].standing[key])
         simulated = not carried and thing.rigid and _simulated(evaluated)
         friction, margin = FRICTION, 0.0
         if thing.rigid:
@@ -246,7 +249,9 @@ class FrameWorld:
 
     def _meet(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
         nodes = self.node(one), self.node(two)
-        if not self._collide(one, two) or not any(n.weighs and not n.carried for n in nodes):
+        # A part acts as what it is a part of.
+        acting = [node if node.owner is None else self.node(node.owner) for node in nodes]
+        if not self._collide(one, two) or not any(n.weighs and not n.carried for n in acting):
             return []
         if one == nodes[1].owner or two == nodes[0].owner:
             return []
@@ -342,7 +347,7 @@ class FrameWorld:
         name = thing.original.name
         if any(key not in moment.bodies for moment in self._moments):
             return _unknown_need(f"'{name}' has just appeared")
-        mass = float(self._evaluated(thing).angen_load.mass)
+        mass = 0.0 if thing.laid else float(self._evaluated(thing).angen_load.mass)
         bodies = [moment.bodies[key] for moment in self._moments]
         centres = np.array([body.centre for body in bodies])
         acceleration = (centres[2] - 2.0 * centres[1] + centres[0]) / self._frame_time**2

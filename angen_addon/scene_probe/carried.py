@@ -71,6 +71,8 @@ def carried_body(
         if same_parts(before, now):
             return last
     rows = [solid.row for solid in thing.surfaces]
+    if not rows:
+        return None
     lo, hi = solids.lo[rows].min(axis=0) * metres, solids.hi[rows].max(axis=0) * metres
     if not (lo <= hi).all():
         return None

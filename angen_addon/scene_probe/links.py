@@ -32,6 +32,8 @@ def links_of(evaluated: Any, known: set[Key], metres: float) -> tuple[Link, bool
     settings = evaluated.rigid_body_constraint
     if not settings.enabled or settings.type not in HELD:
         return None
+    if settings.object1 is None or settings.object2 is None:
+        return None
     ends = [_key(settings.object1, known), _key(settings.object2, known)]
     forces, moments = (set(axes) for axes in HELD[settings.type])
     for axis, name in enumerate(NAMES):
@@ -47,7 +49,7 @@ def links_of(evaluated: Any, known: set[Key], metres: float) -> tuple[Link, bool
     if settings.type == "MOTOR":
         forces |= {X} if settings.use_motor_lin else set()
         moments |= {X} if settings.use_motor_ang else set()
-    if ends == [None, None] or not (forces or moments):
+    if None in ends or not (forces or moments):
         return None
     matrix = np.array(evaluated.matrix_world, np.float64)
     axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
@@ -76,8 +78,6 @@ def _flag(settings: Any, name: str) -> bool:
 
 
 def _key(end: Any, known: set[Key]) -> Key | None:
-    """The node of a constraint's object; the ground where there is none."""
-    if end is None:
-        return None
+    """The node of a constraint's object; None where it is no rigid body."""
     key = (end.original.session_uid,)
     return key if key in known else None

@@ -38,7 +38,7 @@ class Moment:
         self.bodies: dict[Key, Body] = {}
         self.standing: dict[Key, list[Standing]] = {}
         for row, thing in enumerate(known):
-            if not thing.carried:
+            if not (thing.carried or thing.laid):
                 continue
             last = before.bodies.get(thing.key) if before else None
             body = carried_body(depsgraph, thing, solids, metres, last)

@@ -38,12 +38,16 @@ def standing(
 ) -> list[Standing]:
     """The supports of an animated body, as the solids are now."""
     tolerance = thing.tolerance
+    pads = {key for key, other in things.by_key.items() if other.pad}
     rows = np.array(
         [
             solid.row
             for solid in solids.solids
             if things.of_solid.get(solid.number) != thing.key
-            and not solid.owners & {thing.original.session_uid}
+            and (
+                thing.original.session_uid not in solid.owners
+                or things.of_solid[solid.number] in pads
+            )
         ],
         np.intp,
     )
@@ -53,7 +57,10 @@ def standing(
     rows = rows[near.all(axis=1)]
     there = [part for row in rows.tolist() for part in parts_of(solids.solids[row], solids)]
     if body.stood is None or not same_parts(body.stood[0], there):
-        body.stood = there, _look_below(depsgraph, solids, things, thing, body, rows, up, metres)
+        body.stood = (
+            there,
+            _look_below(depsgraph, solids, things, thing, body, rows, pads, up, metres),
+        )
     return body.stood[1]
 
 
@@ -64,6 +71,7 @@ def _look_below(
     thing: Thing,
     body: Body,
     rows: np.typing.NDArray[np.intp],
+    pads: set[Key],
     up: Array,
     metres: float,
 ) -> list[Standing]:
@@ -86,8 +94,7 @@ def _look_below(
         ranges, met = caster.first_met(depsgraph, rows, starts / metres, down, length / metres)
         return ranges * metres, met
 
-    keys = [things.of_solid.get(solids.solids[row].number, GROUND) for row in rows.tolist()]
-    is_pad = np.array([key in things.by_key and things.by_key[key].pad for key in keys], bool)
+    is_pad = np.array([things.of_solid[solids.solids[r].number] in pads for r in rows], bool)
     ranges, met = cast(rows[~is_pad])
     if is_pad.any():
         pad_ranges, pad_met = cast(rows[is_pad])

@@ -25,8 +25,9 @@ FRICTION = 0.7
 class Thing:
     """A rigid body, an animated body with a mass, a pad, or more than one of these.
 
-    `surfaces`: the solids that make up an animated body. `owner`: the body that a pad without
-    physics is a part of. `middle`, `half` (3,): bounds of its shapes, unscaled, in its own space.
+    `surfaces`: the solids that make up an animated body or a pad without physics. `owner`: the
+    simulated body that such a pad is a part of. `middle`, `half` (3,): bounds of its shapes,
+    unscaled, in its own space.
     """
 
     def __init__(self, key: Key, original: Any) -> None:
@@ -47,6 +48,12 @@ class Thing:
     def tolerance(self) -> float:
         """m: an animated body this far above something stands on it."""
         return max(float(self.original.angen_load.tolerance), 1e-4)
+
+    @property
+    def laid(self) -> bool:
+        """Whether it is a pad that nothing simulates, carries or holds: it lies on what is below
+        it, and passes on what is on it."""
+        return self.pad and not self.rigid and not self.carried and self.owner is None
 
     @property
     def collides(self) -> bool:
@@ -137,14 +144,19 @@ class Things:
         }
         for solid in solids.solids:
             key = surfaces.get(solid.number)
-            if key is None or (solid.key in self.by_key and self.by_key[solid.key].pad):
+            if solid.key in self.by_key and self.by_key[solid.key].pad:
+                key = solid.key
+                self.by_key[key].surfaces = [solid]
+            if key is None:
                 key = next((found for found in _chain_keys(solid) if found in self.by_key), GROUND)
             self.of_solid[solid.number] = key
         for pad in pads:
             thing = self.by_key[pad.session_uid,]
             if not thing.rigid and not thing.carried:
                 parents = ((parent.session_uid,) for parent in _parents(pad))
-                thing.owner = next((key for key in parents if key in self.by_key), None)
+                owner = next((key for key in parents if key in self.by_key), None)
+                if owner is not None and self.by_key[owner].rigid:
+                    thing.owner = owner
 
 
 def _rigid_bodies(scene: Any) -> Iterator[Any]:

@@ -18,7 +18,7 @@ with a line search finds the minimum; it cannot cycle.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -31,9 +31,17 @@ GROUND = -1
 # Springs against rubbing are this much weaker than against pressing: friction carries only what
 # pressing cannot.
 TANGENTIAL = 0.01
-HARD = 1e-11
-MAX_STEPS = 200
-MAX_HALVINGS = 40
+# E where the balance must be met, for a body that needs all of the force: small beside what is
+# asked of the forces, large enough that a balance which no forces meet is found in a few steps.
+HARD = 1e-6
+LEAST_HARD = 1e-12
+# A balance softer than this is not one that must be met.
+FREE = 1e-5
+AGAIN = 2
+MAX_STEPS = 50
+MAX_HALVINGS = 30
+# How near to its minimum φ must be: the share of a body's need that may be off.
+SETTLED = 1e-7
 
 
 @dataclass(frozen=True)
@@ -91,19 +99,6 @@ class Balance:
     settled: bool
 
 
-@dataclass(frozen=True)
-class _Slope:
-    """Where each point's force is inside its cone (n,) or on its side (n,), and of those the
-    cone's opening, how far and which way (n, 2) it rubs, and how far it is along the cone."""
-
-    sticks: Mask
-    slips: Mask
-    opening: Array
-    size: Array
-    onto: Array
-    way: Array
-
-
 def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ()) -> Balance:
     """The contact forces on bodies 0 … len(loads) − 1."""
     axes = np.stack([load.axes for load in loads])
@@ -129,8 +124,22 @@ def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ())
     offset *= root
     # In the scaled space of pressing and rubbing the cone is wider by the ratio of the springs.
     opening = points.friction / np.sqrt(TANGENTIAL)
-    soft = np.concatenate([load.softness for load in loads]) + HARD
-    given, steps, settled = _minimise(scaled, offset, opening, soft, target, count)
+    # A light body's balance is held to its own need, not to that of the heavy ones upon it.
+    share = np.abs(wrench * unit).sum(axis=1) / scale
+    hard = np.maximum(HARD * share, LEAST_HARD)
+    soft = np.stack([load.softness for load in loads]) + hard[:, None]
+    soft = soft.ravel()
+    near_enough = np.repeat(SETTLED * share, 6) + 1e-12
+    problem = _Problem(scaled, offset, opening, target, count)
+    found = _minimise(problem, soft, problem.as_if_held(soft), near_enough)
+    steps = found.steps
+    for _ in range(AGAIN):
+        # What E took is asked for on top (the method of multipliers).
+        taken = np.where(soft < FREE, soft * found.displacement, 0.0)
+        problem = replace(problem, target=target + taken)
+        found = _minimise(problem, soft, found.displacement, near_enough)
+        steps += found.steps
+    given, settled = found.given, found.settled
 
     local = (given * root * scale)[: 3 * count].reshape(count, 3)
     forces = np.einsum("nij,ni->nj", frames, local)
@@ -192,6 +201,8 @@ def _column(
     loads: Sequence[Load], joint: Joint, force: Array | None, moment: Array | None, unit: Array
 ) -> Array:
     column = np.zeros((len(loads), 6))
+    # A moment in units of the bodies' size, so that its spring compares with the others.
+    size = min(loads[body].size for body in (joint.a, joint.b) if body != GROUND)
     for body, sign in ((joint.a, 1.0), (joint.b, -1.0)):
         if body == GROUND:
             continue
@@ -200,47 +211,121 @@ def _column(
             arm = joint.place - loads[body].centre
             column[body, 3:] += sign * loads[body].axes @ np.cross(arm, force)
         if moment is not None:
-            # A moment in units of the body's size, so that its spring compares with the others.
-            column[body, 3:] += sign * loads[body].axes @ moment / unit[body, 3]
+            column[body, 3:] += sign * loads[body].axes @ moment * size
     return (column * unit).ravel()
 
 
-def _minimise(
-    scaled: Array, offset: Array, opening: Array, soft: Array, target: Array, count: int
-) -> tuple[Array, int, bool]:
-    """Newton's method on φ: the scaled forces, the steps taken, and whether it settled."""
-    # Start as if all points held, pulling included.
-    hessian = scaled @ scaled.T
-    hessian[np.diag_indices_from(hessian)] += soft
-    displacement = _solve(hessian, target + scaled @ offset)
-    value, gradient, given, slope = _state(
-        displacement, scaled, offset, opening, soft, target, count
-    )
-    tolerance = 1e-12
-    for step in range(MAX_STEPS):
-        if np.abs(gradient).max() <= tolerance:
-            return given, step, True
-        hessian = _hessian(scaled, slope, count)
+@dataclass(frozen=True)
+class _State:
+    """φ at a displacement, its gradient, the scaled forces, and where each point's force is: inside
+    its cone (n,), on its side (n,); of those on the side how far they rub, how far along the cone
+    they are, and which way (n, 2) they rub."""
+
+    value: float
+    gradient: Array
+    given: Array
+    sticks: Mask
+    slips: Mask
+    size: Array
+    onto: Array
+    way: Array
+
+
+@dataclass(frozen=True)
+class _Found:
+    displacement: Array
+    given: Array
+    steps: int
+    settled: bool
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """φ without E: the scaled map (6·bodies, m), offsets (m,), openings of the cones (n,) and the
+    wrench (6·bodies,); the first 3n of the m columns are those of n points."""
+
+    scaled: Array
+    offset: Array
+    opening: Array
+    target: Array
+    count: int
+
+    def as_if_held(self, soft: Array) -> Array:
+        """The displacement if all points could pull and rub without limit."""
+        hessian = self.scaled @ self.scaled.T
         hessian[np.diag_indices_from(hessian)] += soft
-        way = _solve(hessian, -gradient)
-        promised = float(gradient @ way)
+        return _solve(hessian, self.target + self.scaled @ self.offset)
+
+    def state(self, displacement: Array, soft: Array) -> _State:
+        wanted = displacement @ self.scaled - self.offset
+        given = wanted.copy()
+        local = wanted[: 3 * self.count].reshape(self.count, 3)
+        press = local[:, 0]
+        rub = local[:, 1:]
+        size = np.sqrt(np.einsum("ij,ij->i", rub, rub))
+        opening = self.opening
+        sticks = (press >= 0.0) & (size <= opening * press)
+        loose = ~sticks & (opening * size <= -press)
+        slips = ~sticks & ~loose
+        onto = np.where(slips, (press + opening * size) / (1.0 + opening**2), 0.0)
+        way = rub / np.where(size > 0.0, size, 1.0)[:, None]
+        kept = given[: 3 * self.count].reshape(self.count, 3)
+        kept[loose] = 0.0
+        kept[slips, 0] = onto[slips]
+        kept[slips, 1:] = (opening * onto)[slips, None] * way[slips]
+        gradient = self.scaled @ given + soft * displacement - self.target
+        value = 0.5 * float(given @ given) + 0.5 * float(soft @ displacement**2)
+        value -= float(self.target @ displacement)
+        return _State(value, gradient, given, sticks, slips, size, onto, way)
+
+    def hessian(self, state: _State) -> Array:
+        """Σ over points of Gᵢ Jᵢ Gᵢᵀ with J the derivative of the projection on the cone."""
+        jacobian = np.zeros((self.count, 3, 3))
+        jacobian[state.sticks] = np.eye(3)
+        index = np.flatnonzero(state.slips)
+        if len(index):
+            mu, way, size = self.opening[index], state.way[index], state.size[index]
+            ray = np.concatenate([np.ones((len(index), 1)), mu[:, None] * way], axis=1)
+            part: Array = np.einsum("ni,nj->nij", ray, ray) / (1.0 + mu**2)[:, None, None]
+            across = np.eye(2) - np.einsum("ni,nj->nij", way, way)
+            turning = mu * state.onto[index] / np.where(size > 0.0, size, 1.0)
+            part[:, 1:, 1:] += turning[:, None, None] * across
+            jacobian[index] = part
+        held = state.sticks | state.slips
+        rows = len(self.scaled)
+        contacts = self.scaled[:, : 3 * self.count].reshape(rows, self.count, 3)[:, held]
+        pushed = np.einsum("rci,cij->rcj", contacts, jacobian[held])
+        tied = self.scaled[:, 3 * self.count :]
+        hessian: Array = pushed.reshape(rows, -1) @ contacts.reshape(rows, -1).T + tied @ tied.T
+        return hessian
+
+
+def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
+    """Newton's method on φ from a first displacement, until its gradient is `near_enough` to 0."""
+    state = problem.state(displacement, soft)
+    for step in range(MAX_STEPS):
+        if (np.abs(state.gradient) <= near_enough).all():
+            return _Found(displacement, state.given, step, True)
+        hessian = problem.hessian(state)
+        hessian[np.diag_indices_from(hessian)] += soft
+        way = _solve(hessian, -state.gradient)
+        promised = float(state.gradient @ way)
         if promised >= 0.0:
             break
         length = 1.0
         for _ in range(MAX_HALVINGS):
-            tried = displacement + length * way
-            state = _state(tried, scaled, offset, opening, soft, target, count)
-            if state[0] <= value + 1e-4 * length * promised + 1e-16 * abs(value):
+            tried = problem.state(displacement + length * way, soft)
+            if tried.value <= state.value + 1e-4 * length * promised + 1e-16 * abs(state.value):
                 break
             length *= 0.5
         else:
             break
-        displacement = tried
-        before = value
-        value, gradient, given, slope = state
-        if before - value <= 1e-15 * max(abs(value), 1e-30) and length == 1.0:
-            return given, step + 1, True
-    return given, MAX_STEPS, bool(np.abs(gradient).max() <= 1e-6)
+        displacement = displacement + length * way
+        gained, state = state.value - tried.value, tried
+        if gained <= 1e-15 * max(abs(state.value), 1e-30) and length == 1.0:
+            return _Found(displacement, state.given, step + 1, True)
+    settled = bool((np.abs(state.gradient) <= 100.0 * near_enough).all())
+    return _Found(displacement, state.given, MAX_STEPS, settled)
 
 
 def _solve(hessian: Array, right: Array) -> Array:
@@ -248,59 +333,3 @@ def _solve(hessian: Array, right: Array) -> Array:
     found = np.linalg.solve(hessian, right)
     refined: Array = found + np.linalg.solve(hessian, right - hessian @ found)
     return refined
-
-
-def _state(
-    displacement: Array,
-    scaled: Array,
-    offset: Array,
-    opening: Array,
-    soft: Array,
-    target: Array,
-    count: int,
-) -> tuple[float, Array, Array, _Slope]:
-    """φ, its gradient, the scaled forces, and what their derivative is made from."""
-    wanted = displacement @ scaled - offset
-    given = wanted.copy()
-    local = wanted[: 3 * count].reshape(count, 3)
-    press = local[:, 0]
-    rub = local[:, 1:]
-    size = np.sqrt(np.einsum("ij,ij->i", rub, rub))
-    sticks = size <= opening * press
-    loose = ~sticks & (opening * size <= -press)
-    slips = ~sticks & ~loose
-    onto = np.where(slips, (press + opening * size) / (1.0 + opening**2), 0.0)
-    way = rub / np.where(size > 0.0, size, 1.0)[:, None]
-    kept = given[: 3 * count].reshape(count, 3)
-    kept[loose] = 0.0
-    kept[slips, 0] = onto[slips]
-    kept[slips, 1:] = (opening * onto)[slips, None] * way[slips]
-    gradient = scaled @ given + soft * displacement - target
-    value = (
-        0.5 * float(given @ given)
-        + 0.5 * float(soft @ displacement**2)
-        - float(target @ displacement)
-    )
-    return value, gradient, given, _Slope(sticks, slips, opening, size, onto, way)
-
-
-def _hessian(scaled: Array, slope: _Slope, count: int) -> Array:
-    """Σ over points of Gᵢ Jᵢ Gᵢᵀ with J the derivative of the projection on the cone."""
-    jacobian = np.zeros((count, 3, 3))
-    jacobian[slope.sticks] = np.eye(3)
-    index = np.flatnonzero(slope.slips)
-    if len(index):
-        mu, direction, size = slope.opening[index], slope.way[index], slope.size[index]
-        ray = np.concatenate([np.ones((len(index), 1)), mu[:, None] * direction], axis=1)
-        part: Array = np.einsum("ni,nj->nij", ray, ray) / (1.0 + mu**2)[:, None, None]
-        across = np.eye(2) - np.einsum("ni,nj->nij", direction, direction)
-        turning = mu * slope.onto[index] / np.where(size > 0.0, size, 1.0)
-        part[:, 1:, 1:] += turning[:, None, None] * across
-        jacobian[index] = part
-    held = slope.sticks | slope.slips
-    contacts = scaled[:, : 3 * count].reshape(-1, count, 3)[:, held]
-    pushed = np.einsum("rci,cij->rcj", contacts, jacobian[held])
-    rows = len(scaled)
-    tied = scaled[:, 3 * count :]
-    hessian: Array = pushed.reshape(rows, -1) @ contacts.reshape(rows, -1).T + tied @ tied.T
-    return hessian

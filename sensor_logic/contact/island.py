@@ -16,6 +16,7 @@ import numpy as np
 from ..model import Array
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import Contact, without_covered
+from .patches import Patch
 
 Key = tuple[int, ...]
 
@@ -33,12 +34,16 @@ FARTHEST = 1e3
 RESIDUAL = 0.02
 # A body needs at least this share of its weight for its residual to be compared with.
 LEAST_NEED = 0.05
+# The same of all that the island's bodies need: what has no weight of its own passes on that.
+LEAST_SHARE = 1e-3
 # m: weight that hovers this near to the side of a pad, or above it, could belong on it.
 BESIDE, ABOVE = 0.25, 2.0
 # Where joints this much softer and harder share the weight with the pad otherwise, it is unknown.
 SOFT_JOINT, HARD_JOINT = 1e-3, 1e3
-# Areas of contact points count within this ratio of the middle one.
-SPREAD = 1e3
+# Areas of contacts count within this ratio of the middle one.
+SPREAD = 30.0
+# Less than this share of a contact's area beside a pad is its rim.
+LEAST_PART = 0.01
 TINY = 1e-12
 SHARE_KNOWN = 0.02
 
@@ -226,7 +231,11 @@ def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Att
     loads = [_load(world.need(key), when) for key in island.bodies]
     points = _points(groups, order, world)
     found = balance(loads, points, [_joint(link, order, 1.0) for link in island.links])
-    residuals = {key: _residual(world, key, found.missing[index]) for key, index in order.items()}
+    whole = sum(float(np.linalg.norm(load.wrench[:3])) for load in loads)
+    least = max(LEAST_SHARE * whole, TINY)
+    residuals = {
+        key: _residual(world, key, found.missing[index], least) for key, index in order.items()
+    }
     attempt = _Attempt(island, groups, found, residuals)
     if island.links:
         attempt.undecided = _undecided(pad, attempt, loads, points, order)
@@ -265,7 +274,7 @@ def _collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Isl
                         visit(end)
         for other in world.near(key):
             neighbour = world.node(other)
-            if not (node.weighs or neighbour.weighs):
+            if not any(_acts(n, world).weighs for n in (node, neighbour)):
                 continue
             if neighbour.carried and any(s.node == key for s in world.standing(other)):
                 visit(other)
@@ -284,6 +293,11 @@ def _collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Isl
     return island
 
 
+def _acts(node: Node, world: World) -> Node:
+    """A part acts as what it is a part of."""
+    return node if node.owner is None else world.node(node.owner)
+
+
 def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
     """The points where shapes touch, without those hidden behind nearer things."""
     numbers: dict[Key, int] = {}
@@ -298,13 +312,16 @@ def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
     keys = list(numbers)
     nodes = [world.node(key) for key in keys]
     preferred = [numbers[pad]] if pad in numbers else []
-    kept = without_covered(contacts, [node.weighs for node in nodes], preferred)
+    movable = [_acts(node, world).weighs for node in nodes]
+    kept = without_covered(contacts, movable, preferred)
+    if pad in numbers and nodes[numbers[pad]].owner is not None:
+        kept = _through_part(kept, numbers, nodes[numbers[pad]])
     groups = []
     for contact in kept:
         one, two = nodes[contact.a], nodes[contact.b]
         patch = contact.patch
         fading = MESH_FADING if one.margin + two.margin > 0.0 else FADING
-        nearest = _nearest(contact, kept, nodes)
+        nearest = _nearest(contact, kept, movable)
         slack = np.clip((patch.gaps - nearest - DEAD) / fading, 0.0, FARTHEST)
         normals = np.broadcast_to(patch.normal, patch.points.shape)
         groups.append(
@@ -321,11 +338,39 @@ def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
     return groups
 
 
-def _nearest(contact: Contact, others: Sequence[Contact], nodes: Sequence[Node]) -> float:
+def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) -> list[Contact]:
+    """The contacts without those of what a pad is fixed to where the pad comes first."""
+    own, whole = numbers[part.key], numbers.get(part.owner or (), -1)
+    found = []
+    for contact in contacts:
+        other = {contact.a, contact.b} - {whole}
+        in_front = [
+            c.patch
+            for c in contacts
+            if own in (c.a, c.b) and other == {c.a, c.b} - {own} and len(other) == 1
+        ]
+        if whole not in (contact.a, contact.b) or not in_front:
+            found.append(contact)
+            continue
+        patch = contact.patch
+        across = np.eye(3) - np.outer(patch.normal, patch.normal)
+        ahead = np.concatenate([p.points for p in in_front]) @ across
+        lo, hi = ahead.min(axis=0) - DEAD, ahead.max(axis=0) + DEAD
+        seen = patch.points @ across
+        outside = ((seen < lo) | (seen > hi)).any(axis=1)
+        if patch.areas[outside].sum() > LEAST_PART * patch.areas.sum():
+            rest = Patch(
+                patch.points[outside], patch.normal, patch.gaps[outside], patch.areas[outside]
+            )
+            found.append(replace(contact, patch=rest))
+    return found
+
+
+def _nearest(contact: Contact, others: Sequence[Contact], movable: Sequence[bool]) -> float:
     """The least gap among the contacts that a body of this one has in the same direction."""
     found = []
     for body, sign in ((contact.a, 1.0), (contact.b, -1.0)):
-        if not nodes[body].weighs:
+        if not movable[body]:
             continue
         found.append(
             min(
@@ -363,33 +408,39 @@ def _points(groups: Sequence[_Group], order: dict[Key, int], world: World) -> Po
     def index_of(key: Key) -> int:
         return order.get(world.node(key).owner or key, GROUND)
 
-    areas = np.concatenate([np.empty(0), *(group.areas for group in groups)])
-    middle = float(np.median(areas)) if len(areas) else 1.0
     return Points(
         np.concatenate([np.empty((0, 3)), *(group.places for group in groups)]),
         np.concatenate([np.empty((0, 3)), *(group.normals for group in groups)]),
         np.repeat(np.array([index_of(group.a) for group in groups], np.intp), counts),
         np.repeat(np.array([index_of(group.b) for group in groups], np.intp), counts),
         np.repeat(np.array([group.friction for group in groups]), counts),
-        np.clip(areas, middle / SPREAD, middle * SPREAD),
+        np.concatenate([np.empty(0), *_stiffnesses(groups)]),
         np.concatenate([np.empty(0), *(group.slack for group in groups)]),
     )
+
+
+def _stiffnesses(groups: Sequence[_Group]) -> list[Array]:
+    """In proportion to the areas; but lines and points, which have none, are not that soft."""
+    totals = np.array([float(group.areas.sum()) for group in groups])
+    middle = float(np.median(totals)) if len(totals) else 1.0
+    kept = np.clip(totals, middle / SPREAD, middle * SPREAD)
+    return [group.areas * (k / t) for group, k, t in zip(groups, kept, totals, strict=True)]
 
 
 def _load(need: Need, when: int) -> Load:
     return replace(need.load, centre=need.centres[1 + when])
 
 
-def _residual(world: World, key: Key, missing: Array) -> float:
-    """The share of a body's need that no contact explains. Of a carried body, whose muscles give
-    what its animation wants, only the weight counts."""
+def _residual(world: World, key: Key, missing: Array, least: float) -> float:
+    """The share of a body's need, at least `least` newtons, that no contact explains. Of a carried
+    body, whose muscles give what its animation wants, only the weight counts."""
     need = world.need(key)
-    least = LEAST_NEED * need.mass * world.gravity
+    least = max(LEAST_NEED * need.mass * world.gravity, least)
     force = need.load.wrench[:3]
     if world.node(key).carried:
-        return abs(float(missing[:3] @ world.up)) / max(abs(float(force @ world.up)), least, TINY)
+        return abs(float(missing[:3] @ world.up)) / max(abs(float(force @ world.up)), least)
     left = float(np.linalg.norm(missing[:3])) + float(np.linalg.norm(missing[3:])) / need.load.size
-    return left / max(float(np.linalg.norm(force)), least, TINY)
+    return left / max(float(np.linalg.norm(force)), least)
 
 
 def _joint(link: Link, order: dict[Key, int], stiffness: float) -> Joint:

@@ -33,9 +33,10 @@ lint: lint-venv ## check style and types
 zip: venv ## build the extension for Blender in dist/
 	@$(RUN) scripts/build_zip.py dist
 
-sample: ## rebuild sample_blends/angen.blend (with Blender 4.2, so that every later version opens it)
+sample: ## rebuild sample_blends/*.blend (with Blender 4.2, so that every later version opens them)
 	@BPY=4.2 sh scripts/make_venv.sh .venv-4.2 test
 	@.venv-4.2/bin/python sample_blends/build_angen.py
+	@.venv-4.2/bin/python sample_blends/build_pressure.py
 
 clean: ## remove what these targets made
 	rm -rf .venv* .types build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

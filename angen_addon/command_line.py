@@ -18,7 +18,7 @@ from ..sensor_logic.event_log import differences, events, events_csv, read_event
 from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.kinds import KINDS, not_simulated
 from ..sensor_logic.recording import Recording
-from . import bake
+from . import advice, bake
 from .arguments import parse
 from .describe import describe
 from .output_files import check_outputs, save_blend, write
@@ -119,6 +119,7 @@ def _run(options: argparse.Namespace) -> Recording:
     scene = bpy.context.scene
     sensors = chosen(_sensors(), options.sensor)
     _tell_of_silent(sensors)
+    _tell_of_pads(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(
@@ -148,6 +149,23 @@ def _tell_of_silent(sensors: list[Sensor]) -> None:
     off = [s.name for s in sensors if not s.settings.enabled]
     if off:
         note(f"switched off: {', '.join(off)}")
+
+
+def _tell_of_pads(sensors: list[Sensor]) -> None:
+    """Says what keeps pressure pads from reading what their user expects."""
+    scene, view_layer = bpy.context.scene, bpy.context.view_layer
+    pads = [s for s in simulated(sensors) if s.kind.motion]
+    for pad in pads:
+        for text in (
+            advice.without_surface(pad.object),
+            advice.sinks(pad.object, scene),
+            advice.weightless(pad.object, scene, view_layer),
+        ):
+            if text:
+                note(f"'{pad.name}': {text[0].lower()}{text[1:]}")
+    short = advice.short_cache(scene) if pads else ""
+    if short:
+        note(short)
 
 
 def _simulate(options: argparse.Namespace) -> int:

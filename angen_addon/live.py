@@ -22,6 +22,8 @@ class Live:
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
         self.problems: dict[str, str] = {}
+        # What was published last, by the sensor's name, for panels.
+        self.readings: dict[str, dict[str, Any]] = {}
         self.outdated = True
         self._probes = Probes(scene)
         self._waiting: dict[int, Taken] = {}
@@ -62,6 +64,7 @@ class Live:
         self._clock = clock
         self.outdated = False
         self.problems.clear()
+        self.readings.clear()
         self._stations.clear()
         self._last_update.clear()
         self._waiting.clear()
@@ -96,10 +99,12 @@ class Live:
             taken = station.take(number, step, depsgraph, self._probes)
         except SensorError as error:
             self.problems[name] = str(error)
+            self.readings.pop(name, None)
             self._last_update.pop(uid)
             return False
         if taken is None:
             self.problems.pop(name, None)
+            self.readings.pop(name, None)
             return False
         if station.sensor.kind.motion and follows:
             # After a jump the frames beside are not known anyway.
@@ -114,6 +119,7 @@ class Live:
 
     def _show(self, taken: Taken) -> bool:
         reading, sensor = taken.reading(), taken.station.sensor
+        self.readings[sensor.name] = reading.fields
         problem = reading.fields.get("problem", "")
         if problem:
             self.problems[sensor.name] = f"'{sensor.name}': {problem}"

@@ -13,7 +13,7 @@ from ..sensor_logic.clock import Clock, Schedule
 from ..sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from ..sensor_logic.noise import generator
 from .probes import Probes
-from .scene_probe.bodies import gravity_of
+from .scene_probe.moments import gravity_of
 from .sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
 
 

@@ -3,9 +3,9 @@
 
 
 def _modules() -> tuple:
-    from . import add, assign, bake, export, recording, simulate
+    from . import add, assign, bake, export, preset, recording, simulate
 
-    return (add, assign, simulate, bake, recording, export)
+    return (add, assign, preset, simulate, bake, recording, export)
 
 
 def register() -> None:

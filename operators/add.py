@@ -12,6 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
 from .marker import marker_mesh
+from .preset import apply, find_preset
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
 
@@ -21,12 +22,14 @@ class ANGEN_OT_sensor_add(Operator):
     bl_label = "Add Sensor"
     bl_description = (
         "Add a sensor at the 3D cursor. It looks along its −Z axis with +Y up, as cameras do; "
-        "a pressure sensor senses along +Z"
+        "a pressure sensor is a pad that lies there and feels what presses on its +Z side"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     kind: EnumProperty(name="Kind", items=KIND_ITEMS)
-    preset: StringProperty(name="Preset", description="Name of a preset; empty: the defaults")
+    preset: StringProperty(
+        name="Preset", description="Identifier of a preset of the kind; empty: the defaults"
+    )
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -36,14 +39,18 @@ class ANGEN_OT_sensor_add(Operator):
         return True
 
     def execute(self, context: Context) -> set[str]:
-        if self.preset:
-            self.report({"ERROR"}, f"No preset is called '{self.preset}' for this kind")
-            return {"CANCELLED"}
         kind = KINDS[self.kind]
+        try:
+            preset = find_preset(kind, self.preset) if self.preset else None
+        except KeyError as error:
+            self.report({"ERROR"}, error.args[0])
+            return {"CANCELLED"}
         mesh = marker_mesh(self.kind, unit_scale(context.scene))
         sensor = bpy.data.objects.new(kind.label.partition(" (")[0], mesh)
         sensor.matrix_world = context.scene.cursor.matrix
         sensor.angen_sensor.kind = self.kind
+        if preset is not None:
+            apply(sensor, preset)
         context.collection.objects.link(sensor)
         for selected in context.selected_objects:
             selected.select_set(False)

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
+from ..angen_addon.advice import without_surface
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from .add import KIND_ITEMS
 
@@ -30,8 +31,13 @@ class ANGEN_OT_sensor_assign(Operator):
         return True
 
     def execute(self, context: Context) -> set[str]:
-        context.object.angen_sensor.kind = self.kind
-        self.report({"INFO"}, f"'{context.object.name}' is a sensor: {KINDS[self.kind].label}")
+        obj, kind = context.object, KINDS[self.kind]
+        obj.angen_sensor.kind = self.kind
+        problem = without_surface(obj)
+        if self.kind == "PRESSURE" and problem:
+            self.report({"WARNING"}, f"'{obj.name}': {problem}")
+        else:
+            self.report({"INFO"}, f"'{obj.name}' is a sensor: {kind.label}")
         return {"FINISHED"}
 
 

@@ -3,9 +3,9 @@
 
 
 def _modules() -> tuple:
-    from . import physics_tab, sidebar
+    from . import load, physics_tab, presets, sidebar
 
-    return (physics_tab, sidebar)
+    return (presets, physics_tab, sidebar, load)
 
 
 def register() -> None:

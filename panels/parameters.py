@@ -1,22 +1,55 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a sensor's parameters, whatever its kind, wherever a panel wants them."""
+"""Draws a sensor, whatever its kind, wherever a panel wants it."""
 
 from __future__ import annotations
 
-import math
-import textwrap
 from typing import Any
 
-import bpy
+from bpy.types import Context
 
-from ..angen_addon import state
 from ..angen_addon.sensors import Sensor, SensorError, check
 from ..sensor_logic.kinds import KINDS, NO_KIND, not_simulated
 from ..sensor_logic.parameters import specs, used
+from . import pad
+from .lines import draw_lines
+from .readings import shown
 
-# Of Blender's interface font, in pixels at a scale of 1; and what margins and the icon take.
-WIDTH_OF_LETTER = 7.5
-MARGIN_LETTERS = 10
+# Kinds with more parameters than one looks at together have them in sections, the first of them
+# open. A parameter that is in none is drawn above them.
+SECTIONS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+    "PRESSURE": (
+        (
+            "Force and Partners",
+            (
+                "threshold",
+                "report_step",
+                "partner_object",
+                "partner_collection",
+                "subtract_own_weight",
+                "noise_sigma",
+            ),
+        ),
+        (
+            "Resistor",
+            (
+                "resistor",
+                "resistance_at_1n",
+                "exponent",
+                "force_min",
+                "force_max",
+                "unloaded_resistance",
+                "area",
+                "hysteresis",
+                "drift",
+                "part_spread",
+                "repeatability",
+            ),
+        ),
+        ("Electronics", ("load_resistor", "supply_voltage", "adc_bits")),
+    ),
+}
+# What a kind shows besides its parameters: its reading in full, and what would keep it from one.
+DETAILS = {"PRESSURE": pad.draw}
 
 
 def sensor_of(obj: Any) -> Sensor | None:
@@ -26,53 +59,57 @@ def sensor_of(obj: Any) -> Sensor | None:
     return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
 
 
-def draw_parameters(layout: Any, sensor: Sensor) -> None:
-    """All parameters that the chosen model looks at, and what is wrong with them."""
-    layout.use_property_split = True
-    layout.use_property_decorate = True
-    settings = sensor.settings
-    group = getattr(settings, sensor.kind.attribute)
+def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
+    """Its reading, what is wrong with it, and all parameters that the chosen model looks at.
+
+    `layout` has the full width of the region: sections need it.
+    """
+    seen = shown(sensor, context.scene)
+    layout.label(text=seen.text, icon=seen.icon)
+    enabled = sensor.settings.enabled
+    if enabled:
+        _draw_problem(layout, sensor)
+    if enabled and sensor.kind.identifier in DETAILS:
+        DETAILS[sensor.kind.identifier](layout, context, sensor, seen)
+    sections = SECTIONS.get(sensor.kind.identifier, ())
+    in_sections = {name for _, names in sections for name in names}
+    others = [name for name in specs(sensor.kind.parameters) if name not in in_sections]
+    column = _column(layout, enabled)
+    column.prop(sensor.settings, "update_rate")
+    _draw_parameters(column, sensor, others)
+    for number, (title, names) in enumerate(sections):
+        header, body = layout.panel(
+            f"ANGEN_{sensor.kind.identifier}_{number}", default_closed=number > 0
+        )
+        header.label(text=title)
+        if body is not None:
+            _draw_parameters(_column(body, enabled), sensor, names)
+
+
+def _column(layout: Any, enabled: bool) -> Any:
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = True
+    column.active = enabled
+    return column
+
+
+def _draw_parameters(column: Any, sensor: Sensor, names: Any) -> None:
+    group = getattr(sensor.settings, sensor.kind.attribute)
+    known = specs(sensor.kind.parameters)
+    for name in names:
+        # What has one choice only is nothing to choose.
+        if used(group, name, known[name]) and len(known[name].choices) != 1:
+            column.prop(group, name)
+
+
+def _draw_problem(layout: Any, sensor: Sensor) -> None:
     if sensor.kind.model is None:
-        _lines(layout, not_simulated(sensor.kind), "INFO")
-    layout.prop(settings, "update_rate")
-    for name, spec in specs(sensor.kind.parameters).items():
-        if used(group, name, spec) and len(spec.choices) != 1:
-            layout.prop(group, name)
+        draw_lines(layout, not_simulated(sensor.kind), "INFO")
     try:
         check(sensor)
     except SensorError as error:
         problem = str(error).removeprefix(f"'{sensor.name}': ")
         for name, spec in specs(sensor.kind.parameters).items():
             problem = problem.replace(name, spec.label)
-        _lines(layout, problem, "ERROR")
-
-
-def reading_of(sensor: Sensor) -> tuple[str, str]:
-    """What the sensor reads at the playhead, in words, or why nothing; and an icon for it."""
-    kind, settings = sensor.kind, sensor.settings
-    if kind.model is None:
-        return "Not simulated", "X"
-    if not settings.enabled:
-        return "Off", "X"
-    if state.CACHE.live and sensor.name in state.CACHE.live.problems:
-        return "Invalid", "ERROR"
-    word = kind.active_label if settings.active else kind.idle_label
-    icon = "RADIOBUT_ON" if settings.active else "RADIOBUT_OFF"
-    return f"{word}, {_quantity(settings.value, kind.value_unit)}", icon
-
-
-def _quantity(value: float, unit: str) -> str:
-    if unit == "rad":
-        return f"{math.degrees(value):.0f}°"
-    return f"{value:.3f} {unit}"
-
-
-def _lines(layout: Any, text: str, icon: str) -> None:
-    """A text broken into lines that fit the panel."""
-    context = bpy.context
-    scale = context.preferences.system.ui_scale
-    width = max(20, int(context.region.width / (WIDTH_OF_LETTER * scale)) - MARGIN_LETTERS)
-    box = layout.box().column(align=True)
-    for line in textwrap.wrap(text, width):
-        box.label(text=line, icon=icon)
-        icon = "BLANK1"
+        draw_lines(layout, problem, "ERROR")

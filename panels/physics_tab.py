@@ -6,7 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from .parameters import draw_parameters, reading_of, sensor_of
+from .parameters import draw_sensor, sensor_of
+from .presets import draw_presets
 
 
 class ANGEN_PT_physics(Panel):
@@ -23,19 +24,19 @@ class ANGEN_PT_physics(Panel):
         if sensor_of(context.object):
             self.layout.prop(context.object.angen_sensor, "enabled", text="")
 
+    def draw_header_preset(self, context: Context) -> None:
+        draw_presets(self.layout, context)
+
     def draw(self, context: Context) -> None:
         layout = self.layout
-        layout.use_property_split = True
-        layout.prop(context.object.angen_sensor, "kind")
+        column = layout.column()
+        column.use_property_split = True
+        column.prop(context.object.angen_sensor, "kind")
         sensor = sensor_of(context.object)
         if sensor is None:
-            layout.prop(context.object, "angen_ignored")
-            return
-        text, icon = reading_of(sensor)
-        layout.label(text=text, icon=icon)
-        column = layout.column()
-        column.active = sensor.settings.enabled
-        draw_parameters(column, sensor)
+            column.prop(context.object, "angen_ignored")
+        else:
+            draw_sensor(layout, context, sensor)
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics,))

@@ -8,7 +8,9 @@ from bpy.types import Context, Panel
 
 from ..angen_addon import state
 from ..angen_addon.sensors import all_sensors
-from .parameters import draw_parameters, reading_of, sensor_of
+from .parameters import draw_sensor, sensor_of
+from .presets import draw_presets
+from .readings import shown
 
 
 class _Sidebar:
@@ -58,12 +60,12 @@ class ANGEN_PT_readings(_Sidebar, Panel):
         column = self.layout.column(align=True)
         for sensor in sensors:
             if sensor.kind.model is not None:
-                text, icon = reading_of(sensor)
+                seen = shown(sensor, context.scene)
                 split = column.split(factor=0.56, align=True)
-                split.label(text=sensor.name, icon=icon)
+                split.label(text=sensor.name, icon=seen.icon)
                 value = split.row()
                 value.alignment = "RIGHT"
-                value.label(text=text)
+                value.label(text=seen.text)
         silent = sum(sensor.kind.model is None for sensor in sensors)
         if silent:
             column.label(text=f"{silent} more are not simulated yet", icon="X")
@@ -79,14 +81,15 @@ class ANGEN_PT_active_sensor(_Sidebar, Panel):
     def draw_header(self, context: Context) -> None:
         self.layout.prop(context.object.angen_sensor, "enabled", text="")
 
+    def draw_header_preset(self, context: Context) -> None:
+        draw_presets(self.layout, context)
+
     def draw(self, context: Context) -> None:
         sensor = sensor_of(context.object)
         if sensor is None:
             return
         self.layout.label(text=f"{sensor.name}: {sensor.kind.label}", icon=sensor.kind.icon)
-        column = self.layout.column()
-        column.active = sensor.settings.enabled
-        draw_parameters(column, sensor)
+        draw_sensor(self.layout, context, sensor)
 
 
 register, unregister = bpy.utils.register_classes_factory(

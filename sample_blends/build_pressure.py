@@ -37,8 +37,8 @@ LEGS = {"front left": (-1, -1), "front right": (1, -1), "back left": (-1, 1), "b
 # Where the weight is when: over each leg in turn, on the diagonal over the middle of the table.
 PATH = ((1, "front left"), (13, "front left"), (85, "front right"), (157, "back left"),
         (229, "back right"), (240, "back right"))  # fmt: skip
-STACK_AT, STACK_KG = (-160 * G, 0.0), (4.0, 2.0, 1.0)
-DROP_AT, DROP_KG, DROP_HEIGHT, RELEASE = (160 * G, 0.0), 2.0, 64 * G, 25
+STACK_AT, STACK_KG = (-132 * G, 0.0), (4.0, 2.0, 1.0)
+DROP_AT, DROP_KG, DROP_HEIGHT, RELEASE = (132 * G, 0.0), 2.0, 64 * G, 25
 BOUNCE = 0.6
 PICTURE_FRAME = 28
 
@@ -104,8 +104,8 @@ def add_table() -> None:
 def add_weight(height: float) -> None:
     """An animated weight: it has a mass, and no physics that could make it rattle."""
     shape = MeshBuilder("brass")
-    shape.lathe([(0, 0), (0.05, 0), (0.055, 0.005), (0.055, 0.085), (0.045, 0.095), (0.018, 0.1),
-                 (0.016, 0.115), (0.03, 0.125), (0.03, 0.14), (0.02, 0.146), (0, 0.146)],
+    shape.lathe([(0, 0), (0.054, 0), (0.06, 0.006), (0.06, 0.125), (0.05, 0.137), (0.02, 0.143),
+                 (0.018, 0.165), (0.033, 0.178), (0.033, 0.196), (0.022, 0.204), (0, 0.204)],
                 segments=48)  # fmt: skip
     weight = place("Weight", shape, "Table")
     weight.angen_load.mass = WEIGHT_KG
@@ -156,23 +156,23 @@ def add_surroundings() -> None:
     for x, text in ((STACK_AT[0], "stack"), (0.0, "four legs"), (DROP_AT[0], "drop")):
         curve = bpy.data.curves.new(text, "FONT")
         curve.body, curve.size, curve.align_x = text, 0.11, "CENTER"
-        label = place(f"Label {text}", curve, "Surroundings", (x, -0.62, 0.002))
+        label = place(f"Label {text}", curve, "Surroundings", (x, -0.66, 0.002))
         curve.materials.append(bpy.data.materials["sensor dark"])
         label.angen_ignored = True
-    lights = ((260.0, (-2.2, -2.4, 3.0), 1.5, (1.0, 0.93, 0.84)),
-              (90.0, (2.8, -1.6, 2.2), 1.2, (0.84, 0.92, 1.0)))  # fmt: skip
+    lights = ((330.0, (-2.4, -1.9, 2.6), 0.8, (1.0, 0.93, 0.84)),
+              (60.0, (2.8, -1.6, 2.2), 1.2, (0.84, 0.92, 1.0)))  # fmt: skip
     for index, (watts, at, size, colour) in enumerate(lights):
         lamp = bpy.data.lights.new(f"Light {index + 1}", "AREA")
         lamp.energy, lamp.size, lamp.color = watts, size, colour
         look(place(lamp.name, lamp, "Surroundings", at), (0.0, 0.0, 0.2))
     camera = bpy.data.cameras.new("Camera")
-    camera.lens = 42.0
-    seen = place("Camera", camera, "Surroundings", (0.0, -4.1, 1.75))
-    look(seen, (0.0, 0.0, 0.3))
+    camera.lens = 40.0
+    seen = place("Camera", camera, "Surroundings", (0.0, -3.2, 1.75))
+    look(seen, (0.0, 0.0, 0.31))
     bpy.context.scene.camera = seen
     world = bpy.data.worlds.new("World")
     world.use_nodes = True
-    world.node_tree.nodes["Background"].inputs[0].default_value = (0.32, 0.34, 0.36, 1.0)
+    world.node_tree.nodes["Background"].inputs[0].default_value = (0.2, 0.215, 0.235, 1.0)
     bpy.context.scene.world = world
 
 
@@ -215,7 +215,7 @@ def arrange_views() -> None:
 
 def render(scene: bpy.types.Scene, out: Path) -> None:
     """A picture of the box in mid-air and the weight on its way."""
-    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 64, False
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 48, False
     scene.render.resolution_x, scene.render.resolution_y = 960, 540
     scene.view_settings.view_transform = "AgX"
     scene.render.filepath = str(out)

@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from demo_table import Report, active_share, change_times, last_time, row, table
+from demo_table import Report, active_share, change_times, greatest_force, last_time, row, table
 
 ROOT = Path(__file__).resolve().parent.parent
 HOME = ROOT / "sample_blends" / "angen.blend"
@@ -64,6 +64,11 @@ def lines(path: Path) -> list[str]:
         return list(file)
 
 
+def report(kind: str, changes: list[float], samples: list[str]) -> Report:
+    """What a sensor of that kind reported, from its times of change and its samples."""
+    return Report(changes, active_share(samples, kind), greatest_force(samples))
+
+
 def main() -> None:
     events, samples = OUTPUT / "events.csv", OUTPUT / "samples"
     shutil.rmtree(OUTPUT, ignore_errors=True)
@@ -80,14 +85,15 @@ def main() -> None:
     changes = change_times(lines(events))
     sampled = {s["name"]: lines(samples / f"{s['name']}.csv") for s in sensors if s["simulated"]}
     rows = [
-        row(s, Report(changes[s["name"]], active_share(sampled[s["name"]], s["kind"])))
+        row(s, report(s["kind"], changes[s["name"]], sampled[s["name"]]))
         if s["simulated"]
         else row(s, None)
         for s in sensors
     ]
     simulated = max(last_time(text) for text in sampled.values())
     print(f"\n{table(rows)}\n")
-    print("Events are changes of what a sensor publishes; active is its share of the time.")
+    print("Events are changes of what a sensor publishes; active is its share of the time;")
+    print("max N is the greatest force on a pressure pad, in newtons.")
     print(
         f"{simulated:.0f} s of the home in {wall:.1f} s: {simulated / wall:.1f} times real time, "
         f"Blender's start included; {memory / MIB:.0f} MiB of memory at most."

@@ -8,17 +8,19 @@ from typing import Any
 
 # The field of a kind's samples that says whether the sensor was active.
 ACTIVE_FIELD = {"PIR": "moved", "OPTICAL_SWITCH": "open", "PRESSURE": "pressed", "LIGHT": "lit"}
-HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active")
+HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max N")
 NAME_COLUMNS = 3
 NOT_SIMULATED = "not simulated yet"
 
 
 @dataclass(frozen=True)
 class Report:
-    """What one sensor reported: its times of change (s), its share of time active (0..1)."""
+    """What one sensor reported: its times of change (s), its share of time active (0..1), and, of
+    a pressure pad, the greatest force (N)."""
 
     changes: list[float]
     active: float
+    force: float | None = None
 
 
 def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
@@ -38,6 +40,12 @@ def active_share(samples: Iterable[str], kind: str) -> float:
     return states.count("1") / max(len(states), 1)
 
 
+def greatest_force(samples: Iterable[str]) -> float | None:
+    """The greatest force (N) among a sensor's valid samples; None for what measures no force."""
+    lines = [line for line in csv.DictReader(samples) if line.get("valid") == "1"]
+    return max((float(line["force_n"]) for line in lines), default=None)
+
+
 def last_time(samples: Iterable[str]) -> float:
     """The time (s) of a sensor's last sample; 0 without samples."""
     return max((float(line["time_s"]) for line in csv.DictReader(samples)), default=0.0)
@@ -48,10 +56,11 @@ def row(sensor: Mapping[str, Any], report: Report | None) -> tuple[str, ...]:
     kind = sensor["kind"].lower().replace("_", " ")
     start = (sensor["room"] or "-", sensor["name"], kind)
     if report is None:
-        return (*start, "", "", "", NOT_SIMULATED)
+        return (*start, "", "", "", NOT_SIMULATED, "")
     changes = [f"{time:.1f}" for time in report.changes] or ["-"]
     count = str(len(report.changes))
-    return (*start, count, changes[0], changes[-1], f"{report.active:.1%}")
+    force = "" if report.force is None else f"{report.force:.1f}"
+    return (*start, count, changes[0], changes[-1], f"{report.active:.1%}", force)
 
 
 def table(rows: Sequence[tuple[str, ...]]) -> str:

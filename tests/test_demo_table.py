@@ -35,35 +35,48 @@ def test_the_last_sample_tells_how_long_the_run_was() -> None:
     assert demo_table.last_time(["time_s,frame,moved\n", "0,1,0\n", "59.9,1438,1\n"]) == 59.9
 
 
+def test_the_greatest_force_is_that_of_valid_samples() -> None:
+    samples = ["time_s,frame,force_n,valid\n", "0,1,900,0\n", "1,25,-1.5,1\n", "2,49,686.7,1\n"]
+    assert demo_table.greatest_force(samples) == 686.7
+    assert demo_table.greatest_force(samples[:2]) is None
+    assert demo_table.greatest_force(["time_s,frame,moved\n", "0,1,0\n"]) is None
+
+
 def sensor(kind: str, room: str = "bedroom") -> dict[str, str]:
     return {"name": f"{kind} 1", "kind": kind, "room": room}
 
 
 def test_a_row_has_what_the_sensor_reported() -> None:
     assert demo_table.row(sensor("OPTICAL_SWITCH"), Report([2.5, 3.0, 4.04], 0.5)) == (
-        ("bedroom", "OPTICAL_SWITCH 1", "optical switch", "3", "2.5", "4.0", "50.0%")
+        ("bedroom", "OPTICAL_SWITCH 1", "optical switch", "3", "2.5", "4.0", "50.0%", "")
     )
+
+
+def test_a_pad_has_its_greatest_force() -> None:
+    assert demo_table.row(sensor("PRESSURE"), Report([1.0], 0.5, 686.74))[-1] == "686.7"
 
 
 def test_a_sensor_that_never_changed_has_no_times() -> None:
     assert demo_table.row(sensor("PIR", room=""), Report([], 0.0)) == (
-        ("-", "PIR 1", "pir", "0", "-", "-", "0.0%")
+        ("-", "PIR 1", "pir", "0", "-", "-", "0.0%", "")
     )
 
 
 def test_a_kind_without_physics_has_no_figures() -> None:
     row = demo_table.row(sensor("LIGHT"), None)
-    assert row[3:] == ("", "", "", "not simulated yet")
+    assert row[3:] == ("", "", "", "not simulated yet", "")
 
 
 def test_columns_are_aligned() -> None:
     rows = [
         demo_table.row(sensor("PIR"), Report([1.0, 12.0], 1.0)),
+        demo_table.row(sensor("PRESSURE"), Report([1.0, 12.0], 0.25, 700.0)),
         demo_table.row(sensor("LIGHT"), None),
     ]
     assert demo_table.table(rows).splitlines() == [
-        "room     sensor   kind   events  first s  last s             active",
-        "-------------------------------------------------------------------",
-        "bedroom  PIR 1    pir         2      1.0    12.0             100.0%",
-        "bedroom  LIGHT 1  light                           not simulated yet",
+        "room     sensor      kind      events  first s  last s             active  max N",
+        "--------------------------------------------------------------------------------",
+        "bedroom  PIR 1       pir            2      1.0    12.0             100.0%",
+        "bedroom  PRESSURE 1  pressure       2      1.0    12.0              25.0%  700.0",
+        "bedroom  LIGHT 1     light                              not simulated yet",
     ]

@@ -68,7 +68,7 @@ class Bodies:
         self._stale = _stale(depsgraph.scene, frame) if moves else ""
         moment = Moment(frame, depsgraph, self._things, self._solids, metres, last)
         self._moments = [*self._moments[1 - FRAMES_NEEDED :], moment]
-        up = gravity_of(depsgraph.scene, metres)[1]
+        up = moment.up
         for pad in due:
             for key in _reachable((pad.session_uid,), moment, self._things, up):
                 if key in moment.bodies and key not in moment.standing:
@@ -108,15 +108,6 @@ def _stale(scene: Any, frame: int) -> str:
     return ""
 
 
-def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
-    """Gravity (3,) in m/s² as the simulation has it, and the upward unit vector (3,)."""
-    gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
-    if scene.rigidbody_world is not None:
-        gravity *= scene.rigidbody_world.effector_weights.gravity
-    size = float(np.linalg.norm(gravity))
-    return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
-
-
 def _reachable(pad: Key, moment: Moment, things: Things, up: Array) -> set[Key]:
     """Everything with a weight beside and above the pad, and in a chain of overlapping bounds from
     there: no less than its contact island."""
@@ -148,7 +139,7 @@ class FrameWorld:
         self._moments = moments
         self._metres = metres
         scene = depsgraph.scene
-        self._gravity, self.up = gravity_of(scene, metres)
+        self._gravity, self.up = moments[1].gravity, moments[1].up
         self.gravity = float(np.linalg.norm(self._gravity))
         render = scene.render
         self._frame_time = render.fps_base / render.fps

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Surface = tuple[NDArray[np.float32], NDArray[np.int32], int]
+SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # A mesh this many times farther from its own origin than it is large loses digits in single
 # precision; its tree is then built about its centre.
 FAR_FROM_OWN_ORIGIN = 8.0
@@ -127,6 +128,8 @@ def _surface(mesh: Any) -> Surface:
 
 def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (n, 3) and triangles (m, 3) of an object's surface, in its own space."""
+    if evaluated.type not in SURFACE_TYPES:
+        return np.empty((0, 3)), np.empty((0, 3), np.int32)
     direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
     mesh = evaluated.data if direct else evaluated.to_mesh()
     if mesh is None or not len(mesh.polygons):

@@ -18,7 +18,7 @@ Array = np.typing.NDArray[np.float64]
 class Moment:
     """One frame: `poses` (n, 4, 4) and `scales` (n, 3) of the things that collide, world bounds
     `lo`, `hi` (n, 3) of all things, in the order of `row`; animated `bodies` by key, and what they
-    are `standing` on, where it was asked for."""
+    are `standing` on, where it was asked for; `gravity` and the direction `up` (3,)."""
 
     def __init__(
         self,
@@ -30,6 +30,7 @@ class Moment:
         before: Moment | None,
     ) -> None:
         self.frame = frame
+        self.gravity, self.up = gravity_of(depsgraph.scene, metres)
         known = list(things.by_key.values())
         self.row = {thing.key: row for row, thing in enumerate(known)}
         matrices = _matrices(depsgraph, known, solids)
@@ -59,6 +60,15 @@ class Moment:
         found = np.flatnonzero(((self.lo <= hi) & (self.hi >= lo)).all(axis=1))
         keys = list(self.row)
         return [keys[other] for other in found.tolist() if other != row]
+
+
+def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
+    """Gravity (3,) in m/s² as the simulation has it, and the upward unit vector (3,)."""
+    gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
+    if scene.rigidbody_world is not None:
+        gravity *= scene.rigidbody_world.effector_weights.gravity
+    size = float(np.linalg.norm(gravity))
+    return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def _matrices(depsgraph: Any, things: list[Thing], solids: Solids) -> Array:

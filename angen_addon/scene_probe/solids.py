@@ -13,10 +13,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Geometry
+from .geometry import SURFACE_TYPES, Geometry
 
 Array = NDArray[np.float64]
-SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # Blender marks the unused levels of `persistent_id` with the largest integer.
 UNUSED_LEVEL = 2**31 - 1
 # A box is padded by this many units, and by the rounding of single precision at its distance, so

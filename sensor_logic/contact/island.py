@@ -42,6 +42,10 @@ BESIDE, ABOVE = 0.25, 2.0
 SOFT_JOINT, HARD_JOINT = 1e-3, 1e3
 # Areas of contacts count within this ratio of the middle one.
 SPREAD = 30.0
+# Least cosine between a far contact's push and what a body needs.
+ALONG = 0.3
+# Of a point and of a line, as `contact_patch` gives them.
+POINTS_WITHOUT_AREA = (1, 3)
 # Less than this share of a contact's area beside a pad is its rim.
 LEAST_PART = 0.01
 TINY = 1e-12
@@ -286,11 +290,24 @@ def _collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Isl
             tolerance = TOLERANCE if margin == 0.0 else margin + MESH_TOLERANCE
             wide = reach.get(key, 0.0) + reach.get(other, 0.0)
             contacts = world.meeting(*pair, tolerance + wide, when)
+            if wide > 0.0:
+                contacts = [contact for contact in contacts if _helps(contact, pair, world)]
             island.contacts += [(*pair, contact) for contact in contacts]
             fast = neighbour.weighs and world.need(other).reach > TOLERANCE
             if contacts or (fast and not neighbour.carried):
                 visit(other)
     return island
+
+
+def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
+    """Whether a contact looked for far off pushes one of its bodies the way it must be pushed."""
+    for key, sign in zip(pair, (1.0, -1.0), strict=True):
+        if world.node(key).weighs:
+            force = world.need(key).load.wrench[:3]
+            along = sign * float(contact.patch.normal @ force)
+            if along > ALONG * float(np.linalg.norm(force)):
+                return True
+    return False
 
 
 def _acts(node: Node, world: World) -> Node:
@@ -420,10 +437,11 @@ def _points(groups: Sequence[_Group], order: dict[Key, int], world: World) -> Po
 
 
 def _stiffnesses(groups: Sequence[_Group]) -> list[Array]:
-    """In proportion to the areas; but lines and points, which have none, are not that soft."""
+    """In proportion to the areas; lines and points, which have none, are as stiff as the rest."""
     totals = np.array([float(group.areas.sum()) for group in groups])
-    middle = float(np.median(totals)) if len(totals) else 1.0
-    kept = np.clip(totals, middle / SPREAD, middle * SPREAD)
+    flat = np.array([len(group.areas) not in POINTS_WITHOUT_AREA for group in groups], bool)
+    middle = float(np.median(totals[flat])) if flat.any() else 1.0
+    kept = np.where(flat, np.clip(totals, middle / SPREAD, middle * SPREAD), middle)
     return [group.areas * (k / t) for group, k, t in zip(groups, kept, totals, strict=True)]
 
 

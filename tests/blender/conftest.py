@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from pressure_scenes import Physics
 
 ADDON = "bl_ext.user_default.angen_sensors"
 CUBE = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
@@ -166,6 +171,12 @@ class Spy:
 @pytest.fixture
 def world(empty_scene: None) -> World:
     return World()
+
+
+@pytest.fixture
+def physics(world: World) -> Physics:
+    """The empty scene, for pads and what has a weight."""
+    return Physics(world)
 
 
 @pytest.fixture(params=["FAST", "SCENE"])

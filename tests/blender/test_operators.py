@@ -5,6 +5,7 @@ import csv
 
 import bpy
 import pytest
+from mathutils import Vector
 
 ops = bpy.ops.angen
 KINDS = ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT")
@@ -52,6 +53,75 @@ def test_sensor_add_of_an_unknown_preset_adds_nothing(world):
     assert not bpy.data.objects
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+def test_a_new_pad_lies_on_its_underside_at_the_cursor(world, scale):
+    world.scene.unit_settings.scale_length = scale
+    world.scene.cursor.location = (1, 2, 3)
+    ops.sensor_add(kind="PRESSURE")
+    pad = bpy.context.object
+    assert pad.rigid_body is None
+    world.update()
+    corners = [pad.matrix_world @ v.co for v in pad.data.vertices]
+    lo = [min(c[i] for c in corners) for i in range(3)]
+    hi = [max(c[i] for c in corners) for i in range(3)]
+    half = 0.15 / scale
+    assert lo == pytest.approx([1 - half, 2 - half, 3])
+    assert hi == pytest.approx([1 + half, 2 + half, 3 + 0.01 / scale])
+    centre = Vector((0, 0, 0.005 / scale))
+    for face in pad.data.polygons:
+        assert face.normal.dot(face.center - centre) > 0, "faces look outwards"
+    edges = [tuple(sorted(key)) for face in pad.data.polygons for key in face.edge_keys]
+    assert all(edges.count(edge) == 2 for edge in edges), "closed"
+
+
+@pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "LIGHT"])
+def test_markers_of_what_looks_have_no_surface(world, kind):
+    ops.sensor_add(kind=kind)
+    assert not bpy.context.object.data.polygons
+    assert bpy.context.object.data.edges
+
+
+def test_a_new_pad_feels_what_stands_on_it(world):
+    """No rigid body, a centimetre thick, in the same place as the box: it reads 5 kg."""
+    bpy.ops.rigidbody.world_add()
+    for name, size, z, kind in (("floor", 4.0, -2.0, "PASSIVE"), ("box", 0.2, 0.1, "ACTIVE")):
+        bpy.context.view_layer.objects.active = world.box((size,) * 3, (0, 0, z), name)
+        bpy.ops.rigidbody.object_add(type=kind)
+        bpy.context.object.rigid_body.collision_shape = "BOX"
+    bpy.context.object.rigid_body.mass = 5.0
+    ops.sensor_add(kind="PRESSURE")
+    bpy.context.object.angen_sensor.update_rate = 24.0
+    recording = world.run()
+    force = world.series(recording, "Pressure sensor", "force_n")
+    assert force[-8:] == pytest.approx([5 * 9.81] * 8, rel=1e-3)
+    assert world.series(recording, "Pressure sensor", "partners")[-1] == "box"
+
+
+def test_sensor_add_with_a_preset(world):
+    ops.sensor_add(kind="PRESSURE", preset="FSR_402_3K3")
+    pressure = bpy.context.object.angen_sensor.pressure
+    assert (pressure.load_resistor, pressure.hysteresis) == pytest.approx((3300.0, 0.1))
+    with pytest.raises(RuntimeError, match=r"FSR_402_3K3.*there are THESIS"):
+        ops.sensor_add(kind="PIR", preset="FSR_402_3K3")
+    assert len(bpy.data.objects) == 1
+    with pytest.raises(RuntimeError, match="none for this kind"):
+        ops.sensor_add(kind="LIGHT", preset="FSR_402_3K3")
+
+
+def test_assigning_a_pad_warns_of_what_has_no_surface(world, capfd):
+    empty, box = world.link("empty", None), world.box((1, 1, 1))
+    world.update()
+    bpy.context.view_layer.objects.active = empty
+    assert ops.sensor_assign(kind="PRESSURE") == {"FINISHED"}
+    assert "no surface" in capfd.readouterr().out
+    bpy.context.view_layer.objects.active = box
+    assert ops.sensor_assign(kind="PRESSURE") == {"FINISHED"}
+    assert "no surface" not in capfd.readouterr().out
+    assert ops.sensor_clear() == {"FINISHED"}
+    assert box.angen_sensor.kind == "NONE"
+    assert len(box.data.polygons) == 6, "the mesh stays as it was"
+
+
 def test_sensor_assign_and_clear(world):
     box = world.box((1, 1, 1))
     world.update()
@@ -74,6 +144,7 @@ def test_sensor_assign_and_clear(world):
         ("simulate", "Add a sensor first"),
         ("sensor_assign", "Select the object"),
         ("sensor_clear", "Select a sensor"),
+        ("preset_apply", "Select a sensor"),
         ("bake_keyframes", "Simulate first"),
         ("export_events", "Simulate first"),
         ("export_samples", "Simulate first"),

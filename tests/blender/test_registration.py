@@ -51,6 +51,7 @@ def test_on_and_off_three_times(empty_scene):
         "clear_recording",
         "export_events",
         "export_samples",
+        "preset_apply",
         "sensor_add",
         "sensor_assign",
         "sensor_clear",

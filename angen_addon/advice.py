@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What in a scene keeps a pressure pad from reading what its user expects, and the way out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from .animation import is_animated
+from .scene_probe.solids import SURFACE_TYPES
+
+
+def without_surface(obj: Any) -> str:
+    """Why nothing can press on the object; empty where something can."""
+    kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
+    if obj.type not in SURFACE_TYPES:
+        return f"it has no surface that anything could press on ({kind}): use a mesh object"
+    if obj.type == "MESH" and not obj.modifiers and not obj.data.polygons:
+        return "its mesh has no faces that anything could press on: give it some"
+    return ""
+
+
+def is_simulated(obj: Any) -> bool:
+    """Whether the physics engine moves the object, now or at another frame."""
+    body = obj.rigid_body
+    return (
+        body is not None
+        and body.type == "ACTIVE"
+        and (body.enabled or is_animated(obj, "rigid_body.enabled"))
+        and (not body.kinematic or is_animated(obj, "rigid_body.kinematic"))
+    )
+
+
+def has_mass(obj: Any) -> bool:
+    """Whether an animated body with a mass is, or hangs on, this object, now or ever."""
+    return obj.angen_load.mass > 0.0 or is_animated(obj, "angen_load.mass")
+
+
+def simulated_bodies(scene: Any) -> Iterator[Any]:
+    """What the physics engine moves, each with a mass of its own: not the parts of compounds."""
+    world = scene.rigidbody_world
+    if world is None or not world.enabled or world.collection is None:
+        return
+    for obj in world.collection.objects:
+        parent = obj.parent
+        part = (
+            parent is not None
+            and parent.rigid_body is not None
+            and parent.rigid_body.collision_shape == "COMPOUND"
+        )
+        if not part and is_simulated(obj):
+            yield obj
+
+
+def sinks(pad: Any, scene: Any) -> str:
+    """What the user is told of a pad that heavier bodies press through what is below it."""
+    bodies = list(simulated_bodies(scene))
+    if pad not in bodies:
+        return ""
+    heavier = [b for b in bodies if b != pad and b.rigid_body.mass > pad.rigid_body.mass]
+    if not heavier:
+        return ""
+    worst = max(heavier, key=lambda body: body.rigid_body.mass)
+    return (
+        f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier ones, "
+        f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg). Make it passive, or remove its "
+        "rigid body"
+    )
+
+
+def weightless(pad: Any, scene: Any, view_layer: Any) -> str:
+    """What the user is told where nothing could ever press on the pad."""
+    if any(body != pad for body in simulated_bodies(scene)):
+        return ""
+    if any(has_mass(obj) and obj != pad for obj in view_layer.objects):
+        return ""
+    return (
+        "Nothing in this scene has a weight. Make something an active rigid body, or give an "
+        "animated person or thing a mass: Physics tab, Weight on Sensors"
+    )
+
+
+def outdated_cache(scene: Any) -> str:
+    """What the user is told where the simulated poses are those before an edit."""
+    world = scene.rigidbody_world
+    if not any(simulated_bodies(scene)) or not world.point_cache.is_outdated:
+        return ""
+    return (
+        "The rigid-body cache is out of date, live readings are not valid: play from frame "
+        f"{world.point_cache.frame_start}, or simulate the sensors, which does so by itself"
+    )
+
+
+def short_cache(scene: Any) -> str:
+    """What the user is told where the physics stops before the scene does."""
+    if not any(simulated_bodies(scene)):
+        return ""
+    cache = scene.rigidbody_world.point_cache
+    if cache.frame_end >= scene.frame_end:
+        return ""
+    way_out = "Delete its bake, set its end and bake again" if cache.is_baked else "Set its end"
+    return (
+        f"The rigid-body cache ends at frame {cache.frame_end}, the scene at {scene.frame_end}: "
+        f"readings after it are not valid. {way_out}: Scene tab, Rigid Body World, Cache"
+    )

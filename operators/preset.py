@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sets the parameters of a sensor to those of a known part or setting."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Operator
+
+from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.presets import Preset, presets_of
+
+# Blender stores single precision.
+SAME = 1e-6
+
+
+def find_preset(kind: Kind, identifier: str) -> Preset:
+    """The preset of a kind with this identifier. Raises KeyError with what to tell the user."""
+    known = {preset.identifier: preset for preset in presets_of(kind.identifier)}
+    if identifier not in known:
+        hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
+        raise KeyError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
+    return known[identifier]
+
+
+def apply(obj: Any, preset: Preset) -> None:
+    """Sets the parameters that the preset names, and no other."""
+    group = getattr(obj.angen_sensor, KINDS[preset.kind].attribute)
+    for name, value in preset.values.items():
+        setattr(group, name, value)
+
+
+def is_applied(obj: Any, preset: Preset) -> bool:
+    """Whether the parameters that the preset names are as it would set them."""
+    group = getattr(obj.angen_sensor, KINDS[preset.kind].attribute)
+    return all(_same(getattr(group, name), value) for name, value in preset.values.items())
+
+
+def _same(stored: Any, value: Any) -> bool:
+    if isinstance(value, float):
+        return math.isclose(stored, value, rel_tol=SAME, abs_tol=1e-12)
+    return bool(stored == value)
+
+
+class ANGEN_OT_preset_apply(Operator):
+    bl_idname = "angen.preset_apply"
+    bl_label = "Apply Preset"
+    bl_description = "Set the active sensor's parameters to those of a known part or setting"
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: StringProperty(name="Preset", description="Identifier of a preset of the kind")
+
+    @classmethod
+    def description(cls, context: Context, properties: Any) -> str:
+        """Of a menu item: where the figures of its preset are from."""
+        obj = context.object
+        if obj is not None and obj.angen_sensor.kind != NO_KIND:
+            for preset in presets_of(obj.angen_sensor.kind):
+                if preset.identifier == properties.preset:
+                    return f"{cls.bl_description}.\nSource: {preset.source}"
+        return cls.bl_description
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        obj = context.object
+        if obj is None or obj.angen_sensor.kind == NO_KIND:
+            cls.poll_message_set("Select a sensor")
+            return False
+        if not obj.is_editable:
+            cls.poll_message_set("The sensor is linked: make it local or a library override")
+            return False
+        if not presets_of(obj.angen_sensor.kind):
+            cls.poll_message_set("There are no presets for this kind of sensor")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        obj = context.object
+        try:
+            preset = find_preset(KINDS[obj.angen_sensor.kind], self.preset)
+        except KeyError as error:
+            self.report({"ERROR"}, error.args[0])
+            return {"CANCELLED"}
+        apply(obj, preset)
+        self.report({"INFO"}, f"'{obj.name}' is set to: {preset.label}")
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_preset_apply,))

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The weight that an animated thing puts on pressure pads: Physics tab and sidebar."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Panel
+
+from ..angen_addon import weights
+from ..angen_addon.advice import is_simulated
+from .lines import draw_lines
+
+NAMES_SHOWN = 3
+
+
+class _Weight:
+    bl_label = "Weight on Sensors"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.object is not None and context.object.type in weights.BEARER_TYPES
+
+    def draw_header_preset(self, context: Context) -> None:
+        if context.object.angen_load.mass > 0.0:
+            self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
+
+    def draw(self, context: Context) -> None:
+        draw_weight(self.layout, context)  # type: ignore[attr-defined]
+
+
+def draw_weight(layout: Any, context: Context) -> None:
+    """Mass and tolerance of the active object, what they are for, and what may be meant wrong."""
+    obj = context.object
+    column = layout.column()
+    column.use_property_split = True
+    column.prop(obj.angen_load, "mass")
+    held = column.column()
+    held.active = weights.has_mass(obj)
+    held.prop(obj.angen_load, "tolerance")
+    if is_simulated(obj):
+        _draw_simulated(layout, obj)
+    elif weights.has_mass(obj):
+        _draw_weighed(layout, obj, context.view_layer)
+    else:
+        _draw_without(layout, obj, context.view_layer)
+
+
+def _draw_simulated(layout: Any, obj: Any) -> None:
+    mass = f"{obj.rigid_body.mass:g} kg"
+    if weights.has_mass(obj):
+        text = (
+            "It is an active rigid body, but with this mass it counts as animated, not simulated. "
+            f"Set the mass to 0: its rigid body weighs {mass} already"
+        )
+        draw_lines(layout, text, "ERROR")
+    else:
+        text = (
+            f"It is an active rigid body and weighs {mass} already (Rigid Body, Mass). A mass here "
+            "would make it count as animated"
+        )
+        draw_lines(layout, text, "INFO")
+
+
+def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
+    weighed = weights.weighed_with(obj, view_layer)
+    if weighed.surfaces:
+        names = _names(weighed.surfaces)
+        draw_lines(layout, f"Puts its weight where these touch what is below: {names}", "INFO")
+    else:
+        text = (
+            "Nothing weighs with it: there is no visible surface on it, or each has a mass of its "
+            "own or is ignored by sensors"
+        )
+        draw_lines(layout, text, "ERROR")
+    bearers = [bearer for _, bearer in weighed.apart] if weighed.surfaces else []
+    if obj in weighed.surfaces:
+        # A surface with a mass of its own leaves that of its armature to the others.
+        bearers += [
+            other
+            for other in list(weights.chain(obj))[1:]
+            if weights.has_mass(other) and weights.weighed_with(other, view_layer).surfaces
+        ]
+    if bearers:
+        text = f"Counted twice? {_names(_unique(bearers))} has a mass too, and both weigh"
+        draw_lines(layout, text, "ERROR")
+
+
+def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
+    above = weights.bearer(obj)
+    if above is not None:
+        mass = f"{above.angen_load.mass:g} kg"
+        draw_lines(layout, f"It weighs with '{above.name}' ({mass})", "INFO")
+        return
+    weighed = weights.weighed_with(obj, view_layer)
+    text = "No weight. For what is animated, not simulated: a person, moved furniture"
+    if weighed.surfaces:
+        text += f". The mass would be that of {_names(weighed.surfaces)}"
+    if weighed.apart:
+        text += f". On it, {_names(_unique([b for _, b in weighed.apart]))} has a mass already"
+    draw_lines(layout, text, "INFO")
+
+
+def _unique(objects: list[Any]) -> list[Any]:
+    return [obj for number, obj in enumerate(objects) if obj not in objects[:number]]
+
+
+def _names(objects: list[Any]) -> str:
+    names = sorted(f"'{obj.name}'" for obj in objects)
+    more = len(names) - NAMES_SHOWN
+    return ", ".join(names[:NAMES_SHOWN]) + (f" and {more} more" if more > 0 else "")
+
+
+class ANGEN_PT_physics_weight(_Weight, Panel):
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "physics"
+    bl_parent_id = "ANGEN_PT_physics"
+
+
+class ANGEN_PT_sidebar_weight(_Weight, Panel):
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_PT_physics_weight, ANGEN_PT_sidebar_weight)
+)

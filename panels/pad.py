@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a pressure pad shows besides its parameters: its reading in full, and warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bpy.types import Context
+
+from ..angen_addon import advice
+from ..angen_addon.sensors import Sensor
+from .lines import draw_lines, draw_row
+from .readings import Shown
+
+NOTHING = "–"
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+    """The reading, and each warning with its way out."""
+    pad, scene = sensor.object, context.scene
+    problem = advice.without_surface(pad)
+    if problem:
+        draw_lines(layout, problem[0].upper() + problem[1:], "ERROR")
+        return
+    if seen.fields is not None:
+        _draw_reading(layout, seen.fields)
+    outdated = "" if seen.recorded else advice.outdated_cache(scene)
+    if outdated:
+        draw_lines(layout, outdated, "ERROR")
+    elif seen.problem:
+        draw_lines(layout, _not_valid(seen), "QUESTION")
+    sinks = advice.sinks(pad, scene)
+    if sinks:
+        box = draw_lines(layout, sinks, "ERROR")
+        box.row().prop(pad.rigid_body, "type", expand=True)
+    weightless = advice.weightless(pad, scene, context.view_layer)
+    if weightless:
+        draw_lines(layout, weightless, "ERROR")
+    short = advice.short_cache(scene)
+    if short:
+        box = draw_lines(layout, short, "ERROR")
+        box.prop(scene.rigidbody_world.point_cache, "frame_end", text="Cache End")
+
+
+def _not_valid(seen: Shown) -> str:
+    text = f"Not valid: {seen.problem}"
+    if seen.fields is None:
+        return text
+    text += ". The last known reading stands"
+    return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
+
+
+def _draw_reading(layout: Any, fields: Mapping[str, Any]) -> None:
+    """All but the force, which the sensor's state tells."""
+    column = layout.column(align=True)
+    draw_row(column, "Pressed By", fields["partners"].replace(";", ", ") or NOTHING)
+    draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"]))
+    draw_row(column, "Resistor", ohms_text(fields["resistance_ohm"]))
+    draw_row(column, "Output", f"{fields['voltage_v']:.2f} V, ADC {fields['adc']}")
+
+
+def centre_text(x: float, y: float) -> str:
+    """A centre of pressure, from the pad's origin along its axes (m)."""
+    if math.isnan(x) or math.isnan(y):
+        return NOTHING
+    return f"X {x * 100 + 0.0:.1f} cm, Y {y * 100 + 0.0:.1f} cm".replace("-0.0 ", "0.0 ")
+
+
+def ohms_text(ohms: float) -> str:
+    for size, unit in ((1e6, "MΩ"), (1e3, "kΩ")):
+        if ohms >= size:
+            return f"{ohms / size:.3g} {unit}"
+    return f"{ohms:.3g} Ω"

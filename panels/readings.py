@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a sensor reads at the playhead: recorded where there is a recording, else live.
+
+States differ by icon and by word, never by colour alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..angen_addon import state
+from ..angen_addon.sensors import Sensor
+
+ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """`text` and `icon` for a list; `problem`: why the reading is not valid, or there is none;
+    `fields`: what was published, None where nothing is known of it; `recorded`: not live."""
+
+    text: str
+    icon: str
+    problem: str = ""
+    fields: Mapping[str, Any] | None = None
+    recorded: bool = False
+
+
+def shown(sensor: Sensor, scene: Any) -> Shown:
+    """What the sensor reads, in words, or why nothing."""
+    kind, settings = sensor.kind, sensor.settings
+    if kind.model is None:
+        return Shown("Not simulated", OFF)
+    if not settings.enabled:
+        return Shown("Off", OFF)
+    recorded = _recorded(sensor, scene)
+    fields, problem = recorded or _live(sensor, scene)
+    value = quantity(settings.value, kind.value_unit)
+    if problem:
+        icon = WRONG if fields is None else DOUBTFUL
+        # What stands is the last known reading, if there was any.
+        text = f"Invalid, {value}" if fields and settings.value else "Invalid"
+        return Shown(text, icon, problem, fields, recorded is not None)
+    word, icon = (kind.active_label, ACTIVE) if settings.active else (kind.idle_label, IDLE)
+    return Shown(f"{word}, {value}", icon, "", fields, recorded is not None)
+
+
+def _recorded(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str] | None:
+    """Fields and problem in the recording; None where it does not cover the playhead."""
+    recording = state.CACHE.recording(scene)
+    frame = scene.frame_current + scene.frame_subframe
+    if recording is None or not recording.covers(frame):
+        return None
+    track = recording.track_of(sensor.uid)
+    index = track.at(frame) if track else None
+    if track is None or index is None:
+        return None, ""
+    fields = {name: column[index] for name, column in track.columns.items()}
+    return fields, fields.get("problem", "")
+
+
+def _live(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str]:
+    """Fields and problem of the last live update."""
+    live = state.CACHE.live
+    if live is None or live.scene_uid != scene.session_uid:
+        return None, ""
+    problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
+    return live.readings.get(sensor.name), problem
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value as people read it: angles in degrees, forces to a hundredth of a newton."""
+    if not math.isfinite(value):
+        return "–"
+    if unit == "rad":
+        return f"{math.degrees(value):.0f}°"
+    if unit == "N":
+        return f"{value + 0.0:.2f} N".replace("-0.00", "0.00")
+    return f"{value:.3f} {unit}"

@@ -1,0 +1,430 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What panels show, drawn into a layout that takes down what it is given and checks its names.
+
+There is no window here: that every icon, property, operator and menu exists in this version of
+Blender is what the layout below makes sure of.
+"""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+ICONS = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys()
+ops = bpy.ops.angen
+
+
+class Layout:
+    """Stands for a UILayout; all parts of one drawing share their lists."""
+
+    def __init__(self, whole=None, opened=True):
+        self.whole = whole or self
+        if whole is None:
+            self.labels, self.props, self.operators, self.menus, self.icons = [], [], [], [], []
+            self.sections = []
+            self.opened = opened
+
+    def _part(self, function, **arguments):
+        self._check(function, **arguments)
+        return Layout(self.whole)
+
+    def _check(self, function, icon="NONE", **arguments):
+        known = bpy.types.UILayout.bl_rna.functions[function].parameters
+        assert set(arguments) <= set(known.keys())
+        assert icon in ICONS
+
+    def column(self, **arguments):
+        return self._part("column", **arguments)
+
+    def row(self, **arguments):
+        return self._part("row", **arguments)
+
+    def box(self):
+        return self._part("box")
+
+    def split(self, **arguments):
+        return self._part("split", **arguments)
+
+    def panel(self, idname, default_closed=False):
+        assert self is self.whole, "Blender draws sections only where there is the full width"
+        self.sections.append((idname, default_closed))
+        header, body = (self._part("panel", default_closed=default_closed) for _ in range(2))
+        return header, body if self.opened else None
+
+    def label(self, text="", icon="NONE"):
+        self._check("label", icon)
+        self.whole.labels.append(text)
+        self.whole.icons.append(icon)
+
+    def prop(self, data, name, **arguments):
+        self._check("prop", **arguments)
+        assert name in data.bl_rna.properties
+        self.whole.props.append(name)
+
+    def operator(self, idname, text=None, icon="NONE", **arguments):
+        self._check("operator", icon, **arguments)
+        assert idname.removeprefix("angen.") in dir(ops)
+        item = SimpleNamespace()
+        self.whole.operators.append((text, icon, item))
+        return item
+
+    def menu(self, idname, icon="NONE", **arguments):
+        self._check("menu", icon, **arguments)
+        assert hasattr(bpy.types, idname)
+        self.whole.menus.append(idname)
+
+    @property
+    def text(self):
+        return " ".join(self.whole.labels)
+
+
+def panel_of(name):
+    return getattr(bpy.types, name)
+
+
+def drawn(name, opened=True):
+    """What a panel shows in the present context, its header included."""
+    cls = panel_of(name)
+    assert not hasattr(cls, "poll") or cls.poll(bpy.context)
+    layout = Layout(opened=opened)
+    panel = SimpleNamespace(layout=layout)
+    for part in ("draw_header", "draw_header_preset", "draw"):
+        if hasattr(cls, part):
+            getattr(cls, part)(panel, bpy.context)
+    return layout
+
+
+PANELS = (
+    "ANGEN_PT_physics",
+    "ANGEN_PT_physics_weight",
+    "ANGEN_PT_simulation",
+    "ANGEN_PT_readings",
+    "ANGEN_PT_active_sensor",
+    "ANGEN_PT_sidebar_weight",
+)
+
+
+@pytest.fixture
+def physics(world):
+    """A floor, a box of 5 kg on it, and a pad under that, which senses at every frame."""
+    bpy.ops.rigidbody.world_add()
+    body(world, (4, 4, 4), (0, 0, -2), "floor", "PASSIVE")
+    body(world, (0.2, 0.2, 0.2), (0.02, 0, 0.1), "box", "ACTIVE", 5.0)
+    ops.sensor_add(kind="PRESSURE")
+    bpy.context.object.name = "pad"
+    bpy.context.object.angen_sensor.update_rate = 24.0
+    world.update()
+    return world
+
+
+def body(world, size, at, name, kind, mass=1.0):
+    obj = activate(world, world.box(size, at, name))
+    bpy.ops.rigidbody.object_add(type=kind)
+    obj.rigid_body.collision_shape, obj.rigid_body.mass = "BOX", mass
+    return obj
+
+
+def activate(world, obj):
+    world.update()
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+def pad():
+    return bpy.data.objects["pad"]
+
+
+# Every kind
+
+
+@pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"])
+@pytest.mark.parametrize("name", ["ANGEN_PT_physics", "ANGEN_PT_active_sensor"])
+def test_every_used_parameter_is_drawn_once(world, addon_part, kind, name):
+    ops.sensor_add(kind=kind)
+    group = getattr(bpy.context.object.angen_sensor, kind.lower())
+    parameters = addon_part("sensor_logic.parameters")
+    specs = parameters.specs(addon_part("sensor_logic.kinds").KINDS[kind].parameters)
+    expected = [
+        name
+        for name, spec in specs.items()
+        if parameters.used(group, name, spec) and len(spec.choices) != 1
+    ]
+    found = [name for name in drawn(name).props if name in specs]
+    assert sorted(found) == sorted(expected)
+
+
+def test_sections_name_each_parameter_once(addon_part):
+    sections = addon_part("panels.parameters").SECTIONS
+    kinds = addon_part("sensor_logic.kinds").KINDS
+    for identifier, parts in sections.items():
+        known = addon_part("sensor_logic.parameters").specs(kinds[identifier].parameters)
+        names = [name for _, names in parts for name in names]
+        assert sorted(names) == sorted(known)
+
+
+def test_a_pad_shows_only_what_the_chosen_resistor_uses(world):
+    ops.sensor_add(kind="PRESSURE")
+    assert "exponent" not in drawn("ANGEN_PT_physics").props
+    bpy.context.object.angen_sensor.pressure.resistor = "POWER_LAW"
+    assert {"exponent", "resistance_at_1n"} <= set(drawn("ANGEN_PT_physics").props)
+
+
+def test_sections_open_and_close(world):
+    ops.sensor_add(kind="PRESSURE")
+    layout = drawn("ANGEN_PT_physics", opened=False)
+    assert [closed for _, closed in layout.sections] == [False, True, True]
+    assert len({idname for idname, _ in layout.sections}) == 3
+    assert "threshold" not in layout.props
+
+
+def test_a_mistake_in_the_settings_is_told(world):
+    ops.sensor_add(kind="PRESSURE")
+    bpy.context.object.angen_sensor.pressure.force_min = 30.0
+    layout = drawn("ANGEN_PT_physics")
+    assert "Force min (30 N) must be smaller" in layout.text
+
+
+def test_presets_are_in_the_header_with_a_tick(world):
+    ops.sensor_add(kind="PRESSURE", preset="FSR_406")
+    assert drawn("ANGEN_PT_physics").menus == ["ANGEN_MT_presets"]
+    assert drawn("ANGEN_PT_active_sensor").menus == ["ANGEN_MT_presets"]
+    layout = drawn("ANGEN_MT_presets")
+    assert [text for text, icon, _ in layout.operators if icon == "CHECKMARK"] == ["FSR 406, 10 kΩ"]
+    for _, _, item in layout.operators:
+        assert ops.preset_apply(preset=item.preset) == {"FINISHED"}
+    ops.sensor_add(kind="LIGHT")
+    assert drawn("ANGEN_PT_physics").menus == []
+
+
+# Readings
+
+
+def test_a_recorded_pad_is_shown_in_full(physics):
+    ops.simulate()
+    physics.scene.frame_set(40)
+    layout = drawn("ANGEN_PT_physics")
+    assert layout.labels[0] == "Pressed, 49.05 N" and layout.icons[0] == "RADIOBUT_ON"
+    found = dict(zip(layout.labels[1::2], layout.labels[2::2], strict=False))
+    assert found["Pressed By"] == "box"
+    assert found["Centre"] == "X 2.0 cm, Y 0.0 cm"
+    assert found["Resistor"] == "739 Ω"
+    assert found["Output"] == "4.66 V, ADC 952"
+    assert "ERROR" not in layout.icons and "QUESTION" not in layout.icons
+    readings = drawn("ANGEN_PT_readings")
+    assert readings.labels == ["pad", "Pressed, 49.05 N"]
+    assert readings.icons == ["RADIOBUT_ON", "NONE"]
+
+
+def test_what_is_not_valid_says_why(physics):
+    ops.simulate()
+    physics.scene.frame_set(1)
+    layout = drawn("ANGEN_PT_physics")
+    assert layout.labels[0].startswith("Invalid") and layout.icons[0] == "QUESTION"
+    assert "Not valid: three frames in a row are not known" in layout.text
+    readings = drawn("ANGEN_PT_readings")
+    assert readings.labels[1].startswith("Invalid") and readings.icons[0] == "QUESTION"
+
+
+def test_states_differ_by_word_and_by_icon(addon_part, physics):
+    shown = addon_part("panels.readings").shown
+    (sensor,) = physics.sensors()
+    seen = {}
+    ops.simulate()
+    for frame in (1, 40):
+        physics.scene.frame_set(frame)
+        found = shown(sensor, physics.scene)
+        seen[found.text.partition(",")[0]] = found.icon
+    ops.clear_recording()
+    pad().angen_sensor.active = False
+    found = shown(sensor, physics.scene)
+    seen[found.text.partition(",")[0]] = found.icon
+    pad().angen_sensor.enabled = False
+    found = shown(sensor, physics.scene)
+    seen[found.text.partition(",")[0]] = found.icon
+    assert set(seen) == {"Invalid", "Pressed", "Free", "Off"}
+    assert len(set(seen.values())) == 4
+
+
+def test_a_recording_is_believed_before_what_was_live(physics):
+    physics.scene.frame_set(20)  # a jump: live readings are not valid
+    assert drawn("ANGEN_PT_readings").labels[1].startswith("Invalid")
+    ops.simulate()
+    physics.scene.frame_set(20)
+    assert drawn("ANGEN_PT_readings").labels[1] == "Pressed, 49.05 N"
+
+
+def test_a_live_pad_is_shown_in_full(physics):
+    for frame in range(1, 30):
+        physics.scene.frame_set(frame)
+    layout = drawn("ANGEN_PT_physics")
+    assert layout.labels[:3] == ["Pressed, 49.05 N", "Pressed By", "box"]
+    physics.scene.frame_set(20)
+    layout = drawn("ANGEN_PT_physics")
+    assert layout.labels[0] == "Invalid, 49.05 N" and layout.icons[0] == "QUESTION"
+    assert "The last known reading stands; play on, or simulate" in layout.text
+    pad().angen_sensor.pressure.force_min = 30.0
+    physics.scene.frame_set(21)
+    layout = drawn("ANGEN_PT_physics")
+    assert layout.labels[0] == "Invalid" and layout.icons[0] == "ERROR"
+    assert "Pressed By" not in layout.labels
+
+
+# Warnings
+
+
+def test_what_has_no_surface_is_told(world):
+    for obj in (world.link("empty", None), world.link("lines", world.mesh([(0, 0, 0)], []))):
+        activate(world, obj).angen_sensor.kind = "PRESSURE"
+        assert "that anything could press on" in drawn("ANGEN_PT_physics").text
+    activate(world, world.box((1, 1, 1))).angen_sensor.kind = "PRESSURE"
+    assert "that anything could press on" not in drawn("ANGEN_PT_physics").text
+
+
+def test_a_light_active_pad_is_warned_of(physics):
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+    bpy.ops.rigidbody.object_add(type="ACTIVE")
+    pad().rigid_body.mass = 0.2
+    layout = drawn("ANGEN_PT_physics")
+    assert "of 0.2 kg: it sinks under heavier ones, such as 'box' (5 kg)" in layout.text
+    assert "type" in layout.props, "the way out is at hand"
+    pad().rigid_body.type = "PASSIVE"
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+    pad().rigid_body.type = "ACTIVE"
+    pad().rigid_body.mass = 6.0
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+    pad().rigid_body.mass = 1.0
+    pad().rigid_body.kinematic = True
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+
+
+def test_a_scene_without_weights_is_told(physics):
+    weightless = "Nothing in this scene has a weight"
+    assert weightless not in drawn("ANGEN_PT_physics").text
+    box = bpy.data.objects["box"]
+    box.rigid_body.type = "PASSIVE"
+    assert weightless in drawn("ANGEN_PT_physics").text
+    box.angen_load.mass = 70.0
+    assert weightless not in drawn("ANGEN_PT_physics").text
+    box.angen_load.mass = 0.0
+    physics.key(box, "angen_load.mass", {1: 0.0})
+    assert weightless not in drawn("ANGEN_PT_physics").text
+    box.animation_data_clear()
+    bpy.ops.rigidbody.object_add(type="ACTIVE")
+    assert weightless in drawn("ANGEN_PT_physics").text, "the pad itself does not count"
+
+
+def test_a_cache_that_ends_before_the_scene_is_told(physics):
+    cache = physics.scene.rigidbody_world.point_cache
+    cache.frame_end = 48
+    assert "cache ends" not in drawn("ANGEN_PT_physics").text
+    cache.frame_end = 30
+    layout = drawn("ANGEN_PT_physics")
+    assert "ends at frame 30, the scene at 48" in layout.text
+    assert "frame_end" in layout.props, "the way out is at hand"
+    bpy.data.objects["box"].rigid_body.type = "PASSIVE"
+    assert "cache ends" not in drawn("ANGEN_PT_physics").text, "nothing is simulated"
+
+
+def test_an_outdated_cache_is_told(physics):
+    for frame in range(1, 12):
+        physics.scene.frame_set(frame)
+    assert "out of date" not in drawn("ANGEN_PT_physics").text
+    bpy.data.objects["box"].location.x += 0.01
+    physics.update()
+    assert physics.scene.rigidbody_world.point_cache.is_outdated
+    assert "play from frame 1" in drawn("ANGEN_PT_physics").text
+    ops.simulate()
+    assert "out of date" not in drawn("ANGEN_PT_physics").text
+
+
+# Weights
+
+
+def test_the_weight_panel_is_for_what_can_weigh(world):
+    shown = []
+    rig = world.link("rig", bpy.data.armatures.new("rig"))
+    lamp = world.link("lamp", bpy.data.lights.new("lamp", "POINT"))
+    for obj in (world.box((1, 1, 1)), rig, lamp):
+        activate(world, obj)
+        shown.append(panel_of("ANGEN_PT_physics_weight").poll(bpy.context))
+    assert shown == [True, True, False]
+
+
+def test_the_weight_panel_says_what_is_weighed(world):
+    rig = world.link("rig", bpy.data.armatures.new("rig"))
+    skin, hair = world.box((1, 1, 1), name="skin"), world.box((1, 1, 1), name="hair")
+    skin.parent = hair.parent = rig
+    activate(world, rig)
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert layout.props == ["mass", "tolerance"]
+    assert "No weight" in layout.text and "'hair', 'skin'" in layout.text
+    rig.angen_load.mass = 70.0
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert "70 kg" in layout.labels
+    assert "Puts its weight" in layout.text and "'hair', 'skin'" in layout.text
+    assert "ERROR" not in layout.icons
+    activate(world, skin)
+    assert "It weighs with 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
+    skin.angen_load.mass = 60.0
+    assert "Counted twice? 'rig'" in drawn("ANGEN_PT_sidebar_weight").text
+    rig.angen_load.mass = 0.0
+    activate(world, rig)
+    assert "On it, 'skin' has a mass already" in drawn("ANGEN_PT_sidebar_weight").text
+    rig.angen_load.mass = 70.0
+    activate(world, rig)
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert "below: 'hair'" in layout.text and "Counted twice? 'skin'" in layout.text
+    hair.angen_ignored = True
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert "Nothing weighs with it" in layout.text and "Counted twice" not in layout.text
+    activate(world, skin)
+    assert "Counted twice" not in drawn("ANGEN_PT_sidebar_weight").text, "only its own counts"
+
+
+def test_the_weight_panel_knows_simulated_bodies(physics):
+    box = activate(physics, bpy.data.objects["box"])
+    layout = drawn("ANGEN_PT_physics_weight")
+    assert "weighs 5 kg already" in layout.text and "ERROR" not in layout.icons
+    box.angen_load.mass = 5.0
+    layout = drawn("ANGEN_PT_physics_weight")
+    assert "counts as animated, not simulated" in layout.text and "ERROR" in layout.icons
+    activate(physics, bpy.data.objects["floor"])
+    assert "rigid body" not in drawn("ANGEN_PT_physics_weight").text, "a passive one has no weight"
+
+
+# Drawing
+
+
+def everything(world):
+    """What a panel could have changed."""
+    groups = [obj.angen_sensor for obj in bpy.data.objects]
+    groups += [group.pressure for group in groups] + [obj.angen_load for obj in bpy.data.objects]
+    names = [(group, prop.identifier) for group in groups for prop in group.bl_rna.properties]
+    values = [(n, str(getattr(group, n)), group.is_property_set(n)) for group, n in names]
+    return values, world.scene.frame_current, bpy.context.object.name, ops.clear_recording.poll()
+
+
+def test_drawing_writes_nothing_and_causes_no_update(physics):
+    ops.simulate()
+    activate(physics, pad())
+    before = everything(physics)
+    seen = []
+
+    def noted(*_):
+        seen.append(1)
+
+    bpy.app.handlers.depsgraph_update_post.append(noted)
+    try:
+        for name in PANELS:
+            drawn(name)
+    finally:
+        bpy.app.handlers.depsgraph_update_post.remove(noted)
+    assert seen == []
+    assert everything(physics) == before
+
+
+def test_panels_of_a_scene_without_anything(world):
+    assert "No sensors yet" in drawn("ANGEN_PT_readings").text
+    drawn("ANGEN_PT_simulation")
+    for name in ("ANGEN_PT_physics", "ANGEN_PT_active_sensor", "ANGEN_PT_sidebar_weight"):
+        assert not panel_of(name).poll(bpy.context)

@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Animated, not simulated, bodies with a mass: people who sit, stand, walk and lie."""
+
+import math
+
+import numpy as np
+import pytest
+from pressure_scenes import G, shares
+
+FEET = [(-0.2, -0.2), (0.2, -0.2), (-0.2, 0.2), (0.2, 0.2)]
+SUM, SHARE = 1e-3, 0.03
+CHAIR = [((0.22, 0.22, 0.02), (0, 0, 0))]
+CHAIR += [((0.02, 0.02, 0.21), (x, y, -0.23)) for x, y in FEET]
+SEAT = 0.01 + 2 * 0.21 + 0.04
+
+
+def chair_on_pads(physics, simulated, mass=6.0):
+    """A chair on four pads; the names of the pads. Its seat is SEAT high."""
+    physics.floor()
+    names = [f"leg {number}" for number in range(4)]
+    for name, (x, y) in zip(names, FEET, strict=True):
+        physics.pad(name, (0.04, 0.04, 0.005), (x, y, 0.005), "PASSIVE")
+    at = (0, 0, SEAT - 0.02)
+    if simulated:
+        physics.compound("chair", CHAIR, at, mass)
+    else:
+        physics.carried("chair", (), at, mass, parts=CHAIR)
+    return names
+
+
+@pytest.mark.parametrize("simulated", [True, False], ids=["rigid chair", "animated chair"])
+@pytest.mark.parametrize("at", [(0, 0), (0.05, 0.03)], ids=["middle", "to a side"])
+@pytest.mark.parametrize("sunk", [0.005, 0.05, 0.0, -0.02], ids=lambda s: f"sunk {s}")
+def test_a_sitter_on_a_chair(physics, simulated, at, sunk):
+    physics.frames(6)
+    names = chair_on_pads(physics, simulated)
+    physics.carried("Person", (0.15, 0.15, 0.2), (*at, SEAT + 0.2 - sunk), 70.0)
+    read = physics.run()
+    found = np.array([read[name].known(after=2) for name in names])
+    assert found.sum(axis=0) == pytest.approx(76 * G, rel=SUM)
+    exact = 6 * G / 4 + shares(at, 70 * G, FEET)
+    for force, wanted in zip(found, exact, strict=True):
+        assert force == pytest.approx(wanted, rel=SHARE)
+
+
+def test_a_sitter_on_a_table_that_is_no_body_reaches_only_the_seat(physics):
+    """Furniture without physics and without a mass ends the way of the weight: it stands there."""
+    physics.frames(6)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.pad("leg", (0.04, 0.04, 0.005), (0.2, 0.2, 0.005))
+    physics.solid("chair", (), (0, 0, SEAT - 0.02), parts=CHAIR)
+    physics.pad("seat", (0.2, 0.2, 0.002), (0, 0, SEAT + 0.002))
+    physics.carried("Person", (0.15, 0.15, 0.2), (0, 0, SEAT + 0.2), 70.0)
+    read = physics.run()
+    assert read["leg"].known() == pytest.approx(0.0, abs=1e-9)
+    assert read["seat"].known() == pytest.approx(70 * G, rel=SUM)
+    assert set(read["seat"].partners) == {"Person"}
+
+
+@pytest.mark.parametrize("kind", [None, "PASSIVE"])
+@pytest.mark.parametrize("fps", [12, 24, 120])
+def test_standing_on_a_plate(physics, fps, kind):
+    physics.frames(6, fps)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.pad("plate", (0.3, 0.3, 0.005), kind=kind)
+    physics.carried("Person", (0.15, 0.1, 0.85), (0.05, -0.04, 0.86), 70.0)
+    plate = physics.read("plate")
+    assert plate.known() == pytest.approx(70 * G, rel=SUM)
+    assert plate.cop[3] == pytest.approx((0.05, -0.04), abs=2e-3)
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["level", "turned"])
+def test_one_foot_on_the_plate(physics, turned):
+    """Half of the weight stands beside it."""
+    physics.frames(6)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    place = {"rotation_euler": (0, 0, 0.7)} if turned else {}
+    physics.pad("plate", (0.3, 0.3, 0.0005), (0.3, 0, 0.0005), place=place)
+    shoes = [((0.05, 0.13, 0.05), (x, 0, 0.05)) for x in (-0.15, 0.15)]
+    physics.carried("Person", (), parts=[*shoes, ((0.2, 0.1, 0.5), (0, 0, 0.6))], mass=70.0, at=(0, 0, 0.001))
+    assert physics.read("plate").known() == pytest.approx(35 * G, rel=SHARE)
+
+
+def walker(physics, speed=1.0, mass=70.0, last=48):
+    """A person of boxes who walks along x; one shoe stands while the other swings, which is
+    keyed on shape keys, so that it is one deformed mesh."""
+    fps = physics.scene.render.fps
+    step = fps // 2
+    shoes = [((0.13, 0.05, 0.04), (0, y, 0.04)) for y in (-0.1, 0.1)]
+    person = physics.carried(
+        "Person", (), (0, 0, 0), mass, parts=[*shoes, ((0.1, 0.15, 0.4), (0, 0, 0.9))]
+    )
+    person.shape_key_add(name="Basis")
+    for number, name in enumerate(("left", "right")):
+        block = person.shape_key_add(name=name)
+        lift = person.shape_key_add(name=name + " up")
+        block.slider_min, block.slider_max = -10.0, 10.0
+        for vertex in range(8 * number, 8 * number + 8):
+            block.data[vertex].co.x += 1.0
+            lift.data[vertex].co.z += 0.1
+    keys = person.data.shape_keys.key_blocks
+    body = person.shape_key_add(name="body")
+    body.slider_min, body.slider_max = -10.0, 10.0
+    for vertex in range(16, 24):
+        body.data[vertex].co.x += 1.0
+    stride = speed * step / fps
+    spots = {"left": -1.5, "right": -1.5}
+    for frame in range(1, last + 2):
+        number, part = divmod(frame - 1, step)
+        swings, stands = ("left", "right") if number % 2 else ("right", "left")
+        share = part / step
+        if part == 0 and frame > 1:
+            spots[stands] += 2 * stride if number > 1 else stride
+        reach = 2 * stride if number > 0 else stride
+        places = {stands: spots[stands], swings: spots[swings] + reach * share}
+        for name in ("left", "right"):
+            keys[name].value = places[name]
+            keys[name + " up"].value = math.sin(math.pi * share) if name == swings else 0.0
+            keys[name].keyframe_insert("value", frame=frame)
+            keys[name + " up"].keyframe_insert("value", frame=frame)
+        body.value = -1.5 + speed * (frame - 1) / fps
+        body.keyframe_insert("value", frame=frame)
+    return person
+
+
+def test_walking_across_a_plate(physics):
+    """Feet alternate. Over the walk, plates side by side carry the weight between them; each
+    reads it only while a foot is on it, with no spike as the feet come and go."""
+    physics.frames(60)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    names = []
+    for number in range(4):
+        names.append(f"plate {number}")
+        physics.pad(names[-1], (0.25, 0.5, 0.0005), (-1.25 + 0.5 * number, 0, 0.0005))
+    physics.pad("far", (0.25, 0.5, 0.0005), (3, 0, 0.0005))
+    walker(physics, last=60)
+    read = physics.run()
+    assert read["far"].known() == pytest.approx(0.0, abs=1e-9)
+    found = np.array([read[name].known() for name in names])
+    assert found.max() < 1.5 * 70 * G
+    # On these plates from frame 8 until the walker leaves them.
+    assert found.sum(axis=0)[:30].mean() == pytest.approx(70 * G, rel=0.03)
+    for force in found:
+        assert (force > 300).any(), "each was walked on"
+        assert (force < 1).any(), "and left"
+
+
+def test_lying_on_a_bed_with_two_pads(physics):
+    """Head and foot of the mattress on a pad each: the weight lies where the body does."""
+    physics.frames(6)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    for name, x in (("head", -0.8), ("foot", 0.8)):
+        physics.pad(name, (0.05, 0.4, 0.005), (x, 0, 0.005))
+    legs = [((0.03, 0.35, 0.1), (x, 0, -0.2)) for x in (-0.8, 0.8)]
+    physics.carried("bed", (), (0, 0, 0.31), 20.0, parts=[((1.0, 0.45, 0.1), (0, 0, 0)), *legs])
+    physics.pad("sheet", (1.0, 0.45, 0.001), (0, 0, 0.411))
+    physics.carried("Person", (0.5, 0.2, 0.1), (-0.2, 0, 0.51), 70.0)
+    read = physics.run()
+    assert read["sheet"].known() == pytest.approx(70 * G, rel=SUM)
+    assert read["sheet"].cop[3] == pytest.approx((-0.2, 0.0), abs=0.01)
+    head, foot = read["head"].known(), read["foot"].known()
+    assert head + foot == pytest.approx(90 * G, rel=SUM)
+    assert head == pytest.approx(10 * G + 70 * G * (0.5 + 0.2 / 1.6), rel=SHARE)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.15, -0.15])
+def test_posture_by_the_centre_of_pressure(physics, place):
+    """Sitting in the middle of a sofa or at its edge."""
+    physics.frames(6)
+    physics.solid("sofa", (0.9, 0.4, 0.2), (0, 0, 0.2))
+    physics.pad("seat", (0.9, 0.4, 0.002), (0, 0, 0.402))
+    physics.carried("Person", (0.15, 0.15, 0.4), (0.3, place, 0.8), 70.0)
+    seat = physics.read("seat")
+    assert seat.cop[3] == pytest.approx((0.3, place), abs=0.005)
+
+
+def test_an_armature_with_a_deformed_mesh(physics):
+    """The armature has the mass, the mesh weighs: it bends with the bone, sits down and gets up."""
+    physics.frames(30)
+    bpy = physics.bpy
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.solid("stool", (0.2, 0.2, 0.2), (0, 0, 0.2))
+    physics.pad("seat", (0.2, 0.2, 0.001), (0, 0, 0.401))
+    data = bpy.data.armatures.new("rig")
+    rig = physics.world.link("rig", data)
+    bpy.context.view_layer.objects.active = rig
+    rig.select_set(True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = data.edit_bones.new("hips")
+    bone.head, bone.tail = (0, 0, 0), (0, 0, 0.5)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    parts = [((0.15, 0.15, 0.3), (0, 0, 0.3)), *(((0.04, 0.1, 0.2), (0.4, y, 0.0)) for y in (-0.12, 0.12))]
+    mesh = physics.solid("body", (), parts=parts, parent=rig)
+    group = mesh.vertex_groups.new(name="hips")
+    group.add(list(range(24)), 1.0, "REPLACE")
+    mesh.modifiers.new("rig", "ARMATURE").object = rig
+    rig.angen_load.mass = 70.0
+    rig.location = (0.0, 0, 0.402)
+    pose = rig.pose.bones["hips"]
+    # The bone's y is the world's z: seated, up on the feet 0.35 m before the stool, seated.
+    for frame, y in ((1, 0.0), (10, 0.0), (14, 0.6), (20, 0.6), (24, 0.0)):
+        pose.location = (0, y, 0)
+        pose.keyframe_insert("location", frame=frame)
+    physics.solid("step", (0.2, 0.4, 0.1), (0.4, 0, 0.101))
+    seat = physics.read("seat")
+    seated = (seat.frames > 1) & (seat.frames < 9)
+    assert seat.valid[seated].all(), seat.problems
+    assert 0 < seat.force[seated].max() < 71 * G
+    assert set(np.array(seat.partners)[seated]) == {"rig"}
+    up = (seat.frames > 15) & (seat.frames < 19)
+    assert not seat.valid[up].any(), "nothing holds it up there"
+    assert seat.valid[-4:].all()
+    assert seat.force[-4:] == pytest.approx(seat.force[4], rel=1e-3)
+
+
+def test_mass_of_a_parent_object(physics):
+    physics.frames(6)
+    physics.pad("plate", (0.3, 0.3, 0.005), kind="PASSIVE")
+    root = physics.world.link("root", None)
+    root.angen_load.mass = 50.0
+    body = physics.solid("body", (0.1, 0.1, 0.5), (0, 0, 0.51), parent=root)
+    physics.solid("hat", (0.1, 0.1, 0.05), (0, 0, 0.55), parent=body)
+    plate = physics.read("plate")
+    assert plate.known() == pytest.approx(50 * G, rel=SUM)
+    assert set(plate.partners) == {"root"}
+
+
+@pytest.mark.parametrize("mass", [0.5, 500.0])
+def test_masses_of_carried_bodies(physics, mass):
+    physics.frames(6)
+    physics.pad("plate", (0.3, 0.3, 0.005), kind="PASSIVE")
+    physics.carried("thing", (0.1, 0.1, 0.1), (0, 0, 0.11), mass)
+    assert physics.read("plate").known() == pytest.approx(mass * G, rel=SUM)
+
+
+def test_a_carried_body_on_another_on_a_rigid_one(physics):
+    """Weight goes down through all of them."""
+    physics.frames(10)
+    physics.floor()
+    physics.pad("plate", (0.3, 0.3, 0.005), kind="PASSIVE")
+    physics.body("crate", (0.2, 0.2, 0.1), (0, 0, 0.11), 8.0)
+    physics.carried("cushion", (0.2, 0.2, 0.05), (0, 0, 0.26), 2.0)
+    physics.carried("cat", (0.1, 0.05, 0.1), (0, 0, 0.40), 4.0)
+    assert physics.read("plate").known(after=2) == pytest.approx(14 * G, rel=SUM)
+
+
+# Where it cannot be known
+
+
+@pytest.mark.parametrize("height", [0.05, 0.5])
+def test_hovering_is_not_a_silent_zero(physics, height):
+    physics.frames(6)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.pad("plate", (0.3, 0.3, 0.005))
+    physics.carried("Person", (0.15, 0.1, 0.85), (0, 0, 0.86 + height), 70.0)
+    physics.read("plate").never_valid("nothing holds", "Person", after=0)
+
+
+def test_the_tolerance_is_the_users(physics):
+    """Four centimetres above: held with 5 cm of tolerance, not with 3."""
+    physics.frames(6)
+    physics.pad("plate", (0.3, 0.3, 0.005), kind="PASSIVE")
+    person = physics.carried("Person", (0.15, 0.1, 0.85), (0, 0, 0.90), 70.0, tolerance=0.05)
+    assert physics.read("plate").known() == pytest.approx(70 * G, rel=SUM)
+    person.angen_load.tolerance = 0.03
+    physics.read("plate").never_valid("nothing holds", "Person")
+
+
+def test_someone_who_stands_elsewhere_is_no_problem(physics):
+    physics.frames(6)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.pad("plate", (0.3, 0.3, 0.005))
+    physics.carried("Person", (0.15, 0.1, 0.85), (0.6, 0, 0.85), 70.0)
+    assert physics.read("plate").known() == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("far", [1.0, 30.0])
+def test_a_teleport_is_no_spike(physics, far):
+    """From the plate to far away and back, in a frame each; never an impact."""
+    physics.frames(40)
+    physics.solid("floor", (50, 50, 0.5), (0, 0, -0.5))
+    physics.pad("plate", (0.3, 0.3, 0.005))
+    person = physics.carried("Person", (0.15, 0.1, 0.85), (0, 0, 0.86), 70.0)
+    places = {1: (0, 0, 0.86), 15: (far, 0, 0.86), 28: (0, 0, 0.86)}
+    physics.world.key(person, "location", places, "CONSTANT")
+    plate = physics.read("plate")
+    assert plate.force.max() < 70 * G * 1.01
+    here = (plate.frames < 15) | (plate.frames >= 28)
+    assert plate.force[plate.valid & here] == pytest.approx(70 * G, rel=SUM)
+    assert plate.force[plate.valid & ~here] == pytest.approx(0.0, abs=1e-6)
+    assert plate.valid.sum() > 33
+    assert not plate.valid[plate.frames == 14].any() and not plate.valid[plate.frames == 28].any()
+
+
+def test_crouching_changes_the_weight_for_a_moment(physics):
+    """The centre of mass goes down and up: m(g + a), and the weight over the whole."""
+    physics.frames(48)
+    physics.pad("plate", (0.4, 0.4, 0.005), kind="PASSIVE")
+    shoe, body = ((0.15, 0.13, 0.02), (0, 0, 0.02)), ((0.15, 0.1, 0.5), (0, 0, 0.6))
+    person = physics.carried("Person", (), (0, 0, 0.01), 70.0, parts=[shoe, body])
+    person.shape_key_add(name="Basis")
+    down = person.shape_key_add(name="down")
+    for vertex in range(8, 16):
+        down.data[vertex].co.z -= 0.2
+    for frame in range(1, 50):
+        down.value = 0.5 * (1 - math.cos(2 * math.pi * (frame - 1) / 24))
+        down.keyframe_insert("value", frame=frame)
+    force = physics.read("plate").known()
+    share = body[0][0] * body[0][1] * body[0][2]
+    share /= share + shoe[0][0] * shoe[0][1] * shoe[0][2]
+    swing = 70 * share * 0.1 * (2 * math.pi) ** 2
+    exact = 70 * G - swing * np.cos(2 * math.pi * np.arange(1, 48) / 24)
+    assert force == pytest.approx(exact, rel=0.02)
+
+
+def test_partner_of_a_carried_person_may_be_its_armature_or_its_mesh(physics):
+    physics.frames(6)
+    plate = physics.pad("plate", (0.5, 0.3, 0.005), kind="PASSIVE")
+    root = physics.world.link("root", None)
+    root.angen_load.mass = 50.0
+    body = physics.solid("body", (0.1, 0.1, 0.5), (-0.2, 0, 0.51), parent=root)
+    physics.carried("other", (0.1, 0.1, 0.5), (0.2, 0, 0.51), 20.0)
+    for chosen in (root, body):
+        plate.angen_sensor.pressure.partner_object = chosen
+        assert physics.read("plate").known() == pytest.approx(50 * G, rel=SUM)

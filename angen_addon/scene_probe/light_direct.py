@@ -129,7 +129,7 @@ class Direct:
         gone = 0.0
         step = 1e-4
         while gone < length:
-            hit, place, normal, face, seen, matrix = self._scene.ray_cast(
+            hit, place, normal, face, seen, _ = self._scene.ray_cast(
                 self._depsgraph,
                 Vector(start + way * gone),
                 Vector(way),

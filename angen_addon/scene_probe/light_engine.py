@@ -14,7 +14,6 @@ import bpy
 BOUNCES = 128
 SEED = 0
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
-PLAIN = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
 # Its compilation of shaders alone can take this long with a software renderer.
 PATIENCE_S = 120
 TRY_EEVEE = """
@@ -33,13 +32,11 @@ print("EEVEE", "RUNS")
 
 
 def set_up(scene: Any, engine: str) -> None:
-    """Gives the copied scene factory settings, then those that the sensors need."""
+    """Settings of a new scene that the sensors need; the others are Blender's own."""
     render, cycles = scene.render, scene.cycles
-    groups = (render, cycles, scene.cycles_curves, scene.eevee, render.bake, render.image_settings)
-    for group in (*groups, scene.view_settings, scene.view_layers[0], scene.view_layers[0].cycles):
-        _reset(group)
     render.engine = EEVEE if engine == "EEVEE" else "CYCLES"
     render.use_compositing = render.use_sequencer = False
+    render.use_multiview = False
     render.resolution_percentage = 100
     cycles.device = "CPU"
     cycles.seed = SEED
@@ -51,12 +48,6 @@ def set_up(scene: Any, engine: str) -> None:
     cycles.use_auto_tile = False
     cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = BOUNCES
     cycles.transmission_bounces = cycles.transparent_max_bounces = BOUNCES
-
-
-def _reset(group: Any) -> None:
-    for prop in group.bl_rna.properties:
-        if not prop.is_readonly and prop.type in PLAIN and prop.identifier != "name":
-            group.property_unset(prop.identifier)
 
 
 def why_no_eevee() -> str:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A passing copy of the scene to render light in: what the viewport shows, with fixed settings.
+"""A passing scene to render light in: what the viewport shows, with Blender's factory settings.
 
-The user's own scene, objects and settings are never written to. The copy stands at the frame at
-which the scene stands; a render evaluates it anew there, so neither the frames before it nor
-unapplied changes of the view matter.
+The user's own scene, objects and settings are never written to. The scene made here stands at the
+frame at which the user's stands; a render evaluates it anew there, so neither the frames before
+it nor unapplied changes of the view matter.
 """
 
 from __future__ import annotations
@@ -69,8 +69,9 @@ class LightScene:
             undo.enter_context(standard_output_silenced())
             undo.enter_context(_images_kept())
             undo.callback(self._remove)
-            self.scene = self.own(self._user_scene.copy())
-            self._empty()
+            # Not a copy: that would bring every setting of the user's along.
+            self.scene = self.own(bpy.data.scenes.new(".angen_light"))
+            self._time()
             self._show()
             self._world()
             self._exit = undo.pop_all()
@@ -85,20 +86,22 @@ class LightScene:
         # A run may end because another file was opened: then they are gone already.
         bpy.data.batch_remove([d for d in made if _alive(d)])
 
-    def _empty(self) -> None:
-        """Leaves one view layer, no objects and no animation of settings in the copy."""
-        scene = self.scene
-        scene.animation_data_clear()
-        for layer in list(scene.view_layers)[1:]:
-            scene.view_layers.remove(layer)
-        master = scene.collection
-        for collection in list(master.children):
-            master.children.unlink(collection)
-        for obj in list(master.objects):
-            master.objects.unlink(obj)
+    def _time(self) -> None:
+        """The moment, and what else of the scene drivers and nodes look at."""
+        user, scene = self._user_scene, self.scene
+        for name in ("frame_start", "frame_end", "frame_current", "camera"):
+            setattr(scene, name, getattr(user, name))
+        if user.frame_subframe:
+            scene.frame_float = user.frame_current + user.frame_subframe
+        scene.render.fps, scene.render.fps_base = user.render.fps, user.render.fps_base
+        scene.unit_settings.system = user.unit_settings.system
+        scene.unit_settings.scale_length = user.unit_settings.scale_length
+        for key, value in user.items():
+            if isinstance(value, (bool, int, float, str)):
+                scene[key] = value
 
     def _show(self) -> None:
-        """Puts into the copy what the viewport shows, whatever is hidden in renders."""
+        """Puts in what the viewport shows, whatever is hidden in renders."""
         # Linked while the collection is in no scene, which would be told of each object.
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
@@ -126,7 +129,7 @@ class LightScene:
 
     def _world(self) -> None:
         """Bounds the time that Cycles spends on looking where the world is bright."""
-        world = self.scene.world
+        world = self.scene.world = self._user_scene.world
         if world is None or getattr(world.cycles, "sampling_method", "") != "AUTOMATIC":
             return
         nodes = world.node_tree.nodes if world.node_tree else ()

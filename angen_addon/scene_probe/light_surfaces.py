@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 GREY = np.full(3, 0.5)
 CLEAR = {"BSDF_TRANSPARENT", "BSDF_GLASS", "BSDF_REFRACTION"}
-COLOURED = {"BSDF_DIFFUSE", "BSDF_TRANSLUCENT", "BSDF_GLOSSY"}
+DEEPEST = 8
+# Of window glass (n = 1.5) from the front.
+FRONT_FRESNEL = 0.04
+COLOURED = {"BSDF_DIFFUSE", "BSDF_TRANSLUCENT", "BSDF_GLOSSY", "BSDF_METALLIC"}
 
 
 class Surfaces:
@@ -38,24 +41,51 @@ class Surfaces:
 
 
 def _facts(material: Any) -> tuple[Array, Array]:
+    """Reflectance and transmittance to shadow rays, of the material's surface nodes."""
     shown = np.array(material.diffuse_color[:3], np.float64)
-    if not material.node_tree:
+    tree = material.node_tree
+    outputs = [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"] if tree else []
+    if not outputs or not outputs[0].inputs["Surface"].links:
         return shown, np.zeros(3)
-    for node in material.node_tree.nodes:
-        if node.type == "BSDF_PRINCIPLED":
-            through = _value(node, "Transmission Weight")
-            alpha = _value(node, "Alpha")
-            colour = _colour(node, "Base Color", shown)
-            clear = (1.0 - alpha) + alpha * through * colour
-            return colour * alpha * (1.0 - through), clear
-    clear = np.zeros(3)
-    colour = None
-    for node in material.node_tree.nodes:
-        if node.type in CLEAR:
-            clear = _colour(node, "Color", np.ones(3))
-        elif node.type in COLOURED and colour is None:
-            colour = _colour(node, "Color", shown)
-    return (shown if colour is None else colour) * (1.0 - clear), clear
+    return _shader(outputs[0].inputs["Surface"], shown, DEEPEST)
+
+
+def _shader(socket: Any, shown: Array, depth: int) -> tuple[Array, Array]:
+    """What the shader linked to a socket reflects and lets pass; half grey where not known."""
+    if not socket.links or depth == 0:
+        return np.zeros(3), np.zeros(3)
+    node = socket.links[0].from_node
+    if node.type == "MIX_SHADER":
+        one, two = (_shader(node.inputs[i], shown, depth - 1) for i in (1, 2))
+        factor = _factor(node.inputs[0], depth - 1)
+        return tuple((1.0 - factor) * a + factor * b for a, b in zip(one, two, strict=True))  # type: ignore[return-value]
+    if node.type == "BSDF_PRINCIPLED":
+        through, alpha = _value(node, "Transmission Weight"), _value(node, "Alpha")
+        colour = _colour(node, "Base Color", shown)
+        clear = (1.0 - alpha) + alpha * through * colour
+        return colour * alpha * (1.0 - through), clear
+    if node.type in CLEAR:
+        return np.zeros(3), _colour(node, "Color", np.ones(3))
+    if node.type in COLOURED:
+        return _colour(node, "Color", shown), np.zeros(3)
+    return (np.zeros(3) if node.type == "EMISSION" else GREY), np.zeros(3)
+
+
+def _factor(socket: Any, depth: int) -> float:
+    """A mixing factor as a shadow ray finds it from the front."""
+    if not socket.is_linked or depth == 0:
+        return float(socket.default_value)
+    link = socket.links[0]
+    node = link.from_node
+    if node.type == "LIGHT_PATH":
+        return float(link.from_socket.name == "Is Shadow Ray")
+    if node.type == "NEW_GEOMETRY":
+        return 0.0
+    if node.type == "FRESNEL":
+        return FRONT_FRESNEL
+    if node.type == "MATH" and node.operation == "MULTIPLY":
+        return _factor(node.inputs[0], depth - 1) * _factor(node.inputs[1], depth - 1)
+    return 0.5
 
 
 def _value(node: Any, name: str) -> float:

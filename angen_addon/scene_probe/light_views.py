@@ -105,7 +105,7 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
     settings.color_mode, settings.color_depth, settings.exr_codec = "RGB", "32", "NONE"
     objects = []
     for data, pose in cameras:
-        obj = light_scene.own(bpy.data.objects.new(".angen_light", data))
+        obj = bpy.data.objects.new(".angen_light", data)
         scene.collection.objects.link(obj)
         obj.matrix_world = Matrix(pose.tolist())
         objects.append(obj)
@@ -115,7 +115,8 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
         bpy.ops.render.render(write_still=True, scene=scene.name)
         pictures = [exr.read_rgb(Path(folder, f"view{name}.exr")) for name in names]
     for obj in objects:
-        scene.collection.objects.unlink(obj)
+        # The next render of views must find cameras of its own by their names.
+        bpy.data.objects.remove(obj)
     return to_rec709(np.array([picture.mean(axis=(0, 1)) for picture in pictures]))
 
 

@@ -64,6 +64,7 @@ def measure(
     """
     if busy():
         raise LightError("a render is running: the light sensors wait for its end")
+    view_layer.update()
     asked = sorted(requests, key=lambda request: request.name)
     _check(scene, asked)
     samples: dict[str, LightSample] = {}

@@ -47,8 +47,8 @@ class LightSignature:
         self._empties_matter = False
 
     def note(self, depsgraph: Any, edited: bool = False) -> None:
-        """Takes down what was evaluated anew; to be called once after each evaluation, in the
-        depsgraph handlers or after the frame was set. `edited`: by more than a change of frame."""
+        """Takes down what was evaluated anew; to be called in the handlers of each evaluation:
+        later the list is empty. `edited`: by more than a change of frame."""
         if not self._known:
             return
         for update in depsgraph.updates:
@@ -104,6 +104,8 @@ class LightSignature:
         self._known[0] = b""
         for obj in depsgraph.objects:
             self._known[obj.original.as_pointer()] = _digest(object_values(obj)) or b""
+            if obj.type == "MESH" and (obj.original.modifiers or obj.original.data.shape_keys):
+                self._compare_shape(obj)
         data = bpy.data
         for group in (data.worlds, data.materials, data.lights, data.node_groups):
             for original in group:

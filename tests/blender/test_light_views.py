@@ -56,6 +56,7 @@ def test_each_view_looks_where_it_should(world, wall):
     radiances[wall] = 1.0
     walls(world, *radiances)
     views = part("light_views").four_walls
+    world.update()
     with part("light_scene").LightScene(world.scene, bpy.context.view_layer) as scene:
         part("light_engine").set_up(scene.scene, "CYCLES")
         (found,) = views(scene, [request(matrix=UPRIGHT)], "CYCLES", 64)

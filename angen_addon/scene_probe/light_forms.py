@@ -60,7 +60,7 @@ def _sun(lamp: Lamp, place: Array, normal: Array) -> tuple[Array, Array]:
     radius = math.tan(min(lamp.angle, math.pi - 1e-3) / 2)
     ways = -lamp.axis + (radius * _disk(lamp.axis, count) if count > 1 else 0.0)
     ways = np.atleast_2d(ways)
-    ways = ways / np.linalg.norm(ways, axis=1)[:, None]
+    ways = np.asarray(ways / np.linalg.norm(ways, axis=1)[:, None], np.float64)
     strength = 1.0 if lamp.normalize else math.pi * math.sin(min(lamp.angle, math.pi) / 2) ** 2
     cosines = ways @ normal
     whole = max(float(-lamp.axis @ normal), 0.0)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from functools import cache
 from typing import Any
 
@@ -93,10 +94,10 @@ def values(struct: Any) -> list[Any]:
 
 
 @cache
-def _names(kind: Any) -> tuple[str, ...]:
+def _names(kind: Hashable) -> tuple[str, ...]:
     return tuple(
         p.identifier
-        for p in kind.bl_rna.properties
+        for p in kind.bl_rna.properties  # type: ignore[attr-defined]
         if p.type in SIMPLE
         and p.identifier not in NO_VALUES
         and not p.identifier.startswith(("bl_", "is_", "show_", "rna_", "node_tree", "preview"))

@@ -58,9 +58,9 @@ def frame(normal: Array) -> tuple[Array, Array]:
 def _sun(lamp: Lamp, place: Array, normal: Array) -> tuple[Array, Array]:
     count = POINTS if lamp.angle > TINY else 1
     radius = math.tan(min(lamp.angle, math.pi - 1e-3) / 2)
-    ways = -lamp.axis + (radius * _disk(lamp.axis, count) if count > 1 else 0.0)
-    ways = np.atleast_2d(ways)
-    ways = np.asarray(ways / np.linalg.norm(ways, axis=1)[:, None], np.float64)
+    disk = radius * _disk(lamp.axis, count) if count > 1 else np.zeros((1, 3))
+    ways: Array = disk - lamp.axis
+    ways = ways / np.linalg.norm(ways, axis=1)[:, None]
     strength = 1.0 if lamp.normalize else math.pi * math.sin(min(lamp.angle, math.pi) / 2) ** 2
     cosines = ways @ normal
     whole = max(float(-lamp.axis @ normal), 0.0)

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -120,7 +121,9 @@ def emission_of(data: Any) -> Any | None:
 
 
 def has_nodes(data: Any) -> bool:
-    return bool(data.use_nodes and data.node_tree)
+    # Since Blender 5.0 every lamp uses the nodes that it has.
+    used = bpy.app.version >= (5, 0) or data.use_nodes
+    return bool(used and data.node_tree)
 
 
 def _strength(data: Any) -> Array:

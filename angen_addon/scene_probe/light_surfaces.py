@@ -34,6 +34,9 @@ class Surfaces:
             material = seen.material_slots[0].material
         if material is None:
             return np.full(3, 0.8), np.zeros(3)
+        return self.of_material(material)
+
+    def of_material(self, material: Any) -> tuple[Array, Array]:
         key = material.original.session_uid
         if key not in self._known:
             self._known[key] = _facts(material)

@@ -90,7 +90,8 @@ def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
 
 def values(struct: Any) -> list[Any]:
     """The plain values of a datablock or a node."""
-    return [_flat(getattr(struct, name)) for name in _names(type(struct))]
+    kind: Hashable = type(struct)
+    return [_flat(getattr(struct, name)) for name in _names(kind)]
 
 
 @cache

@@ -63,7 +63,7 @@ def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples))
     size = EEVEE_FACE * face_size(scene, [request.matrix for request in requests])
-    cameras = []
+    cameras, probes = [], []
     material = white(light_scene.own)
     for request in requests:
         mesh = light_scene.own(bpy.data.meshes.new(".angen_light"))
@@ -71,6 +71,7 @@ def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array
         mesh.materials.append(material)
         probe = light_scene.own(bpy.data.objects.new(".angen_light", mesh))
         probe.visible_shadow = False
+        probes.append(probe)
         scene.collection.objects.link(probe)
         data = light_scene.own(bpy.data.cameras.new(".angen_light"))
         data.type = "ORTHO"
@@ -82,7 +83,10 @@ def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array
         pose[:3, 0] *= -1.0
         pose[:3, 2] *= -1.0
         cameras.append((data, pose))
-    return [math.pi * colour for colour in _render(light_scene, cameras)]
+    colours = _render(light_scene, cameras)
+    for probe in probes:
+        scene.collection.objects.unlink(probe)
+    return [math.pi * colour for colour in colours]
 
 
 def _set_angle(data: Any, angle: float) -> None:

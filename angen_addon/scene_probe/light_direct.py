@@ -20,12 +20,12 @@ from .light_unmodelled import constant_world, unmodelled
 
 Array = NDArray[np.float64]
 SKY_RAYS = 64
-ROOM_RAYS = 96
+ROOM_RAYS = 64
 # The room is looked at from this far ahead of the sensor's face, if nothing is nearer.
 INTO_THE_ROOM = 0.3
 # A lamp lights the room where this share of the room's surface sees it.
 SEEN_SHARE = 0.4
-LOOKS_AT_LAMP = 12
+LOOKS_AT_LAMP = 6
 OFF_SURFACE = 0.02
 MOST_PASSED = 16
 
@@ -48,14 +48,11 @@ class Direct:
     def light(self, request: Any) -> Array:
         """As the renders give it: radiance (4, 3) of four walls, or irradiance (3,)."""
         if request.method == "FOUR_WALL":
-            return np.array([self._view(request, wall) for wall in range(4)])
+            reflected = self.reflected(request.matrix[:3, 3], -request.matrix[:3, 2])
+            return np.array([self._view(request, wall, reflected) for wall in range(4)])
         matrix = request.matrix
         normal = -matrix[:3, 2]
         place = matrix[:3, 3] + normal * face_size(self._scene, [matrix])
-        return self.irradiance(place, normal)
-
-    def irradiance(self, place: Array, normal: Array) -> Array:
-        """W/m² (3,) at a face that looks along a unit normal."""
         return self.direct(place, normal) + self.reflected(place, normal)
 
     def direct(self, place: Array, normal: Array) -> Array:
@@ -110,8 +107,9 @@ class Direct:
                 flux = flux + lamp.flux * np.minimum(seen, 1.0)
         return flux * mean / ((area + opening) * (1.0 - mean))
 
-    def _view(self, request: Any, wall: int) -> Array:
-        """Radiance (3,) in the middle of one of the four views."""
+    def _view(self, request: Any, wall: int, reflected: Array) -> Array:
+        """Radiance (3,) in the middle of one of the four views, whose wall gets as much reflected
+        light as the room's others."""
         matrix = request.matrix
         x, z = matrix[:3, 0], matrix[:3, 2]
         way = (-z, -x, z, x)[wall]
@@ -122,7 +120,7 @@ class Direct:
         normal, colour, _ = hit
         normal = -normal if float(normal @ way) > 0.0 else normal
         place = start + way * length + normal * face_size(self._scene, [matrix])
-        return colour / math.pi * self.irradiance(place, normal)
+        return colour / math.pi * (self.direct(place, normal) + reflected)
 
     def _nearest(self, start: Array, way: Array, length: float) -> tuple[float, Any]:
         """How far a ray gets, and the face it meets: normal, reflectance, transmittance."""

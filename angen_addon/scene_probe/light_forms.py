@@ -17,6 +17,8 @@ from .light_lamps import Lamp
 Array = NDArray[np.float64]
 # A lamp's disk or rectangle is looked at in this many points.
 POINTS = 16
+# One that is smaller than this, in its size over its distance, in one: its edge of shadow is thin.
+SMALL = 0.1
 CORNERS = 64
 FAR = 1e5
 TINY = 1e-6
@@ -50,13 +52,14 @@ def frame(normal: Array) -> tuple[Array, Array]:
     """Two unit vectors across a unit vector and each other."""
     away = np.zeros(3)
     away[int(np.argmin(np.abs(normal)))] = 1.0
-    across = np.cross(normal, away)
-    across /= np.linalg.norm(across)
-    return across, np.cross(normal, across)
+    turned = np.cross(normal, away)
+    across = np.asarray(turned / np.linalg.norm(turned), np.float64)
+    along = np.asarray(np.cross(normal, across), np.float64)
+    return across, along
 
 
 def _sun(lamp: Lamp, place: Array, normal: Array) -> tuple[Array, Array]:
-    count = POINTS if lamp.angle > TINY else 1
+    count = POINTS if lamp.angle > SMALL else 1
     radius = math.tan(min(lamp.angle, math.pi - 1e-3) / 2)
     disk = radius * _disk(lamp.axis, count) if count > 1 else np.zeros((1, 3))
     ways: Array = disk - lamp.axis
@@ -81,7 +84,7 @@ def _ball(lamp: Lamp, place: Array, normal: Array) -> tuple[Array, Array]:
     if distance < TINY:
         return lamp.place[None], np.zeros(1)
     way = way / distance
-    count = POINTS if lamp.radius > TINY else 1
+    count = POINTS if lamp.radius > SMALL / 2 * distance else 1
     points = np.atleast_2d(
         lamp.place + (lamp.radius * _disk(way, count) if count > 1 else np.zeros(3))
     )

@@ -67,7 +67,7 @@ class Lamp:
 
 
 def lamps_of(depsgraph: Any, view_layer: Any) -> list[Lamp]:
-    """The shown lamps, in the order of their names; those whose numbers are no numbers are dark."""
+    """The shown lamps, in the order of their names; without those that are off or no number."""
     found = []
     for instance in depsgraph.object_instances:
         seen = instance.object
@@ -76,7 +76,7 @@ def lamps_of(depsgraph: Any, view_layer: Any) -> list[Lamp]:
         owner = (instance.parent or seen).original if instance.is_instance else seen.original
         if owner.visible_get(view_layer=view_layer) and not owner.angen_ignored:
             found.append(_lamp(seen, np.array(instance.matrix_world, np.float64)))
-    lamps = [lamp for lamp in found if np.isfinite(lamp.power).all()]
+    lamps = [lamp for lamp in found if np.isfinite(lamp.power).all() and lamp.power.any()]
     return sorted(lamps, key=lambda lamp: (lamp.name, lamp.place.tolist()))
 
 

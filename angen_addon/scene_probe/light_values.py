@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from functools import cache
 from typing import Any
 
@@ -26,6 +25,9 @@ NO_VALUES = {
     "width",
     "height",
 }
+if bpy.app.version >= (5, 0):
+    # Always on, and to be asked no more.
+    NO_VALUES.add("use_nodes")
 OF_OBJECT = (
     "angen_ignored",
     "color",
@@ -90,15 +92,14 @@ def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
 
 def values(struct: Any) -> list[Any]:
     """The plain values of a datablock or a node."""
-    kind: Hashable = type(struct)
-    return [_flat(getattr(struct, name)) for name in _names(kind)]
+    return [_flat(getattr(struct, name)) for name in _names(struct.bl_rna.identifier)]
 
 
 @cache
-def _names(kind: Hashable) -> tuple[str, ...]:
+def _names(kind: str) -> tuple[str, ...]:
     return tuple(
         p.identifier
-        for p in kind.bl_rna.properties  # type: ignore[attr-defined]
+        for p in getattr(bpy.types, kind).bl_rna.properties
         if p.type in SIMPLE
         and p.identifier not in NO_VALUES
         and not p.identifier.startswith(("bl_", "is_", "show_", "rna_", "node_tree", "preview"))

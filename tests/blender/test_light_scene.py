@@ -245,13 +245,14 @@ def everything(world):
             for n in dir(bpy.app.handlers)
             if isinstance(getattr(bpy.app.handlers, n), list)
         },
-        "files": sorted(f for f in os.listdir(tempfile.gettempdir()) if "angen_light" in f),
+        "files": sorted(os.listdir(tempfile.gettempdir())),
     }
 
 
 @pytest.fixture
-def busy(world, shade):
+def busy(world, shade, monkeypatch, tmp_path):
     """A user at work: Edit Mode, a selection, hidden things, a sub-frame, handlers."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     edited = world.box((1, 1, 1), at=(5, 0, 0))
     world.box((1, 1, 1), at=(9, 0, 0), name="hidden").hide_render = True
     world.key(shade, "location", {1: (0, 0, 1), 48: (9, 0, 1)})

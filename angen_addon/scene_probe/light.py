@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measures the light at sensors, at the scene's present frame: all sensors at once.
+
+Never to be called in a frame handler, where a render crashes Blender, nor during a user's render.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.light import LightSample
+from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
+from . import light_bake, light_engine, light_views
+from .light_direct import Direct
+from .light_scene import LightScene
+
+Array = NDArray[np.float64]
+# A sensor farther from the origin than this many metres stands on a grid, in single precision,
+# too coarse for its face and its room's walls.
+FARTHEST = 100_000.0
+BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
+
+
+class LightError(Exception):
+    """The light cannot be measured; the text says why and what to do."""
+
+
+@dataclass(frozen=True)
+class LightRequest:
+    """What one sensor asks. `matrix` (4, 4): its pose in the world, orthonormal axes, Blender
+    units; lengths too in Blender units; the angle in radians. `samples`: light paths a reading."""
+
+    name: str
+    matrix: Array
+    method: str = "FOUR_WALL"
+    engine: str = "CYCLES"
+    samples: int = 1024
+    clip_start: float = 0.5
+    clip_end: float = 5.0
+    field_of_view: float = 0.02
+    exposure: float = 1.0
+
+
+def busy() -> bool:
+    """Whether the user renders or bakes: the sensors keep still then."""
+    return any(bpy.app.is_job_running(job) for job in BUSY_JOBS)
+
+
+def measure(
+    scene: Any,
+    view_layer: Any,
+    requests: Iterable[LightRequest],
+    efficacy: float = EFFICACY,
+) -> Mapping[str, LightSample]:
+    """The light of each request, by name. What it reads does not depend on the other requests.
+
+    Raises LightError.
+    """
+    if busy():
+        raise LightError("a render is running: the light sensors wait for its end")
+    view_layer.update()
+    asked = sorted(requests, key=lambda request: request.name)
+    _check(scene, asked)
+    samples: dict[str, LightSample] = {}
+    preview = [r for r in asked if r.engine == "DIRECT"]
+    if preview:
+        direct = Direct(scene, view_layer, view_layer.depsgraph)
+        for request in preview:
+            samples[request.name] = _sample(request, direct.light(request), efficacy, direct.note)
+    groups: dict[tuple[str, str, int], list[LightRequest]] = {}
+    for request in asked:
+        if request.engine != "DIRECT":
+            key = request.engine, request.method, request.samples
+            groups.setdefault(key, []).append(request)
+    if groups:
+        with LightScene(scene, view_layer) as light_scene:
+            for (engine, method, count), group in sorted(groups.items()):
+                light_engine.set_up(light_scene.scene, engine)
+                if method == "FOUR_WALL":
+                    light = light_views.four_walls(light_scene, group, engine, count)
+                elif engine == "EEVEE":
+                    light = light_views.faces(light_scene, group, count)
+                else:
+                    light = light_bake.irradiance(light_scene, group, count)
+                for request, colours in zip(group, light, strict=True):
+                    note = "; ".join(light_scene.notes)
+                    samples[request.name] = _sample(request, colours, efficacy, note)
+    return samples
+
+
+def _check(scene: Any, requests: list[LightRequest]) -> None:
+    names = [request.name for request in requests]
+    if len(set(names)) != len(names):
+        raise LightError("two light sensors have the same name: rename one")
+    metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
+    for request in requests:
+        place = request.matrix[:3, 3]
+        if not np.isfinite(request.matrix).all():
+            raise LightError(f"'{request.name}': its transform is not a number")
+        if float(np.abs(place).max()) * metres > FARTHEST:
+            raise LightError(
+                f"'{request.name}' is {float(np.abs(place).max()) * metres / 1000:.0f} km from "
+                "the scene's origin, where Blender's coordinates are too coarse for light: "
+                "move the scene nearer to the origin"
+            )
+    if any(request.engine == "EEVEE" for request in requests):
+        reason = light_engine.why_no_eevee()
+        if reason:
+            raise LightError(reason)
+
+
+def _sample(request: LightRequest, colours: Array, efficacy: float, note: str) -> LightSample:
+    if not np.isfinite(colours).all():
+        colours = np.nan_to_num(colours, nan=0.0, posinf=0.0, neginf=0.0)
+        note = "; ".join(filter(None, [note, "some of the light is not a number and left out"]))
+    if request.method == "FOUR_WALL":
+        percent = luminance_percent(colours, request.exposure)
+        return LightSample(luminance_percent=percent, note=note)
+    return LightSample(illuminance_lux=illuminance(colours, efficacy), note=note)

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A passing scene to render light in: what the viewport shows, with Blender's factory settings.
+
+The user's own scene, objects and settings are never written to. The scene made here stands at the
+frame at which the user's stands; a render evaluates it anew there, so neither the frames before
+it nor unapplied changes of the view matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import bpy
+
+from ..quiet import standard_output_silenced
+
+# Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
+LINES = {"WIRE", "BOUNDS"}
+# Unless an image or a sky says where the light is, the world is smooth.
+SMOOTH_MAP = 256
+DETAILED_MAP = 1024
+DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
+# Handlers of the user and of other add-ons take renders for the user's own.
+HANDLERS = (
+    "depsgraph_update_post",
+    "depsgraph_update_pre",
+    "frame_change_post",
+    "frame_change_pre",
+    "object_bake_cancel",
+    "object_bake_complete",
+    "object_bake_pre",
+    "render_cancel",
+    "render_complete",
+    "render_init",
+    "render_post",
+    "render_pre",
+    "render_stats",
+    "render_write",
+)
+
+
+class LightScene:
+    """A context: `scene` and `view_layer` to render, `notes` on what could not be carried over.
+
+    Datablocks made by `own` are removed at the end, also after an error.
+    """
+
+    def __init__(self, scene: Any, view_layer: Any) -> None:
+        self._user_scene = scene
+        self._user_layer = view_layer
+        self._made: list[Any] = []
+        self._exit = ExitStack()
+        self.notes: list[str] = []
+        self.scene: Any = None
+
+    @property
+    def view_layer(self) -> Any:
+        return self.scene.view_layers[0]
+
+    def own(self, datablock: Any) -> Any:
+        self._made.append(datablock)
+        return datablock
+
+    def __enter__(self) -> LightScene:
+        with ExitStack() as undo:
+            undo.enter_context(_handlers_quiet())
+            undo.enter_context(standard_output_silenced())
+            undo.enter_context(_images_kept())
+            undo.callback(self._remove)
+            # Not a copy: that would bring every setting of the user's along.
+            self.scene = self.own(bpy.data.scenes.new(".angen_light"))
+            self._time()
+            self._show()
+            self._world()
+            self._exit = undo.pop_all()
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self._exit.close()
+
+    def _remove(self) -> None:
+        made, self._made = self._made, []
+        self.scene = None
+        # A run may end because another file was opened: then they are gone already.
+        bpy.data.batch_remove([d for d in made if _alive(d)])
+
+    def _time(self) -> None:
+        """The moment, and what else of the scene drivers and nodes look at."""
+        user, scene = self._user_scene, self.scene
+        for name in ("frame_start", "frame_end", "frame_current", "camera"):
+            setattr(scene, name, getattr(user, name))
+        if user.frame_subframe:
+            scene.frame_float = user.frame_current + user.frame_subframe
+        scene.render.fps, scene.render.fps_base = user.render.fps, user.render.fps_base
+        scene.unit_settings.system = user.unit_settings.system
+        scene.unit_settings.scale_length = user.unit_settings.scale_length
+        for key, value in user.items():
+            if isinstance(value, (bool, int, float, str)):
+                scene[key] = value
+
+    def _show(self) -> None:
+        """Puts in what the viewport shows, whatever is hidden in renders."""
+        # Linked while the collection is in no scene, which would be told of each object.
+        shown = self.own(bpy.data.collections.new(".angen_light"))
+        housings = Housings()
+        for obj in shown_objects(self._user_layer):
+            if obj.angen_ignored or obj in housings:
+                continue
+            if obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES:
+                continue
+            seen = obj
+            if obj.hide_render or obj.rigid_body is not None:
+                seen = self._frozen(obj)
+            shown.objects.link(seen)
+        self.scene.collection.children.link(shown)
+
+    def _frozen(self, obj: Any) -> Any:
+        """A copy that stands where the object stands now, and that renders show."""
+        frozen = self.own(obj.copy())
+        evaluated = obj.evaluated_get(self._user_layer.depsgraph)
+        frozen.animation_data_clear()
+        frozen.constraints.clear()
+        frozen.parent = None
+        frozen.hide_render = False
+        frozen.matrix_world = evaluated.matrix_world
+        return frozen
+
+    def _world(self) -> None:
+        """Bounds the time that Cycles spends on looking where the world is bright."""
+        world = self.scene.world = self._user_scene.world
+        if world is None or getattr(world.cycles, "sampling_method", "") != "AUTOMATIC":
+            return
+        nodes = world.node_tree.nodes if world.node_tree else ()
+        detailed = any(node.type in DETAILED for node in nodes)
+        world = self.scene.world = self.own(world.copy())
+        world.cycles.sampling_method = "MANUAL"
+        world.cycles.sample_map_resolution = DETAILED_MAP if detailed else SMOOTH_MAP
+
+
+class Housings:
+    """Membership: objects that are a light sensor, or hang on one, and would shade it.
+
+    They are left out for all light sensors, so that none reads another light because of how the
+    others are measured. Lamps stay.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[int, bool] = {}
+
+    def __contains__(self, obj: Any) -> bool:
+        return obj.type != "LIGHT" and self._is_part(obj)
+
+    def _is_part(self, obj: Any) -> bool:
+        uid = obj.session_uid
+        if uid not in self._known:
+            self._known[uid] = obj.angen_sensor.kind == "LIGHT" or (
+                obj.parent is not None and self._is_part(obj.parent)
+            )
+        return self._known[uid]
+
+
+def shown_objects(view_layer: Any) -> Iterator[Any]:
+    """The objects that the viewport shows, in the order of the view layer."""
+    for obj in view_layer.objects:
+        if obj.visible_get(view_layer=view_layer):
+            yield obj
+
+
+@contextmanager
+def _handlers_quiet() -> Iterator[None]:
+    lists = [getattr(bpy.app.handlers, n) for n in HANDLERS if hasattr(bpy.app.handlers, n)]
+    before = [list(handlers) for handlers in lists]
+    for handlers in lists:
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for handlers, functions in zip(lists, before, strict=True):
+            handlers[:] = functions
+
+
+@contextmanager
+def _images_kept() -> Iterator[None]:
+    """Removes the "Render Result" that a render leaves, where there was none."""
+    before = {image.session_uid for image in bpy.data.images}
+    try:
+        yield
+    finally:
+        left = [i for i in bpy.data.images if i.session_uid not in before]
+        bpy.data.batch_remove([i for i in left if i.type == "RENDER_RESULT"])
+
+
+def _alive(datablock: Any) -> bool:
+    try:
+        return datablock.session_uid != 0
+    except ReferenceError:
+        return False

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The values of datablocks that light depends on, in a form that can be compared."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import bpy
+
+SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING", "POINTER"}
+# Bookkeeping and looks, which change by themselves.
+NO_VALUES = {
+    "is_evaluated",
+    "is_updated",
+    "location",
+    "location_absolute",
+    "name",
+    "name_full",
+    "select",
+    "session_uid",
+    "tag",
+    "use_fake_user",
+    "users",
+    "width",
+    "height",
+}
+if bpy.app.version >= (5, 0):
+    # Always on, and to be asked no more.
+    NO_VALUES.add("use_nodes")
+OF_OBJECT = (
+    "angen_ignored",
+    "color",
+    "display_type",
+    "hide_render",
+    "is_holdout",
+    "is_shadow_catcher",
+    "pass_index",
+    "visible_camera",
+    "visible_diffuse",
+    "visible_glossy",
+    "visible_shadow",
+    "visible_transmission",
+    "visible_volume_scatter",
+)
+CHANGING_IMAGES = {"MOVIE", "SEQUENCE"}
+
+
+def object_values(evaluated: Any) -> list[Any]:
+    """What beside its place, shape and visibility decides how an object meets light."""
+    found = [_flat(getattr(evaluated, name)) for name in OF_OBJECT]
+    found.append(evaluated.angen_sensor.kind)
+    found.append(
+        [s.material.original.session_uid if s.material else 0 for s in evaluated.material_slots]
+    )
+    found.append([_flat(v) for k, v in sorted(evaluated.items()) if k != "angen_sensor"])
+    linking = getattr(evaluated, "light_linking", None)
+    if linking is not None:
+        for collection in (linking.receiver_collection, linking.blocker_collection):
+            found.append([o.session_uid for o in collection.all_objects] if collection else 0)
+    return found
+
+
+def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
+    """Values of all nodes and their links, and whether the nodes look at places of objects.
+
+    None for the values where they cannot be told.
+    """
+    found: list[Any] = [
+        [(k.from_socket.path_from_id(), k.to_socket.path_from_id()) for k in tree.links]
+    ]
+    looks_at_objects = False
+    for node in tree.nodes:
+        found.append(values(node))
+        for socket in (*node.inputs, *node.outputs):
+            if hasattr(socket, "default_value"):
+                found.append(_flat(socket.default_value))
+        ramp = getattr(node, "color_ramp", None)
+        if ramp is not None:
+            found += [(e.position, *e.color) for e in ramp.elements]
+        curves = getattr(node, "mapping", None)
+        if isinstance(curves, bpy.types.CurveMapping):
+            found += [tuple(p.location) for c in curves.curves for p in c.points]
+        image = getattr(node, "image", None)
+        if image is not None and image.source in CHANGING_IMAGES:
+            return None, True
+        looks_at_objects |= getattr(node, "object", None) is not None
+        # Attributes of objects can be driven by anything.
+        looks_at_objects |= node.type == "ATTRIBUTE"
+    return found, looks_at_objects
+
+
+def values(struct: Any) -> list[Any]:
+    """The plain values of a datablock or a node."""
+    return [_flat(getattr(struct, name)) for name in _names(struct.bl_rna.identifier)]
+
+
+@cache
+def _names(kind: str) -> tuple[str, ...]:
+    return tuple(
+        p.identifier
+        for p in getattr(bpy.types, kind).bl_rna.properties
+        if p.type in SIMPLE
+        and p.identifier not in NO_VALUES
+        and not p.identifier.startswith(("bl_", "is_", "show_", "rna_", "node_tree", "preview"))
+        and (
+            p.type != "POINTER"
+            or issubclass(getattr(bpy.types, p.fixed_type.identifier, object), bpy.types.ID)
+        )
+    )
+
+
+def _flat(value: Any) -> Any:
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, bpy.types.ID):
+        return value.original.session_uid
+    try:
+        return tuple(value)
+    except TypeError:
+        return str(value)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Radiance that tiny cameras see: all views of all sensors in one render of many views.
+
+Each camera is rendered with the same random numbers, so no sensor depends on the others.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from . import exr
+from .light_bake import face, face_size, white
+from .light_colour import to_rec709
+
+Array = NDArray[np.float64]
+WALLS = 4
+# The least that Blender renders. The light paths of a view are spread over all its pixels.
+PIXELS = 4
+# EEVEE's samples jitter the lamps; its pixels converge sooner than light paths do.
+EEVEE_SAMPLES = 64
+NEAREST_CLIP = 1e-6
+WIDEST = math.radians(170.0)
+LENS_MM = 500.0
+WIDE_LENS_MM = 10.0
+# A view of a sensor's own face, in sides of the face: how far off the camera stands.
+FACE_DISTANCE = 4.0
+# EEVEE's shadows are too coarse for the face that a bake uses.
+EEVEE_FACE = 10.0
+
+
+def four_walls(light_scene: Any, requests: Sequence[Any], engine: str, samples: int) -> list[Array]:
+    """Linear radiance (4, 3) of the views along −Z, −X, +Z, +X of each request."""
+    scene = light_scene.scene
+    scene.cycles.samples = max(1, math.ceil(samples / (WALLS * PIXELS * PIXELS)))
+    scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))
+    cameras = []
+    for request in requests:
+        if request.field_of_view > WIDEST:
+            light_scene.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
+        for wall in range(WALLS):
+            data = light_scene.own(bpy.data.cameras.new(".angen_light"))
+            _set_angle(data, request.field_of_view)
+            data.clip_start = max(request.clip_start, NEAREST_CLIP)
+            data.clip_end = request.clip_end
+            turn = np.array(Matrix.Rotation(wall * math.pi / 2, 4, "Y"), np.float64)
+            cameras.append((data, request.matrix @ turn))
+    views = _render(light_scene, cameras)
+    return list(views.reshape(len(requests), WALLS, 3))
+
+
+def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
+    """Irradiance W/m² (3,) on the −Z faces, by cameras that look at white faces: for EEVEE,
+    which cannot bake."""
+    scene = light_scene.scene
+    scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples))
+    size = EEVEE_FACE * face_size(scene, [request.matrix for request in requests])
+    cameras, probes = [], []
+    material = white(light_scene.own)
+    for request in requests:
+        mesh = light_scene.own(bpy.data.meshes.new(".angen_light"))
+        mesh.from_pydata(face(request.matrix, size).tolist(), [], [(0, 1, 2, 3)])
+        mesh.materials.append(material)
+        probe = light_scene.own(bpy.data.objects.new(".angen_light", mesh))
+        probe.visible_shadow = False
+        probes.append(probe)
+        scene.collection.objects.link(probe)
+        data = light_scene.own(bpy.data.cameras.new(".angen_light"))
+        data.type = "ORTHO"
+        data.ortho_scale = size / 2
+        data.clip_start, data.clip_end = size, FACE_DISTANCE * 2 * size
+        pose = request.matrix.copy()
+        pose[:3, 3] -= pose[:3, 2] * (FACE_DISTANCE + 1) * size
+        # Looks back at the face: half a turn about its own Y.
+        pose[:3, 0] *= -1.0
+        pose[:3, 2] *= -1.0
+        cameras.append((data, pose))
+    colours = _render(light_scene, cameras)
+    for probe in probes:
+        scene.collection.objects.unlink(probe)
+    return [math.pi * colour for colour in colours]
+
+
+def _set_angle(data: Any, angle: float) -> None:
+    half = math.tan(min(angle, WIDEST) / 2)
+    data.sensor_fit = "HORIZONTAL"
+    # Blender bounds the angle itself more narrowly than the sensor and the lens.
+    data.lens = LENS_MM if half < 0.1 else WIDE_LENS_MM
+    data.sensor_width = 2 * half * data.lens
+
+
+def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
+    """Mean linear colour (n, 3) that each camera sees from its pose."""
+    scene = light_scene.scene
+    render = scene.render
+    render.resolution_x = render.resolution_y = PIXELS
+    settings = render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "IMAGE"
+    settings.file_format = "OPEN_EXR"
+    settings.color_mode, settings.color_depth, settings.exr_codec = "RGB", "32", "NONE"
+    objects = []
+    for data, pose in cameras:
+        obj = bpy.data.objects.new(".angen_light", data)
+        scene.collection.objects.link(obj)
+        obj.matrix_world = Matrix(pose.tolist())
+        objects.append(obj)
+    names = _name_views(scene, objects)
+    with tempfile.TemporaryDirectory(prefix="angen_light_") as folder:
+        render.filepath = str(Path(folder, "view"))
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        pictures = [exr.read_rgb(Path(folder, f"view{name}.exr")) for name in names]
+    for obj in objects:
+        # The next render of views must find cameras of its own by their names.
+        bpy.data.objects.remove(obj)
+    return to_rec709(np.array([picture.mean(axis=(0, 1)) for picture in pictures]))
+
+
+def _name_views(scene: Any, objects: Sequence[Any]) -> list[str]:
+    """Makes each camera a view of its own; a view finds its camera by the end of its name."""
+    render = scene.render
+    scene.camera = objects[0]
+    if len(objects) == 1:
+        return [""]
+    render.use_multiview = True
+    render.views_format = "MULTIVIEW"
+    render.image_settings.views_format = "INDIVIDUAL"
+    while len(render.views) > len(objects):
+        render.views.remove(render.views[len(render.views) - 1])
+    while len(render.views) < len(objects):
+        render.views.new("view")
+    names = [f"_{number:05d}" for number in range(len(objects))]
+    for view, obj, name in zip(render.views, objects, names, strict=True):
+        view.name = view.camera_suffix = name
+        view.use = True
+        obj.name = f".angen_light{name}"
+    return names

@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cycles against Radiance (Ward and others, LBNL) in the Ängen home: engines that share no code.
+
+What both can say in the same way is carried over: every surface is made diffuse, in grey, and
+what lets light pass (panes, shades) is taken away. Lamps are spheres of their own radius and
+power, the sun a disk, the sky one radiance. Development only: needs pyradiance.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from angen_sensors.angen_addon.scene_probe import light
+from angen_sensors.angen_addon.scene_probe.light import LightRequest
+from angen_sensors.angen_addon.scene_probe.light_bake import face_size
+from angen_sensors.angen_addon.scene_probe.light_lamps import lamps_of
+from angen_sensors.angen_addon.scene_probe.light_scene import Housings, shown_objects
+from angen_sensors.angen_addon.scene_probe.light_surfaces import Surfaces, glows, is_clear
+from angen_sensors.sensor_logic.photometry import luminance
+
+from .ray_layer import HOME
+
+FRAME = 1500
+SKY = 1.0
+# Radiance's own settings, of high quality: light sources as they are, no interpolation. A sky is
+# found by an ambient bounce, also where surfaces are black.
+QUALITY = ["-ds", "0.02", "-dj", "0.9", "-dt", "0", "-dc", "1", "-u+"]
+QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7"]
+DIVISIONS = 32_768
+DIRECT_BOUNCES, BOUNCES = 1, 10
+
+
+def measure(samples: int) -> dict[str, Any]:
+    """Irradiance of both by day and by lamp, direct and whole, at faces in every room."""
+    rows = []
+    for time_of_day in ("day", "lamp"):
+        bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
+        scene = bpy.context.scene
+        scene.angen_live = False
+        scene.frame_set(FRAME)
+        _simplify(time_of_day)
+        requests = _requests()
+        with tempfile.TemporaryDirectory() as folder:
+            for part in ("direct", "whole"):
+                _set_reflecting(part == "whole")
+                octree = _export(Path(folder), part == "whole")
+                theirs = _radiance(octree, requests, BOUNCES if part == "whole" else DIRECT_BOUNCES)
+                ours = _ours(requests, samples)
+                for request, a, b in zip(requests, ours, theirs, strict=True):
+                    rows.append(
+                        {"time": time_of_day, "part": part, "at": request.name, "cycles": a,
+                         "radiance": b}
+                    )  # fmt: skip
+    return {"rows": rows, "samples": samples, "divisions": DIVISIONS}
+
+
+def _simplify(time_of_day: str) -> None:
+    """Diffuse grey materials; what light passes through hidden; lamps or daylight alone."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    surfaces, reflects = Surfaces(), {}
+    for obj in list(scene.objects):
+        materials = [s.material for s in obj.material_slots if s.material]
+        if any(is_clear(m) and "ceiling" not in m.name for m in materials):
+            obj.hide_set(True)
+        if obj.type == "LIGHT" and (obj.data.type == "SUN") != (time_of_day == "day"):
+            obj.hide_set(True)
+        if obj.type == "LIGHT":
+            obj.data.color = (1, 1, 1)
+            if obj.data.type == "POINT":
+                obj.data.use_soft_falloff = False
+                obj.data.shadow_soft_size = min(obj.data.shadow_soft_size, 0.02)
+    for material in bpy.data.materials:
+        if material.node_tree and not glows(material):
+            reflects[material] = float(
+                np.clip(luminance(surfaces.of_material(material)[0]), 0, 0.85)
+            )
+        else:
+            reflects[material] = 0.3
+    for material, grey in reflects.items():
+        _diffuse(material, grey)
+    scene.world.node_tree.nodes.clear()
+    nodes = scene.world.node_tree.nodes
+    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
+    background.inputs["Color"].default_value = (1, 1, 1, 1)
+    background.inputs["Strength"].default_value = SKY if time_of_day == "day" else 0.0
+    scene.world.node_tree.links.new(background.outputs[0], output.inputs[0])
+    layer.update()
+
+
+def _diffuse(material: Any, grey: float) -> None:
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    shader, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
+    shader.inputs["Color"].default_value = (grey, grey, grey, 1)
+    shader.inputs["Roughness"].default_value = 0.0
+    links.new(shader.outputs[0], output.inputs["Surface"])
+    material["grey"] = grey
+
+
+def _set_reflecting(reflecting: bool) -> None:
+    for material in bpy.data.materials:
+        grey = material["grey"] if reflecting else 0.0
+        for node in material.node_tree.nodes:
+            if node.type == "BSDF_DIFFUSE":
+                node.inputs["Color"].default_value = (grey, grey, grey, 1)
+
+
+def _requests() -> list[LightRequest]:
+    """A face that looks down from each of the home's light sensors, and one that looks up from
+    table height under it."""
+    found = []
+    for obj in sorted(bpy.context.scene.objects, key=lambda o: o.name):
+        if obj.angen_sensor.kind == "LIGHT":
+            place = np.array(obj.matrix_world.translation, np.float64)
+            for name, z, height in (("down", 1.0, place[2]), ("up", -1.0, 1.2)):
+                pose = np.diag([1.0, z, z, 1.0])
+                pose[:3, 3] = place[0], place[1], height
+                found.append(
+                    LightRequest(f"{obj.name.removeprefix('Light sensor ')} {name}", pose,
+                                 "ILLUMINANCE")
+                )  # fmt: skip
+    return found
+
+
+def _ours(requests: list[LightRequest], samples: int) -> list[float]:
+    asked = [LightRequest(**{**r.__dict__, "samples": samples}) for r in requests]
+    layer = bpy.context.view_layer
+    found = light.measure(bpy.context.scene, layer, asked, efficacy=1.0)
+    return [float(found[r.name].illuminance_lux or 0.0) for r in requests]
+
+
+def _export(folder: Path, reflecting: bool) -> Path:
+    """The home as Radiance's octree."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    text, housings = [], Housings()
+    for obj in shown_objects(bpy.context.view_layer):
+        if obj.type == "MESH" and obj not in housings:
+            text.append(_mesh(obj.evaluated_get(depsgraph), reflecting))
+    for number, lamp in enumerate(lamps_of(depsgraph, bpy.context.view_layer)):
+        power = float(luminance(lamp.power))
+        if power <= 0.0:
+            continue
+        if lamp.type == "SUN":
+            half = max(math.degrees(lamp.angle), 0.01)
+            solid = 2 * math.pi * (1 - math.cos(math.radians(half) / 2))
+            text.append(f"void light s{number}\n0\n0\n3" + f" {power / solid:.9g}" * 3 + "\n")
+            to = " ".join(f"{-c:.9g}" for c in lamp.axis)
+            text.append(f"s{number} source s{number}o\n0\n0\n4 {to} {half:.9g}\n")
+        else:
+            radiance = power / (4 * math.pi**2 * lamp.radius**2)
+            text.append(f"void light l{number}\n0\n0\n3" + f" {radiance:.9g}" * 3 + "\n")
+            place = " ".join(f"{c:.9g}" for c in lamp.place)
+            text.append(f"l{number} sphere l{number}o\n0\n0\n4 {place} {lamp.radius:.9g}\n")
+    background = bpy.context.scene.world.node_tree.nodes["Background"]
+    sky = background.inputs["Strength"].default_value
+    if sky > 0.0:
+        text.append(f"void glow sky\n0\n0\n4 {sky} {sky} {sky} 0\n")
+        text.append("sky source up\n0\n0\n4 0 0 1 180\nsky source down\n0\n0\n4 0 0 -1 180\n")
+    scene = folder / "home.rad"
+    scene.write_text("".join(text))
+    octree = folder / "home.oct"
+    octree.write_bytes(_run("oconv", str(scene)))
+    return octree
+
+
+def _mesh(evaluated: Any, reflecting: bool) -> str:
+    mesh = evaluated.data
+    mesh.calc_loop_triangles()
+    matrix = np.array(evaluated.matrix_world, np.float64)
+    points = np.array([v.co for v in mesh.vertices], np.float64).reshape(-1, 3)
+    points = points @ matrix[:3, :3].T + matrix[:3, 3]
+    text = []
+    for triangle in mesh.loop_triangles:
+        slot = evaluated.material_slots[triangle.material_index].material
+        grey = slot.original["grey"] if slot else 0.8
+        grey = grey if reflecting else 0.0
+        name = f"g{round(grey * 1e6)}"
+        corners = points[list(triangle.vertices)]
+        if np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])) < 1e-10:
+            continue
+        text.append(f"{name} polygon p\n0\n0\n9 " + " ".join(f"{c:.9g}" for c in corners.ravel()))
+        text.append("\n")
+        if name not in _WRITTEN:
+            _WRITTEN[name] = f"void plastic {name}\n0\n0\n5 {grey} {grey} {grey} 0 0\n"
+    used = {line.split(" ", 1)[0] for line in text if line != "\n"}
+    return "".join(_WRITTEN[name] for name in sorted(used)) + "".join(text)
+
+
+_WRITTEN: dict[str, str] = {}
+
+
+def _radiance(octree: Path, requests: list[LightRequest], bounces: int) -> list[float]:
+    """W/m² at the faces, as the bake has them."""
+    lines = []
+    for request in requests:
+        normal = -request.matrix[:3, 2]
+        size = face_size(bpy.context.scene, [request.matrix])
+        place = request.matrix[:3, 3] + normal * size
+        lines.append(" ".join(f"{c:.9g}" for c in (*place, *normal)))
+    options = [*QUALITY, "-ab", str(bounces), "-ad", str(DIVISIONS)]
+    answer = _run(
+        "rtrace", "-I+", "-h", "-n", "2", *options, str(octree), given="\n".join(lines) + "\n"
+    )
+    return [float(line.split()[0]) for line in answer.decode().splitlines() if line.strip()]
+
+
+def _run(program: str, *arguments: str, given: str = "") -> bytes:
+    import pyradiance
+
+    path = Path(pyradiance.__file__).parent / "bin" / program
+    done = subprocess.run(
+        [str(path), *arguments], input=given.encode(), capture_output=True, check=True
+    )
+    return done.stdout

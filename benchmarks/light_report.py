@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page and the plot of the light sensor's benchmark, from the data."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+INTRODUCTION = """\
+# Light sensor: speed against error
+
+Written by `python -m benchmarks.light`; do not edit. Machine: {machine}.
+
+The Ängen home at a moment at which lamps and daylight shine, its own seven light sensors, and
+copies of them in other places and directions. The error is relative to {reference} light paths
+and three seeds, whose own noise (median) stands beside. `DIRECT` is the preview without a render.
+That nothing changed is found out in {static:.2f} ms, and then nothing is rendered.
+
+The home is hard for light paths: its lamps stand in shades and close to ceilings and walls, so
+that most of the light at a sensor comes from small bright spots that paths find by chance.
+
+![rms error over time a sensor](light_benchmarks.svg)
+
+| method | engine | samples | sensors | ms a sensor | rms | median | worst | reference's noise |
+|---|---|---|---|---|---|---|---|---|
+"""
+ROW = (
+    "| {method} | {engine} | {samples} | {sensors} | {ms_a_sensor:.1f} | {rms:.1%} | {median:.1%} "
+    "| {worst:.1%} | {reference_noise:.1%} |\n"
+)
+RADIANCE = """
+## Cycles against Radiance
+
+The home with the same diffuse grey for both, without what light passes through, lamps as spheres
+(radius at most 2 cm), by sun and an even sky (*day*) or by the lamps (*lamp*); W/m² at faces that
+look down from each light sensor and up from table height. Cycles: {samples} samples; Radiance's
+`rtrace -I` with {divisions} ambient divisions, no interpolation. *Direct*: black surfaces.
+Faces with less than {least} W/m² are not counted.
+
+| light | part | faces | ratio of the sums | rms | worst |
+|---|---|---|---|---|---|
+"""
+LEAST = 0.01
+COLOURS = {"ILLUMINANCE": "#c60", "FOUR_WALL": "#06c"}
+WIDTH, HEIGHT, EDGE = 640, 400, 60
+TIMES, ERRORS = (1.0, 3000.0), (0.005, 2.0)
+
+
+def markdown(data: dict[str, Any]) -> str:
+    speed = data["speed"]
+    text = INTRODUCTION.format(
+        machine=data["machine"], reference=speed["reference_samples"], static=speed["static_ms"]
+    )
+    text += "".join(ROW.format(**row) for row in speed["rows"])
+    if "radiance" in data:
+        text += _radiance(data["radiance"])
+    return text
+
+
+def _radiance(data: dict[str, Any]) -> str:
+    text = RADIANCE.format(least=LEAST, **data)
+    groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for row in data["rows"]:
+        if max(row["cycles"], row["radiance"]) >= LEAST:
+            pair = row["cycles"], row["radiance"]
+            groups.setdefault((row["time"], row["part"]), []).append(pair)
+    for (time, part), pairs in groups.items():
+        ratio = sum(a for a, _ in pairs) / sum(b for _, b in pairs)
+        errors = [abs(a / b - 1.0) if b else 1.0 for a, b in pairs]
+        rms = math.sqrt(sum(e * e for e in errors) / len(errors))
+        text += (
+            f"| {time} | {part} | {len(pairs)} | {ratio:.4f} | {rms:.1%} | {max(errors):.1%} |\n"
+        )
+    return text
+
+
+def plot(rows: list[dict[str, Any]]) -> str:
+    """An SVG: rms error over milliseconds a sensor, both logarithmic; seven sensors."""
+    text = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
+        'font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="#fff"/>'
+    ]
+    for ms in (1, 10, 100, 1000):
+        x = _x(ms)
+        text.append(f'<path d="M{x} {EDGE}V{HEIGHT - EDGE}" stroke="#ddd"/>')
+        text.append(f'<text x="{x}" y="{HEIGHT - 40}" text-anchor="middle">{ms} ms</text>')
+    for error in (0.01, 0.1, 1.0):
+        y = _y(error)
+        text.append(f'<path d="M{EDGE} {y}H{WIDTH - EDGE}" stroke="#ddd"/>')
+        text.append(f'<text x="{EDGE - 6}" y="{y + 4}" text-anchor="end">{error:.0%}</text>')
+    for number, (method, colour) in enumerate(COLOURS.items()):
+        seven = [r for r in rows if r["method"] == method and r["sensors"] == 7]
+        paths = [r for r in seven if r["engine"] == "CYCLES"]
+        line = " ".join(f"{_x(r['ms_a_sensor'])},{_y(r['rms'])}" for r in paths)
+        text.append(f'<polyline points="{line}" fill="none" stroke="{colour}"/>')
+        for row in seven:
+            at = _x(row["ms_a_sensor"]), _y(row["rms"])
+            name = row["samples"] if row["engine"] == "CYCLES" else "DIRECT"
+            text.append(f'<circle cx="{at[0]}" cy="{at[1]}" r="4" fill="{colour}"/>')
+            text.append(f'<text x="{at[0] + 7}" y="{at[1] - 5}" fill="{colour}">{name}</text>')
+        text.append(f'<text x="{EDGE}" y="{20 + 16 * number}" fill="{colour}">{method}</text>')
+    text.append(
+        f'<text x="{WIDTH / 2}" y="{HEIGHT - 12}" text-anchor="middle">'
+        "time a sensor and update, seven sensors; rms error; number: light paths</text></svg>\n"
+    )
+    return "".join(text)
+
+
+def _x(ms: float) -> float:
+    share = math.log(ms / TIMES[0]) / math.log(TIMES[1] / TIMES[0])
+    return round(EDGE + share * (WIDTH - 2 * EDGE), 1)
+
+
+def _y(error: float) -> float:
+    share = math.log(max(error, ERRORS[0]) / ERRORS[0]) / math.log(ERRORS[1] / ERRORS[0])
+    return round(HEIGHT - EDGE - share * (HEIGHT - 2 * EDGE), 1)

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Speed against error of every way to measure light, in the Ängen home with its lamps on.
+
+The reference has so many light paths that its own noise, told beside, is far below the errors.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import bpy
+import numpy as np
+from angen_sensors.angen_addon.scene_probe import light, light_engine
+from angen_sensors.angen_addon.scene_probe.light import LightRequest
+from angen_sensors.angen_addon.scene_probe.light_signature import LightSignature
+
+from .ray_layer import HOME
+
+# At noon of the story: several lamps are on, and the sun shines.
+FRAME = 1500
+REFERENCE_SEEDS = 3
+SAMPLES = (64, 256, 1024, 4096)
+COUNTS = (1, 7, 50)
+
+
+def measure(reference_samples: int, rounds: int) -> dict[str, Any]:
+    """A row for each method, samples and number of sensors."""
+    bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
+    scene = bpy.context.scene
+    scene.angen_live = False
+    scene.frame_set(FRAME)
+    rows = []
+    for method in ("ILLUMINANCE", "FOUR_WALL"):
+        asked = _requests(max(COUNTS), method)
+        true, noise = _reference(asked, reference_samples)
+        ways = [("CYCLES", samples) for samples in SAMPLES] + [("DIRECT", 1)]
+        for engine, samples in ways:
+            for count in COUNTS:
+                part = [_with(r, engine=engine, samples=samples) for r in asked[:count]]
+                found, cost = _timed(part, rounds)
+                error = np.abs(found / true[:count] - 1.0)
+                rows.append(
+                    {
+                        "method": method,
+                        "engine": engine,
+                        "samples": samples,
+                        "sensors": count,
+                        "ms_a_sensor": cost / count,
+                        "rms": float(np.sqrt(np.mean(error**2))),
+                        "median": float(np.median(error)),
+                        "worst": float(error.max()),
+                        "reference_noise": noise,
+                    }
+                )
+    return {"rows": rows, "static_ms": _static(scene), "reference_samples": reference_samples}
+
+
+def _requests(count: int, method: str) -> list[LightRequest]:
+    """The home's own light sensors, then the same ones a bit lower and turned."""
+    own = sorted(
+        (o for o in bpy.context.scene.objects if o.angen_sensor.kind == "LIGHT"),
+        key=lambda o: o.name,
+    )
+    found = []
+    for number in range(count):
+        pose = np.array(own[number % len(own)].matrix_world, np.float64)
+        turn = number // len(own) * 0.7
+        x, z = pose[:3, 0].copy(), pose[:3, 2].copy()
+        pose[:3, 0] = np.cos(turn) * x - np.sin(turn) * z
+        pose[:3, 2] = np.sin(turn) * x + np.cos(turn) * z
+        pose[2, 3] -= 0.1 * (number // len(own))
+        found.append(LightRequest(f"{number:02d}", pose, method))
+    return found
+
+
+def _with(request: LightRequest, **changes: Any) -> LightRequest:
+    return LightRequest(**{**request.__dict__, **changes})
+
+
+def _values(requests: Sequence[LightRequest]) -> Any:
+    found = light.measure(bpy.context.scene, bpy.context.view_layer, requests)
+    samples = [found[r.name] for r in requests]
+    return np.array(
+        [s.illuminance_lux if s.luminance_percent is None else s.luminance_percent for s in samples]
+    )
+
+
+def _timed(requests: Sequence[LightRequest], rounds: int) -> tuple[Any, float]:
+    values, costs = _values(requests), []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        values = _values(requests)
+        costs.append(time.perf_counter() - start)
+    return values, float(np.median(costs)) * 1000.0
+
+
+def _reference(requests: Sequence[LightRequest], samples: int) -> tuple[Any, float]:
+    """Means over seeds, and their relative noise (median over the sensors)."""
+    many = [_with(r, engine="CYCLES", samples=samples) for r in requests]
+    seed, found = light_engine.SEED, []
+    try:
+        for number in range(REFERENCE_SEEDS):
+            light_engine.SEED = 1000 + number
+            found.append(_values(many))
+    finally:
+        light_engine.SEED = seed
+    mean = np.mean(found, axis=0)
+    spread = np.std(found, axis=0, ddof=1) / np.sqrt(REFERENCE_SEEDS)
+    return np.maximum(mean, 1e-9), float(np.median(spread / np.maximum(mean, 1e-9)))
+
+
+def _static(scene: Any) -> float:
+    """Milliseconds that it takes to find that nothing has changed."""
+    signature, layer = LightSignature(), bpy.context.view_layer
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    signature.changed(layer, depsgraph)
+    start = time.perf_counter()
+    for _ in range(50):
+        assert not signature.changed(layer, depsgraph)
+    return (time.perf_counter() - start) / 50 * 1000.0

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps, rooms and sensors of known light, for the tests of the light probe."""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+PROBE = "bl_ext.user_default.angen_sensors.angen_addon.scene_probe"
+UP = (0.0, 0.0, 1.0)
+
+
+def part(name: str) -> Any:
+    return import_module(f"{PROBE}.{name}")
+
+
+def facing(normal: Any, at: Any = (0, 0, 0)) -> np.ndarray:
+    """The pose of a sensor whose −Z looks along `normal`."""
+    turn = (-Vector(normal)).to_track_quat("Z", "Y").to_matrix().to_4x4()
+    return np.array(Matrix.Translation(at) @ turn, np.float64)
+
+
+def request(name: str = "sensor", matrix: Any = None, **asked: Any) -> Any:
+    """Illuminance of a face that looks up from the origin, unless told otherwise."""
+    pose = facing(UP) if matrix is None else matrix
+    return part("light").LightRequest(name, pose, **{"method": "ILLUMINANCE", **asked})
+
+
+def measure(*requests: Any, efficacy: float = 1.0) -> dict[str, Any]:
+    """With an efficacy of 1 an illuminance is an irradiance in W/m²."""
+    bpy.context.view_layer.update()
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    return dict(part("light").measure(scene, layer, requests, efficacy))
+
+
+def lux(*requests: Any) -> Any:
+    """The illuminance of the only request, or of each."""
+    found = measure(*(requests or (request(),)))
+    values = [sample.illuminance_lux for sample in found.values()]
+    return values[0] if len(values) == 1 else values
+
+
+def percent(**asked: Any) -> float:
+    (sample,) = measure(request(method="FOUR_WALL", **asked)).values()
+    return sample.luminance_percent
+
+
+def lamp(world: Any, kind: str, at: Any = (0, 0, 2), aim: Any = (0, 0, -1), **settings: Any) -> Any:
+    data = bpy.data.lights.new(kind.lower(), kind)
+    data.energy = 1.0
+    if kind in {"POINT", "SPOT"}:
+        data.shadow_soft_size = 0.0
+    if kind == "SUN":
+        data.angle = 0.0
+    for name, value in settings.items():
+        setattr(data, name, value)
+    obj = world.link(kind.lower(), data, at)
+    obj.rotation_euler = (-Vector(aim)).to_track_quat("Z", "Y").to_euler()
+    return obj
+
+
+def sky(world: Any, radiance: float) -> Any:
+    """A world of one radiance to all sides."""
+    found = bpy.data.worlds.new("sky")
+    if not found.node_tree:
+        found.use_nodes = True
+    node = next(n for n in found.node_tree.nodes if n.type == "BACKGROUND")
+    node.inputs["Color"].default_value = (1, 1, 1, 1)
+    node.inputs["Strength"].default_value = radiance
+    world.scene.world = found
+    return found
+
+
+def material(reflects: float = 0.0, glows: Any = 0.0, name: str = "material") -> Any:
+    """Diffuse of one reflectance, or glowing with a radiance."""
+    found = bpy.data.materials.new(name)
+    if not found.node_tree:
+        found.use_nodes = True
+    nodes, links = found.node_tree.nodes, found.node_tree.links
+    nodes.clear()
+    if reflects:
+        shader = nodes.new("ShaderNodeBsdfDiffuse")
+        shader.inputs["Color"].default_value = (reflects, reflects, reflects, 1)
+    else:
+        shader = nodes.new("ShaderNodeEmission")
+        colour = np.broadcast_to(glows, 3)
+        shader.inputs["Color"].default_value = (*colour, 1)
+    output = nodes.new("ShaderNodeOutputMaterial")
+    links.new(shader.outputs[0], output.inputs["Surface"])
+    return found
+
+
+def plate(world: Any, size: float, at: Any, looks: Any, of: Any = None, name: str = "plate") -> Any:
+    """A square that looks along `looks`."""
+    h = size / 2
+    mesh = world.mesh([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [(0, 1, 2, 3)])
+    if of is not None:
+        mesh.materials.append(of)
+    obj = world.link(name, mesh, at)
+    obj.rotation_euler = Vector(looks).to_track_quat("Z", "Y").to_euler()
+    return obj
+
+
+def ball(world: Any, radius: float, of: Any, at: Any = (0, 0, 0), rings: int = 64) -> Any:
+    """A closed sphere."""
+    rows = np.linspace(0, math.pi, rings + 1)[1:-1]
+    turns = np.linspace(0, 2 * math.pi, 2 * rings, endpoint=False)
+    points = [(0, 0, radius)]
+    points += [
+        (
+            radius * math.sin(a) * math.cos(b),
+            radius * math.sin(a) * math.sin(b),
+            radius * math.cos(a),
+        )
+        for a in rows
+        for b in turns
+    ]
+    points.append((0, 0, -radius))
+    n, last = len(turns), len(points) - 1
+    faces: list[Any] = [(0, 1 + i, 1 + (i + 1) % n) for i in range(n)]
+    for row in range(len(rows) - 1):
+        a, b = 1 + row * n, 1 + (row + 1) * n
+        faces += [(a + i, b + i, b + (i + 1) % n, a + (i + 1) % n) for i in range(n)]
+    a = 1 + (len(rows) - 1) * n
+    faces += [(a + i, last, a + (i + 1) % n) for i in range(n)]
+    mesh = world.mesh(points, faces)
+    mesh.materials.append(of)
+    return world.link("ball", mesh, at)

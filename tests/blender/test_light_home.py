@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The seven light sensors of the sample home follow its lamps and its doors."""
+
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from light_stage import measure, part
+
+HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
+
+
+@pytest.fixture
+def home(addon):
+    bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
+    bpy.context.scene.angen_live = False
+    yield bpy.context.scene
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+
+
+def sensors(**asked):
+    return [
+        part("light").LightRequest(o.name, np.array(o.matrix_world, np.float64), **asked)
+        for o in bpy.context.scene.objects
+        if o.angen_sensor.kind == "LIGHT"
+    ]
+
+
+def test_each_sensor_follows_the_lamp_of_its_room(home):
+    asked = sensors(samples=64, exposure=1.0)
+    for room in ("living room", "kitchen", "bedroom", "bathroom"):
+        lamp = bpy.data.objects[f"Lamp {room}"].data
+        lamp.animation_data_clear()
+        found = []
+        for energy in (0.0, 40.0):
+            lamp.energy = energy
+            found.append(measure(*asked)[f"Light sensor {room}"].luminance_percent)
+        assert found[1] > found[0] + 2.0, room
+
+
+def test_a_still_frame_takes_less_than_a_millisecond(home):
+    import time
+
+    signature = part("light_signature").LightSignature()
+    layer, depsgraph = bpy.context.view_layer, bpy.context.evaluated_depsgraph_get()
+    signature.changed(layer, depsgraph)
+    costs = []
+    for _ in range(9):
+        start = time.perf_counter()
+        assert not signature.changed(layer, depsgraph)
+        costs.append(time.perf_counter() - start)
+    # Twice the aim, as other things run on the machine that tests.
+    assert np.median(costs) < 2e-3

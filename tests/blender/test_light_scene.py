@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is there for light, what light does not depend on, and what a measurement leaves behind."""
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from light_stage import UP, ball, facing, lamp, lux, material, measure, part, plate, request
+
+SUN = 1.0
+
+
+@pytest.fixture
+def shade(world):
+    """A sun, and a plate that shades the sensor."""
+    lamp(world, "SUN")
+    return plate(world, 4.0, (0, 0, 1), (0, 0, -1), material(0.001))
+
+
+def is_shaded():
+    found = lux(request(samples=16))
+    assert found == pytest.approx(0.0, abs=0.01) or found == pytest.approx(SUN, rel=0.01)
+    return found < 0.5
+
+
+def layer_of(collection):
+    return bpy.context.view_layer.layer_collection.children[collection.name]
+
+
+def put_in_collection(obj):
+    collection = bpy.data.collections.new("set")
+    bpy.context.scene.collection.children.link(collection)
+    bpy.context.scene.collection.objects.unlink(obj)
+    collection.objects.link(obj)
+    return collection
+
+
+HIDING = {
+    "eye": lambda o, c: o.hide_set(True),
+    "monitor": lambda o, c: setattr(o, "hide_viewport", True),
+    "excluded": lambda o, c: setattr(layer_of(c), "exclude", True),
+    "eye of the collection": lambda o, c: setattr(layer_of(c), "hide_viewport", True),
+    "monitor of the collection": lambda o, c: setattr(c, "hide_viewport", True),
+    "ignored": lambda o, c: setattr(o, "angen_ignored", True),
+    "lines in the viewport, nothing in renders": lambda o, c: (
+        setattr(o, "hide_render", True),
+        setattr(o, "display_type", "WIRE"),
+    ),
+}
+NOT_HIDING = {
+    "camera in the outliner": lambda o, c: setattr(o, "hide_render", True),
+    "camera of the collection": lambda o, c: setattr(c, "hide_render", True),
+    "not selectable": lambda o, c: setattr(o, "hide_select", True),
+}
+
+
+@pytest.mark.parametrize("way", [*HIDING, *NOT_HIDING])
+def test_what_the_viewport_shows_is_there(shade, way):
+    collection = put_in_collection(shade)
+    assert is_shaded()
+    {**HIDING, **NOT_HIDING}[way](shade, collection)
+    assert is_shaded() == (way in NOT_HIDING)
+
+
+@pytest.mark.parametrize("way", [*HIDING, *NOT_HIDING])
+def test_so_are_lamps(world, way):
+    if way.startswith("lines"):
+        pytest.skip("lamps are always lines")
+    sun = lamp(world, "SUN")
+    collection = put_in_collection(sun)
+    HIDING.get(way, NOT_HIDING.get(way))(sun, collection)
+    for engine in ("CYCLES", "DIRECT"):
+        expected = SUN * (way in NOT_HIDING)
+        assert lux(request(engine=engine, samples=4)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_shown_object_stands_where_its_parent_and_constraints_put_it(world, shade):
+    shade.hide_render = True
+    shade.location.x = 50
+    parent = world.link("parent", None, (-25, 0, 0))
+    shade.parent = parent
+    constraint = shade.constraints.new("COPY_LOCATION")
+    constraint.target = world.link("target", None, (-25, 0, 0))
+    constraint.use_offset = True
+    constraint.use_z = False
+    world.update()
+    assert is_shaded() == (abs(shade.matrix_world.translation.x) < 2)
+    constraint.influence = 0.0
+    world.update()
+    assert not is_shaded()
+
+
+def test_a_sensor_looks_through_its_own_housing_and_every_light_sensors(world):
+    lamp(world, "SUN")
+    for name in ("sensor", "other"):
+        sensor = world.sensor("LIGHT", name)
+        housing = world.box((0.1, 0.1, 0.1), name=f"{name} housing")
+        housing.parent = sensor
+    for engine in ("CYCLES", "DIRECT"):
+        assert lux(request(engine=engine, samples=4)) == pytest.approx(SUN, rel=1e-3)
+
+
+@pytest.mark.parametrize("engine", ["CYCLES", "DIRECT"])
+@pytest.mark.parametrize("place", [(0, 0, -1), (0, 0, 1), (1, 0, 0), (-1, 0, 0), (0, 1, 0)])
+def test_a_sensor_exactly_on_a_wall_reads_its_room(world, engine, place):
+    """Inside light only: 100 W in the middle; outside it is dark."""
+    box = world.box((2, 2, 2))
+    box.data.materials.append(material(0.001))
+    lamp(world, "POINT", at=(0, 0, 0), energy=100.0)
+    inwards = tuple(-c for c in place)
+    found = lux(request(matrix=facing(inwards, place), engine=engine, samples=64))
+    assert found == pytest.approx(100 / (4 * 3.14159265), rel=0.005)
+
+
+def test_the_users_render_settings_do_not_matter(world):
+    ball(world, 2.0, material(0.5))
+    lamp(world, "POINT", at=(0, 0, 0), energy=5.0, shadow_soft_size=0.1)
+    asked = [
+        request("lux", facing((1, 0, 0), (-1.5, 0, 0)), samples=64),
+        request("walls", method="FOUR_WALL", samples=64),
+    ]
+    before = measure(*asked)
+    scene, layer = world.scene, bpy.context.view_layer
+    scene.render.engine = "BLENDER_WORKBENCH"
+    scene.render.resolution_x, scene.render.resolution_percentage = 77, 13
+    scene.render.use_border, scene.render.border_max_x = True, 0.1
+    scene.render.use_simplify = True
+    scene.render.use_motion_blur = True
+    scene.render.use_persistent_data = True
+    scene.render.film_transparent = True
+    scene.render.use_multiview = True
+    scene.render.filter_size = 5.0
+    scene.render.filepath = "/nowhere/at/all"
+    scene.render.bake.margin = 12
+    scene.render.image_settings.file_format = "PNG"
+    scene.cycles.samples, scene.cycles.seed = 3, 99
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = 0
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = True
+    scene.cycles.film_exposure = 5.0
+    scene.cycles.sample_clamp_indirect = 0.01
+    scene.cycles.time_limit = 0.01
+    scene.view_settings.exposure, scene.view_settings.gamma = 3.0, 2.0
+    scene.view_settings.view_transform = "Standard"
+    layer.material_override = material(glows=7.0)
+    layer.samples = 1
+    layer.use = False
+    after = measure(*asked)
+    assert after == before
+
+
+def test_neither_do_the_frames_before_nor_unapplied_views(world):
+    sun = lamp(world, "SUN")
+    for frame in (1, 48):
+        sun.data.energy = frame
+        sun.data.keyframe_insert("energy", frame=frame)
+    world.scene.frame_set(20)
+    first = lux(request(samples=4))
+    assert first == pytest.approx(sun.data.energy, rel=1e-3)
+    for other in (1, 48, 19, 20):
+        world.scene.frame_set(other)
+        lux(request(samples=4))
+        world.scene.frame_set(20)
+        assert lux(request(samples=4)) == first
+    world.scene.frame_set(20, subframe=0.5)
+    assert lux(request(samples=4)) == pytest.approx(sun.data.energy, rel=1e-3)
+    assert lux(request(samples=4)) != first
+
+
+def test_other_sensors_do_not_matter_to_the_bit(world):
+    box = world.box((4, 4, 4))
+    box.data.materials.append(material(0.5))
+    lamp(world, "POINT", at=(0.5, 0, 1), shadow_soft_size=0.2, energy=10.0)
+    me = request("me", facing((1, 0, 0), (-1.5, 0, 0)), samples=16)
+    walls = request("walls", facing((1, 0, 0)), method="FOUR_WALL", samples=64)
+    alone = measure(me, walls)
+    others = [
+        request(f"{kind} {i}", facing(UP, (i / 10, 0, 0)), method=kind, samples=16 + i)
+        for i in range(3)
+        for kind in ("FOUR_WALL", "ILLUMINANCE")
+    ]
+    others += [request(f"same {i}", facing(UP, (i / 10, 1, 0)), samples=16) for i in range(5)]
+    for asked in ([*others, me, walls], [walls, me, *others[::-1]], [me, *others[:3], walls]):
+        found = measure(*asked)
+        assert (found["me"], found["walls"]) == (alone["me"], alone["walls"])
+
+
+def test_even_those_that_want_the_same_texel(world):
+    texel_of = part("light_bake").texel_of
+    seen = {}
+    pair = None
+    for i in range(100_000):
+        other = seen.setdefault(texel_of(f"s{i}"), f"s{i}")
+        if other != f"s{i}":
+            pair = other, f"s{i}"
+            break
+    lamp(world, "POINT", shadow_soft_size=0.5)
+    a, b = (request(n, facing(UP, (x, 0, 0)), samples=4) for n, x in zip(pair, (0, 1), strict=True))
+    together = measure(a, b)
+    assert together == {**measure(a), **measure(b)}
+    assert together[pair[0]] != together[pair[1]]
+
+
+def test_the_same_light_whatever_the_number_of_threads(world):
+    ball(world, 2.0, material(0.5), rings=16)
+    lamp(world, "POINT", at=(0, 0, 0))
+    asked = [request(f"s{i}", facing((1, 0, 0), (-1, i / 10, 0)), samples=16) for i in range(5)]
+    assert measure(*asked) == measure(*asked)
+
+
+def counts():
+    return {
+        name: len(getattr(bpy.data, name))
+        for name in dir(bpy.data)
+        if isinstance(getattr(bpy.data, name), bpy.types.bpy_prop_collection)
+    }
+
+
+def plain(group):
+    return {
+        p.identifier: str(getattr(group, p.identifier))
+        for p in group.bl_rna.properties
+        if p.type in {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
+        and not getattr(p, "is_array", False)
+    }
+
+
+def everything(world):
+    scene, layer = world.scene, bpy.context.view_layer
+    groups = (scene, scene.render, scene.cycles, scene.render.bake, scene.render.image_settings)
+    return {
+        "settings": [plain(group) for group in (*groups, scene.view_settings, layer)],
+        "data": counts(),
+        "selected": [o.name for o in layer.objects if o.select_get()],
+        "active": layer.objects.active and layer.objects.active.name,
+        "mode": bpy.context.mode,
+        "world": scene.world and plain(scene.world.cycles),
+        "hidden": [(o.name, o.hide_render, o.hide_get()) for o in layer.objects],
+        "handlers": {
+            n: [str(f) for f in getattr(bpy.app.handlers, n)]
+            for n in dir(bpy.app.handlers)
+            if isinstance(getattr(bpy.app.handlers, n), list)
+        },
+        "files": sorted(os.listdir(tempfile.gettempdir())),
+    }
+
+
+@pytest.fixture
+def busy(world, shade, monkeypatch, tmp_path):
+    """A user at work: Edit Mode, a selection, hidden things, a sub-frame, handlers."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    edited = world.box((1, 1, 1), at=(5, 0, 0))
+    world.box((1, 1, 1), at=(9, 0, 0), name="hidden").hide_render = True
+    world.key(shade, "location", {1: (0, 0, 1), 48: (9, 0, 1)})
+    world.scene.frame_set(7, subframe=0.25)
+    shade.select_set(True)
+    bpy.context.view_layer.objects.active = edited
+    bpy.ops.object.mode_set(mode="EDIT")
+    heard = []
+    lists = [
+        getattr(bpy.app.handlers, n)
+        for n in ("render_pre", "render_write", "frame_change_post", "object_bake_pre")
+    ]
+
+    def hear(*_):
+        heard.append(True)
+
+    for handlers in lists:
+        handlers.append(hear)
+    yield world, heard
+    for handlers in lists:
+        handlers.remove(hear)
+
+
+ALL_WAYS = [
+    request("lux", samples=4),
+    request("walls", method="FOUR_WALL", samples=4),
+    request("preview", engine="DIRECT"),
+    request("preview walls", method="FOUR_WALL", engine="DIRECT"),
+]
+
+
+def test_a_measurement_leaves_everything_as_it_was(busy):
+    world, heard = busy
+    before = everything(world)
+    measure(*ALL_WAYS)
+    assert everything(world) == before
+    assert not heard
+
+
+def test_so_does_one_that_fails(busy, monkeypatch):
+    world, _ = busy
+    before = everything(world)
+    monkeypatch.setattr(part("light_bake"), "SIDE", 10**7)
+    with pytest.raises((RuntimeError, MemoryError, ValueError, OverflowError, TypeError)):
+        measure(*ALL_WAYS)
+    assert everything(world) == before
+
+
+def test_hundreds_of_measurements_leave_nothing_and_do_not_crash(world):
+    resource = pytest.importorskip("resource")
+    lamp(world, "POINT")
+    box = world.box((4, 4, 4))
+    box.data.materials.append(material(0.5))
+    asked = [request("lux", samples=1), request("walls", method="FOUR_WALL", samples=1)]
+    for _ in range(10):
+        measure(*asked)
+    before, peak = counts(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for frame in range(100):
+        world.scene.frame_set(frame % 48)
+        measure(*asked)
+    assert counts() == before
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak < 20_000
+
+
+def test_two_of_one_name_are_refused(world):
+    with pytest.raises(part("light").LightError, match="same name"):
+        measure(request("a"), request("a"))

@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What light depends on is never missed; what it does not depend on is not rendered again.
+
+The property test makes random scenes with keyed, driven and edited things, and compares what the
+signature says with the light itself, measured at every frame.
+"""
+
+import random
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from light_stage import facing, lamp, material, measure, part, plate, request, sky
+
+LAST = 10
+
+
+class Watch:
+    """Asks the signature at each frame, as a run does; told by handlers, as the extension is."""
+
+    def __init__(self):
+        self.signature = part("light_signature").LightSignature()
+
+    def at_frame(self, _scene, depsgraph):
+        self.signature.note(depsgraph)
+
+    def at_edit(self, _scene, depsgraph):
+        self.signature.note(depsgraph, edited=True)
+
+    def changed(self):
+        layer = bpy.context.view_layer
+        return self.signature.changed(layer, bpy.context.evaluated_depsgraph_get())
+
+    def at(self, frame):
+        bpy.context.scene.frame_set(frame)
+        return self.changed()
+
+    def after(self, edit):
+        edit()
+        bpy.context.view_layer.update()
+        return self.changed()
+
+
+@pytest.fixture
+def watch():
+    found = Watch()
+    bpy.app.handlers.frame_change_post.append(found.at_frame)
+    bpy.app.handlers.depsgraph_update_post.append(found.at_edit)
+    yield found
+    bpy.app.handlers.frame_change_post.remove(found.at_frame)
+    bpy.app.handlers.depsgraph_update_post.remove(found.at_edit)
+
+
+@pytest.fixture
+def room(world):
+    """Everything that a home has, standing still; an empty passes through, and is animated."""
+    box = world.box((4, 4, 4), name="room")
+    box.data.materials.append(material(0.5, name="paint"))
+    lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)
+    lamp(world, "AREA", at=(1, 0, 1.9), size=0.5)
+    plate(world, 0.5, (1, 1, 0), (-1, 0, 0), material(glows=1.0, name="screen"), "screen")
+    sky(world, 0.5)
+    passing = world.link("passing", None)
+    world.key(passing, "location", {1: (0, 0, 0), 48: (5, 0, 0)})
+    world.update()
+    return world
+
+
+def curves(datablock, path):
+    action = datablock.animation_data.action
+    if hasattr(datablock.animation_data, "action_slot"):
+        slot = datablock.animation_data.action_slot
+        bags = [s.channelbag(slot) for la in action.layers for s in la.strips]
+        found = [c for bag in bags if bag for c in bag.fcurves]
+    else:
+        found = list(action.fcurves)
+    return [c for c in found if c.data_path == path]
+
+
+def step(datablock, path, before, after, at=5, index=-1):
+    """Keys that change a property at one frame and hold before and after."""
+    owner, _, name = path.rpartition(".")
+    struct = datablock.path_resolve(owner) if owner else datablock
+    for frame, value in ((1, before), (at, after)):
+        setattr(struct, name, value)
+        struct.keyframe_insert(name, frame=frame)
+    for curve in curves(datablock, path):
+        for point in curve.keyframe_points:
+            point.interpolation = "CONSTANT"
+
+
+def background():
+    world = bpy.context.scene.world
+    return next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
+
+
+def shader(name, kind):
+    return next(n for n in bpy.data.materials[name].node_tree.nodes if n.type == kind)
+
+
+def objects(name):
+    return bpy.data.objects[name]
+
+
+STEPS = {
+    "place": lambda: step(objects("screen"), "location", (1, 1, 0), (1, 0.5, 0)),
+    "turn": lambda: step(objects("screen"), "rotation_euler", (0, 0, 0), (0, 0.5, 0)),
+    "energy": lambda: step(objects("point").data, "energy", 1.0, 2.0),
+    "colour": lambda: step(objects("point").data, "color", (1, 1, 1), (1, 0.5, 1)),
+    "radius": lambda: step(objects("point").data, "shadow_soft_size", 0.1, 0.2),
+    "size": lambda: step(objects("area").data, "size", 0.5, 0.6),
+    "lamp's shadow": lambda: step(objects("point").data, "use_shadow", True, False),
+    "hidden": lambda: step(objects("point"), "hide_viewport", False, True),
+    "camera icon": lambda: step(objects("point"), "hide_render", False, True),
+    "sky": lambda: step(
+        bpy.context.scene.world.node_tree,
+        background().inputs["Strength"].path_from_id("default_value"),
+        0.5,
+        0.6,
+    ),
+    "paint": lambda: step(
+        bpy.data.materials["paint"].node_tree,
+        shader("paint", "BSDF_DIFFUSE").inputs["Color"].path_from_id("default_value"),
+        (0.5, 0.5, 0.5, 1),
+        (0.4, 0.5, 0.5, 1),
+    ),
+    "glow": lambda: step(
+        bpy.data.materials["screen"].node_tree,
+        shader("screen", "EMISSION").inputs["Strength"].path_from_id("default_value"),
+        1.0,
+        2.0,
+    ),
+    "shadow rays": lambda: step(objects("screen"), "visible_shadow", True, False),
+}
+
+
+@pytest.mark.parametrize("what", STEPS)
+def test_a_step_is_found_at_its_frame_and_at_no_other(room, watch, what):
+    STEPS[what]()
+    changed = [frame for frame in range(1, LAST + 1) if watch.at(frame)]
+    assert changed == [1, 5]
+
+
+def test_a_driver_is_found_when_its_value_changes(room, watch):
+    source = room.link("source", None)
+    step(source, "location", (0, 0, 0), (2, 0, 0), at=7)
+    driver = objects("point").data.driver_add("energy").driver
+    variable = driver.variables.new()
+    variable.targets[0].id = source
+    variable.targets[0].data_path = "location.x"
+    driver.expression = f"1 + {variable.name}"
+    assert [f for f in range(1, LAST + 1) if watch.at(f)] == [1, 7]
+
+
+def test_a_person_that_stands_still_is_no_change(room, watch):
+    """An armature's mesh is evaluated anew at every frame."""
+    mesh = room.mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], "person")
+    person = room.link("person", mesh, (0, 0, -1))
+    armature = room.link("bones", bpy.data.armatures.new("bones"))
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = armature.data.edit_bones.new("bone")
+    bone.tail = (0, 0, 1)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    person.vertex_groups.new(name="bone").add([0, 1, 2], 1.0, "REPLACE")
+    person.modifiers.new("armature", "ARMATURE").object = armature
+    step(armature, 'pose.bones["bone"].location', (0, 0, 0), (0.5, 0, 0), at=6)
+    assert [f for f in range(1, LAST + 1) if watch.at(f)] == [1, 6]
+
+
+def test_what_is_asked_is_part_of_it(room):
+    signature = part("light_signature").LightSignature()
+    layer, depsgraph = bpy.context.view_layer, room.update()
+    assert signature.changed(layer, depsgraph, "one")
+    assert not signature.changed(layer, depsgraph, "one")
+    assert signature.changed(layer, depsgraph, "two")
+    signature.forget()
+    assert signature.changed(layer, depsgraph, "two")
+
+
+def new_mesh():
+    objects("screen").data = objects("room").data
+
+
+def new_link():
+    tree = bpy.data.materials["paint"].node_tree
+    colour = tree.nodes.new("ShaderNodeRGB")
+    colour.outputs[0].default_value = (0, 1, 0, 1)
+    tree.links.new(colour.outputs[0], shader("paint", "BSDF_DIFFUSE").inputs["Color"])
+
+
+EDITS = {
+    "energy": lambda: setattr(objects("point").data, "energy", 3.0),
+    "type": lambda: setattr(objects("point").data, "type", "SPOT"),
+    "place": lambda: setattr(objects("screen"), "location", (1, 0.4, 0)),
+    "eye": lambda: objects("screen").hide_set(True),
+    "removed": lambda: bpy.data.objects.remove(objects("screen")),
+    "another mesh": new_mesh,
+    "vertices": lambda: (
+        setattr(objects("screen").data.vertices[0], "co", (3, 3, 3)),
+        objects("screen").data.update(),
+    ),
+    "nodes": new_link,
+    "another material": lambda: setattr(
+        objects("screen").material_slots[0], "material", bpy.data.materials["paint"]
+    ),
+    "another world": lambda: setattr(bpy.context.scene, "world", None),
+    "sky": lambda: setattr(background().inputs["Strength"], "default_value", 9.0),
+    "ignored": lambda: setattr(objects("screen"), "angen_ignored", True),
+    "seen by shadow rays": lambda: setattr(objects("screen"), "visible_shadow", False),
+    "a new lamp": lambda: lamp(type("W", (), {"link": staticmethod(link)}), "SUN"),
+    "modifier": lambda: objects("screen").modifiers.new("thick", "SOLIDIFY"),
+}
+
+
+def link(name, data, at):
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+@pytest.mark.parametrize("what", EDITS)
+def test_an_edit_is_found(room, watch, what):
+    assert watch.at(1)
+    assert not watch.at(1)
+    assert watch.after(EDITS[what])
+    assert not watch.at(1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_change_of_the_light_is_ever_missed(room, watch, seed):
+    """Random steps at random frames, and the light itself measured at each frame."""
+    rng = random.Random(seed)
+    ways = rng.sample(sorted(STEPS), 3)
+    for way in ways:
+        STEPS[way]()
+    for owner in (*bpy.data.objects, *bpy.data.lights, *bpy.data.materials, *bpy.data.worlds):
+        for animated in (owner, getattr(owner, "node_tree", None)):
+            if animated is None or animated.animation_data is None or owner.name == "passing":
+                continue
+            paths = [way for way in (animated.animation_data.action,) if way]
+            for curve in {c.data_path: c for p in paths for c in all_curves(animated)}.values():
+                at = rng.randint(2, LAST)
+                for other in curves(animated, curve.data_path):
+                    other.keyframe_points[1].co.x = at
+    asked = request("s", facing((0, 1, 0), (0.3, -1, 0)), samples=8)
+    before, skipped = None, 0
+    for frame in range(1, LAST + 1):
+        changed = watch.at(frame)
+        light = measure(asked)["s"].illuminance_lux
+        assert changed or light == before, f"missed at frame {frame}: {ways}"
+        skipped += not changed
+        before = light
+    assert skipped >= LAST - 4
+
+
+def all_curves(datablock):
+    data = datablock.animation_data
+    if hasattr(data, "action_slot"):
+        bags = [s.channelbag(data.action_slot) for la in data.action.layers for s in la.strips]
+        return [c for bag in bags if bag for c in bag.fcurves]
+    return list(data.action.fcurves)

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The four one-pixel views: 8-bit luminance in percent, clip distances, field of view."""
+
+import math
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from light_stage import facing, lamp, material, measure, part, percent, plate, request, sky
+
+UPRIGHT = facing((0, 1, 0))
+COUNT = 100 / 255
+
+
+def walls(world, *radiances, distance=2.0, size=1.0):
+    """Glowing walls ahead of a sensor's −Z, −X, +Z, +X."""
+    x, z = UPRIGHT[:3, 0], UPRIGHT[:3, 2]
+    for way, radiance in zip((-z, -x, z, x), radiances, strict=False):
+        glow = material(glows=radiance)
+        plate(world, size, tuple(way * distance), tuple(-way), glow)
+
+
+def look(**asked):
+    return percent(matrix=UPRIGHT, **{"samples": 64, **asked})
+
+
+def test_all_white_is_100_percent(world):
+    sky(world, 1.0)
+    assert look() == pytest.approx(100.0)
+
+
+def test_all_black_is_0_percent(world):
+    assert look() == 0.0
+
+
+def test_one_count_is_0_39_percent(world):
+    sky(world, 1.0 / 255)
+    assert look() == pytest.approx(COUNT)
+    sky(world, 0.49 / 255)
+    assert look() == 0.0
+
+
+def test_the_four_views_are_averaged(world):
+    walls(world, 0.2, 0.4, 0.6, 1.0)
+    counts = [round(255 * v) for v in (0.2, 0.4, 0.6, 1.0)]
+    assert look() == pytest.approx(np.mean(counts) * COUNT, abs=1e-9)
+
+
+@pytest.mark.parametrize("wall", range(4))
+def test_each_view_looks_where_it_should(world, wall):
+    radiances = [0.0] * 4
+    radiances[wall] = 1.0
+    walls(world, *radiances)
+    views = part("light_views").four_walls
+    world.update()
+    with part("light_scene").LightScene(world.scene, bpy.context.view_layer) as scene:
+        part("light_engine").set_up(scene.scene, "CYCLES")
+        (found,) = views(scene, [request(matrix=UPRIGHT)], "CYCLES", 64)
+    assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
+
+
+def test_colours_count_by_luminance_of_their_counts(world):
+    walls(world, *[(1.0, 0.5, 0.25)] * 4)
+    expected = (0.2126 * 255 + 0.7152 * 128 + 0.0722 * 64) * COUNT
+    assert look() == pytest.approx(expected, abs=1e-9)
+
+
+def test_too_bright_is_white_and_exposure_scales(world):
+    walls(world, *[4.0] * 4)
+    assert look() == pytest.approx(100.0)
+    assert look(exposure=0.125) == pytest.approx(128 * COUNT)
+    assert look(exposure=0.0) == 0.0
+
+
+def test_nearer_than_the_clip_is_not_seen(world):
+    walls(world, *[1.0] * 4, distance=0.45)
+    assert look() == 0.0
+    assert look(clip_start=0.4) == pytest.approx(100.0)
+
+
+def test_farther_than_the_clip_is_not_seen(world):
+    walls(world, *[1.0] * 4, distance=4.0)
+    assert look() == pytest.approx(100.0)
+    assert look(clip_end=3.9) == 0.0
+
+
+@pytest.mark.parametrize("angle", [0.02, 0.4, 1.5])
+def test_the_view_is_a_square_of_the_field_of_view(world, angle):
+    """A wall that covers half the width and half the height is a quarter of the light."""
+    size = 2 * 2 * math.tan(angle / 2) / 2
+    walls(world, *[1.0] * 4, size=size)
+    assert look(field_of_view=angle, samples=4096) == pytest.approx(25.0, abs=1.0)
+
+
+def test_a_white_wall_under_a_lamp(world):
+    """Radiance ρ E / π."""
+    x, z = UPRIGHT[:3, 0], UPRIGHT[:3, 2]
+    for way in (-z, -x, z, x):
+        plate(world, 1.0, tuple(way * 2), tuple(-way), material(0.5))
+    lamp(world, "POINT", at=(0, 0, 0), energy=100.0)
+    radiance = 0.5 / math.pi * 100 / (4 * math.pi * 4)
+    # A hundredth of it goes from wall to wall.
+    assert look(samples=1024) == pytest.approx(100 * radiance, rel=0.03)
+
+
+def test_eevee_is_refused_with_a_reason_where_it_cannot_run(world, monkeypatch):
+    engine = part("light_engine")
+    monkeypatch.setattr(engine, "_why_no_eevee_in_background", lambda: "no GPU; choose Cycles")
+    with pytest.raises(part("light").LightError, match="choose Cycles"):
+        look(engine="EEVEE")
+
+
+def test_the_preview_sees_the_same_walls(world):
+    box = world.box((4, 4, 4))
+    box.data.materials.append(material(0.5))
+    lamp(world, "POINT", at=(0, 0, 0), energy=50.0)
+    found = {e: look(engine=e, samples=4096) for e in ("CYCLES", "DIRECT")}
+    assert found["DIRECT"] == pytest.approx(found["CYCLES"], rel=0.2)
+
+
+def test_many_sensors_are_one_render_each_with_its_own_light(world):
+    walls(world, 0.2, 0.4, 0.6, 1.0)
+    alone = look()
+    more = [
+        request(f"s{i}", facing((0, 1, 0), (50 + i, 0, 0)), method="FOUR_WALL", samples=64)
+        for i in range(9)
+    ]
+    found = measure(request("sensor", UPRIGHT, method="FOUR_WALL", samples=64), *more)
+    assert found["sensor"].luminance_percent == alone
+    assert [found[r.name].luminance_percent for r in more] == [0.0] * 9

@@ -32,7 +32,7 @@ from .pressure_table import legs_exactly
 G = 9.81
 Row = dict[str, Any]
 PAD = 0.01
-PILES = 8
+PILES = 100
 
 
 def measure(quick: bool) -> list[Row]:
@@ -380,21 +380,22 @@ def piles(count: int = PILES) -> Iterator[Row]:
     }
 
 
-def few_piles() -> Iterator[Row]:
-    yield from piles(1)
-
-
 def _pile(chance: random.Random) -> tuple[Any, list[Any]]:
-    scene = new_scene(last=84)
+    scene = new_scene(last=96)
     pad("pad", (4.0, 4.0, 0.05), (0, 0, -0.05))
     bodies = []
     for i in range(6):
-        shape = chance.choice(("BOX", "BOX", "CONVEX_HULL", "CYLINDER", "CAPSULE"))
+        shape, form = chance.choice(
+            (("BOX", "BOX"), ("CYLINDER", "CYLINDER"), ("CONVEX_HULL", "ICOSAHEDRON"))
+        )
         mass = 10.0 ** chance.uniform(-1.0, 1.3)
         turn = Quaternion([chance.gauss(0.0, 1.0) for _ in range(4)]).normalized()
         at = (chance.uniform(-0.2, 0.2), chance.uniform(-0.2, 0.2), 0.25 + 0.3 * i)
         radius = chance.uniform(0.05, 0.12)
-        bodies.append(solid(f"body {i}", shape, radius, at, mass, rotation=turn))
+        body = solid(f"body {i}", shape, radius, at, mass, rotation=turn, form=form)
+        # What rolls comes to rest before long.
+        body.rigid_body.angular_damping, body.rigid_body.linear_damping = 0.9, 0.3
+        bodies.append(body)
     return scene, bodies
 
 
@@ -413,7 +414,7 @@ def _at_rest(followed: Followed, dt: float) -> Any:
     return still
 
 
-QUICK: Sequence[Callable[[], Iterator[Row]]] = (resting, one_table, one_drop, few_piles)
+QUICK: Sequence[Callable[[], Iterator[Row]]] = (resting, one_table, one_drop)
 CASES: Sequence[Callable[[], Iterator[Row]]] = (
     resting,
     stacks,

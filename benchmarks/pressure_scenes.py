@@ -22,6 +22,7 @@ ROUND = {
     "SPHERE": ("uv_sphere", lambda r: {"radius": r}),
     "CAPSULE": ("cylinder", lambda r: {"radius": r / 2, "depth": 2 * r}),
     "CYLINDER": ("cylinder", lambda r: {"radius": r, "depth": 2 * r}),
+    "ICOSAHEDRON": ("ico_sphere", lambda r: {"radius": r, "subdivisions": 1}),
     "CONE": ("cone", lambda r: {"radius1": r, "depth": 2 * r}),
 }
 
@@ -99,10 +100,12 @@ def box(name: str, half: Vec, at: Vec, mass: float, **settings: Any) -> Any:
 
 
 def solid(name: str, shape: str, radius: float, at: Vec, mass: float, **settings: Any) -> Any:
-    """A body of any of Blender's collision shapes, `radius` the half of its height."""
+    """A body of any of Blender's collision shapes, `radius` the half of its height. `form`: what
+    its mesh is, where that is not the shape; a hull or a mesh is a box else."""
     rotation = settings.pop("rotation", None)
-    if shape in ROUND:
-        operator, sizes = ROUND[shape]
+    form = settings.pop("form", shape)
+    if form in ROUND:
+        operator, sizes = ROUND[form]
         getattr(bpy.ops.mesh, f"primitive_{operator}_add")(**sizes(radius))
         obj = bpy.context.object
         obj.name, obj.location = name, at

@@ -215,7 +215,7 @@ def arrange_views() -> None:
 
 def render(scene: bpy.types.Scene, out: Path) -> None:
     """A picture of the box in mid-air and the weight on its way."""
-    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 48, False
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 32, True
     scene.render.resolution_x, scene.render.resolution_y = 960, 540
     scene.view_settings.view_transform = "AgX"
     scene.render.filepath = str(out)

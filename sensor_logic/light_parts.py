@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light sensors that can be bought: values of `LightParameters`, each with its source.
 
-Only what a part decides is listed; where a data sheet gives a range, its middle is taken.
+Only what a part decides and what its source says is listed; where that gives a range, its middle
+is taken.
 """
 
 from __future__ import annotations
@@ -9,7 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-GL55 = "GL55 series data sheet (light resistance at 10 lx, 2854 K; γ ± 0.1)"
+MANUAL = (
+    "GL55 Series CdS Photoresistor Manual, p. 2 (10 lx of 2856 K after 2 h at 400 to 600 lx; dark "
+    "10 s after 10 lx; gamma = lg(R10/R100)); its rows bear no names and are taken in their order"
+)
+CURVE = (
+    "resistances as traded (10 lx; dark); gamma from the curve lux = a / ohm^b of the "
+    "Arduino-Light-Dependent-Resistor-Library by Quentin Comte-Gaz, 1/b; no response times known"
+)
 
 
 @dataclass(frozen=True)
@@ -22,7 +30,7 @@ class Part:
 
 
 def _resistor(
-    name: str, kilo: tuple[float, float], dark_mega: float, gamma: float, rise_ms: float
+    name: str, kilo: tuple[float, float], dark_mega: float, gamma: float, rise_fall_ms: Any = ()
 ) -> Part:
     low, high = kilo
     values = {
@@ -31,10 +39,11 @@ def _resistor(
         "resistance_10lux": 500.0 * (low + high),
         "dark_resistance": dark_mega * 1e6,
         "gamma": gamma,
-        "rise_time": rise_ms / 1000.0,
-        "fall_time": 0.03,
     }
-    return Part(name, values, f"{low:g}–{high:g} kΩ, {GL55}")
+    for key, ms in zip(("rise_time", "fall_time"), rise_fall_ms, strict=False):
+        values[key] = ms / 1000.0
+    source = MANUAL if rise_fall_ms else CURVE
+    return Part(name, values, f"{low:g}–{high:g} kΩ: {source}")
 
 
 def _digital(name: str, step: float, full: float, seconds: float, source: str) -> Part:
@@ -49,33 +58,34 @@ def _digital(name: str, step: float, full: float, seconds: float, source: str) -
 
 
 PARTS: tuple[Part, ...] = (
-    _resistor("GL5516", (5.0, 10.0), 0.5, 0.5, 30.0),
-    _resistor("GL5528", (8.0, 20.0), 1.0, 0.7, 20.0),
-    _resistor("GL5537-1", (20.0, 30.0), 2.0, 0.6, 20.0),
-    _resistor("GL5537-2", (30.0, 50.0), 3.0, 0.7, 20.0),
-    _resistor("GL5539", (50.0, 100.0), 5.0, 0.8, 20.0),
-    _resistor("GL5549", (100.0, 200.0), 10.0, 0.9, 20.0),
+    _resistor("GL5516", (5.0, 10.0), 0.5, 0.5, (30.0, 30.0)),
+    _resistor("GL5528", (10.0, 20.0), 1.0, 0.6, (20.0, 30.0)),
+    _resistor("GL5537-1", (20.0, 30.0), 2.0, 0.6, (20.0, 30.0)),
+    _resistor("GL5537-2", (30.0, 50.0), 3.0, 0.85),
+    _resistor("GL5539", (50.0, 100.0), 5.0, 0.8, (20.0, 30.0)),
+    _resistor("GL5549", (100.0, 200.0), 10.0, 0.78),
     _digital(
         "BH1750FVI",
         1.0 / 1.2,
         65535.0 / 1.2,
         0.12,
-        "ROHM BH1750FVI data sheet: H-resolution mode, 1.2 counts a lux, 16 bit, 120 ms typical",
+        "ROHM BH1750FVI technical note, 2009.04 Rev. B: H-resolution mode, 1.2 counts a lux "
+        "typical, 16 bit, 120 ms typical",
     ),
     _digital(
         "TSL2561",
         0.1,
         40_000.0,
         0.402,
-        "ams TAOS TSL2560/TSL2561 data sheet: 0.1 to 40 000 lx, 402 ms nominal integration; "
-        "the step of 0.1 lx is that of the low end, with 16× gain",
+        "0.1 to 40 000 lx and 402 ms as in Raspberry Connect's description of the breakout "
+        "board; the step is the least light that it tells apart, at its high gain",
     ),
     _digital(
         "VEML7700",
         0.0576,
         0.0576 * 65535,
         0.1,
-        "Vishay VEML7700 data sheet and application note: gain 1, 100 ms, 0.0576 lx a count, "
-        "16 bit",
+        "drivers of Adafruit (Adafruit_VEML7700) and ESPHome: 0.0036 lx a count at gain 2 and "
+        "800 ms, so 0.0576 lx at gain 1 and 100 ms, 16 bit; others say 0.0042 instead of 0.0036",
     ),
 )

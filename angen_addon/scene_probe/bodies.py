@@ -32,12 +32,18 @@ from .standing import standing
 from .things import FRICTION, GROUND, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
+# Contacts of two things as last found, by the reach they were looked for with, and the poses and
+# scales that the two had.
+Resting = dict[tuple[Key, Key, float], tuple[tuple[Array, Array], list[Contact]]]
+MOST_RESTING = 20_000
 FRAMES_NEEDED = 3
 # m/s²: no animated body moves like this; it was put elsewhere.
 JUMP = 80.0
 # Of an animated body the weight must be met. Its moments are met as far as its supports can, and
 # what it pushes sideways is its muscles' affair.
 SOFT_MOMENT, FREE = 1e-4, 1e3
+# Of a simulated body that moves.
+MOVING_MOMENT = 1e-4
 # m: an animated body is looked at for what it stands on where bounds come this near.
 NEARBY = 0.2
 
@@ -53,6 +59,7 @@ class Bodies:
         self._depsgraph: Any = None
         self._metres = 1.0
         self._stale = ""
+        self._resting: Resting = {}
 
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Any], due: Sequence[Any]
@@ -63,7 +70,8 @@ class Bodies:
         if last is None or frame != last.frame + 1:
             self._moments = []
         self._depsgraph, self._metres, self._world = depsgraph, metres, None
-        self._things.sync(depsgraph, self._solids, pads)
+        if self._things.sync(depsgraph, self._solids, pads) or len(self._resting) > MOST_RESTING:
+            self._resting.clear()
         moves = any(t.rigid and _simulated(t.original) for t in self._things.by_key.values())
         self._stale = _stale(depsgraph.scene, frame) if moves else ""
         moment = Moment(frame, depsgraph, self._things, self._solids, metres, last)
@@ -85,13 +93,18 @@ class Bodies:
         if at is None or key not in self._moments[at].row:
             return PadForces(problem="the pad has just appeared", usable=False)
         moment = self._moments[at]
+        thing = self._things.by_key[key]
         if not np.isfinite(moment.lo[moment.row[key]]).all():
-            name = self._things.by_key[key].original.name
-            return PadForces(problem=f"'{name}' has no surface or no place", usable=False)
+            return PadForces(problem=f"'{thing.original.name}' has no place (NaN)", usable=False)
+        scale = moment.scales[moment.row[key]]
+        if thing.collider(self._depsgraph, scale, self._metres).empty:
+            return PadForces(problem=f"'{thing.original.name}' has no surface", usable=False)
         known = 0 < at < len(self._moments) - 1
         moments = self._moments[at - 1 : at + 2] if known else [moment] * FRAMES_NEEDED
         if self._world is None or self._world.frame != frame:
-            self._world = FrameWorld(self._depsgraph, self._things, moments, self._metres)
+            self._world = FrameWorld(
+                self._depsgraph, self._things, moments, self._metres, self._resting
+            )
         found = pad_forces(key, self._world)
         doubt = self._stale or ("" if known else "three frames in a row are not known")
         return replace(found, problem=found.problem or doubt)
@@ -111,14 +124,16 @@ def _stale(scene: Any, frame: int) -> str:
 def _reachable(pad: Key, moment: Moment, things: Things, up: Array) -> set[Key]:
     """Everything with a weight beside and above the pad, and in a chain of overlapping bounds from
     there: no less than its contact island."""
-    seen = {pad, *moment.overlapping(pad, BESIDE, up * ABOVE)}
-    waiting = list(seen)
+    seen, waiting = {pad}, [pad]
+    near = moment.overlapping(pad, BESIDE, up * ABOVE)
     while waiting:
-        for key in moment.overlapping(waiting.pop(), NEARBY):
+        near += moment.overlapping(waiting.pop(), NEARBY)
+        for key in near:
             thing = things.by_key[key]
             if key not in seen and (thing.carried or thing.pad or _simulated(thing.original)):
                 seen.add(key)
                 waiting.append(key)
+        near = []
     return seen
 
 
@@ -131,7 +146,12 @@ class FrameWorld:
     """The scene at the middle one of three frames, as `island.World`."""
 
     def __init__(
-        self, depsgraph: Any, things: Things, moments: Sequence[Moment], metres: float
+        self,
+        depsgraph: Any,
+        things: Things,
+        moments: Sequence[Moment],
+        metres: float,
+        resting: Resting,
     ) -> None:
         self.frame = moments[1].frame
         self._depsgraph = depsgraph
@@ -149,6 +169,7 @@ class FrameWorld:
         self._needs: dict[Key, Need] = {}
         self._links: dict[Key, list[Link]] | None = None
         self._apart: set[frozenset[Key]] = set()
+        self._resting = resting
         self._meetings: dict[tuple[Key, Key, float, int], list[Contact]] = {}
         self._placed: dict[tuple[Key, int], list[Shape]] = {}
         rows = [[moment.row.get(key, -1) for key in moments[1].row] for moment in moments]
@@ -235,8 +256,23 @@ class FrameWorld:
         named = (one, two, reach, when)
         known = self._meetings.get(named)
         if known is None:
-            known = self._meetings[named] = self._meet(one, two, reach, when)
+            known = self._meetings[named] = self._meet_anew(one, two, reach, when)
         return known
+
+    def _meet_anew(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        """Found again only where one of the two has moved since it was found last."""
+        moment = self._moments[1 + when]
+        if one not in moment.row or two not in moment.row:
+            return []
+        rows = [moment.row[one], moment.row[two]]
+        place = (moment.poses[rows], moment.scales[rows])
+        last = self._resting.get((one, two, reach))
+        if last is not None and all(map(np.array_equal, last[0], place)):
+            return last[1]
+        found = self._meet(one, two, reach, when)
+        if when == 0:
+            self._resting[one, two, reach] = place, found
+        return found
 
     def _meet(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
         nodes = self.node(one), self.node(two)
@@ -248,9 +284,6 @@ class FrameWorld:
             return []
         self._all_links()
         if frozenset((one, two)) in self._apart:
-            return []
-        moment = self._moments[1 + when]
-        if one not in moment.row or two not in moment.row:
             return []
         first, second = self._shapes(one, when, two, reach), self._shapes(two, when, one, reach)
         found = []
@@ -329,7 +362,9 @@ class FrameWorld:
             body.angular_damping,
         )
         centres = np.array([pose[:3, 3] for pose in poses])
-        load = Load(centres[1], wrench, size, np.zeros(6))
+        # Where a body tumbles, its contacts wander within a frame: their moments are blurred.
+        soft = MOVING_MOMENT if moved.moving else 0.0
+        load = Load(centres[1], wrench, size, np.array([0.0, 0.0, 0.0, soft, soft, soft]))
         problem = "" if np.isfinite(wrench).all() else f"'{thing.original.name}' is nowhere (NaN)"
         return Need(load, centres, body.mass, moved.reach, problem)
 

@@ -39,6 +39,10 @@ class Collider:
         self.inertia = np.zeros(3)
 
     @property
+    def empty(self) -> bool:
+        return not self.convex and not self.meshy
+
+    @property
     def meshy(self) -> bool:
         return len(self.triangles) > 0
 
@@ -90,7 +94,13 @@ def surface_collider(evaluated: Any, scale: Array, metres: float) -> Collider:
 
 
 def _add(
-    collider: Collider, depsgraph: Any, evaluated: Any, place: Array, scale: Array, metres: float
+    collider: Collider,
+    depsgraph: Any,
+    evaluated: Any,
+    place: Array,
+    scale: Array,
+    metres: float,
+    part: bool = False,
 ) -> None:
     body = evaluated.rigid_body
     kind = body.collision_shape
@@ -98,7 +108,8 @@ def _add(
         for child in evaluated.original.children:
             if child.rigid_body is not None:
                 inner = child.evaluated_get(depsgraph)
-                _add(collider, depsgraph, inner, place @ _child_place(inner, scale), scale, metres)
+                own = place @ _child_place(inner, scale)
+                _add(collider, depsgraph, inner, own, scale, metres, part=True)
         return
     if kind == "MESH":
         base = body.mesh_source == "BASE"
@@ -108,7 +119,9 @@ def _add(
         collider.margin = max(collider.margin, body.collision_margin * metres)
         return
     if kind == "CONVEX_HULL":
-        shape = _hull(evaluated, body, scale)
+        shape = _hull(evaluated, body, scale, part)
+        if body.use_margin:
+            collider.margin = max(collider.margin, body.collision_margin * metres)
     else:
         shape = _primitive(evaluated, kind, scale)
         if kind == "CONE":
@@ -163,20 +176,22 @@ def _round_inertia(kind: str, shape: Shape) -> Array:
     return np.array([across, across, half[0] ** 2 / 2.0])
 
 
-def _hull(evaluated: Any, body: Any, scale: Array) -> Shape | None:
-    """The convex hull. Where the engine shrinks it by its margin first, a scale keeps the margin
-    as it was, so that the scaled hull is not where its mesh is."""
+def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
+    """The convex hull. The engine shrinks it by its margin first and scales what is left, the
+    margin by the least of the scales, a compound's `part`'s not at all: then the hull is elsewhere
+    than its mesh. A margin that the user set is outside."""
     shape = convex_hull(_vertices(evaluated))
     if shape is None:
         return None
-    margin = body.collision_margin if body.use_margin else MARGIN
-    if np.abs(scale - 1.0).max() < UNIT_SCALE_SLACK:
-        return shape
-    shrunk = _shrunk(shape, margin)
     by_scale = np.diag([*scale, 1.0])
+    even = np.ptp(scale) < UNIT_SCALE_SLACK * scale.max()
+    unscaled = np.abs(scale - 1.0).max() < UNIT_SCALE_SLACK
+    if body.use_margin or unscaled or (even and not part):
+        return shape.placed(by_scale)
+    shrunk = _shrunk(shape, MARGIN)
     if shrunk is None:
         return shape.placed(by_scale)
-    return _swept(shrunk.placed(by_scale), margin)
+    return _swept(shrunk.placed(by_scale), MARGIN * (1.0 if part else float(scale.min())))
 
 
 def _shrunk(shape: Shape, margin: float) -> Shape | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import bpy
 import numpy as np
@@ -19,12 +20,14 @@ from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
 from . import light_bake, light_engine, light_views
 from .light_direct import Direct
 from .light_scene import LightScene
+from .solids import Solids
 
 Array = NDArray[np.float64]
 # A sensor farther from the origin than this many metres stands on a grid, in single precision,
 # too coarse for its face and its room's walls.
 FARTHEST = 100_000.0
 BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
+_direct: WeakKeyDictionary[Solids, Direct] = WeakKeyDictionary()
 
 
 class LightError(Exception):
@@ -70,9 +73,9 @@ def measure(
     samples: dict[str, LightSample] = {}
     preview = [r for r in asked if r.engine == "DIRECT"]
     if preview:
-        direct = Direct(scene, view_layer, view_layer.depsgraph)
-        for request in preview:
-            samples[request.name] = _sample(request, direct.light(request), efficacy, direct.note)
+        solids = Solids()
+        solids.sync(view_layer.depsgraph)
+        samples.update(measure_direct(solids, view_layer.depsgraph, preview, efficacy))
     groups: dict[tuple[str, str, int], list[LightRequest]] = {}
     for request in asked:
         if request.engine != "DIRECT":
@@ -92,6 +95,26 @@ def measure(
                     note = "; ".join(light_scene.notes)
                     samples[request.name] = _sample(request, colours, efficacy, note)
     return samples
+
+
+def measure_direct(
+    solids: Solids,
+    depsgraph: Any,
+    requests: Iterable[LightRequest],
+    efficacy: float = EFFICACY,
+) -> dict[str, LightSample]:
+    """The preview of each request, by name; a sample's note lists what it does not model.
+
+    Renders nothing and changes nothing: also for frame handlers. `solids`: as synced with the
+    depsgraph; what their rays meet is remembered as long as they live. Raises LightError.
+    """
+    asked = sorted(requests, key=lambda request: request.name)
+    _check(depsgraph.scene, asked)
+    direct = _direct.get(solids)
+    if direct is None:
+        direct = _direct[solids] = Direct(solids)
+    direct.update(depsgraph)
+    return {r.name: _sample(r, direct.light(r), efficacy, direct.note) for r in asked}
 
 
 def _check(scene: Any, requests: list[LightRequest]) -> None:

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from .light_colour import to_rec709
 
 Array = NDArray[np.float64]
-# Texels a side of the image baked into; a larger one would cost time, a smaller one collisions.
-SIDE = 128
+# Texels a side of the image baked into. Cycles visits the empty ones too, for each sample: at 128
+# they took as long as seven sensors. A smaller image would make names collide more often.
+SIDE = 32
 # The face is this large, and stands this far off its origin, in metres: off the wall that the
 # sensor sits on. Where coordinates are coarser, as many of their steps.
 FACE = 1e-3
@@ -33,7 +34,7 @@ def irradiance(light_scene: Any, requests: Sequence[Any], samples: int) -> list[
     found: dict[str, Array] = {}
     left = list(requests)
     while left:
-        # Two names in a thousand pairs want the same texel: those are baked one after the other.
+        # One pair of names in a thousand wants the same texel: those are baked one after the other.
         texels: dict[int, Any] = {}
         for request in left:
             texels.setdefault(texel_of(request.name), request)

@@ -84,16 +84,18 @@ def _ball(lamp: Lamp, place: Array, normal: Array) -> tuple[Array, Array]:
     if distance < TINY:
         return lamp.place[None], np.zeros(1)
     way = way / distance
-    count = POINTS if lamp.radius > SMALL / 2 * distance else 1
-    points = np.atleast_2d(
-        lamp.place + (lamp.radius * _disk(way, count) if count > 1 else np.zeros(3))
-    )
+    square = distance**2 + (lamp.radius**2 if lamp.soft else 0.0)
+    if lamp.radius <= SMALL / 2 * distance:
+        weight = lamp.intensity * max(float(way @ normal), 0.0) / square
+        if lamp.type == "SPOT" and weight > 0.0:
+            weight *= float(_spot(lamp, way[None])[0])
+        return lamp.place[None], np.array([weight])
+    points = lamp.place + lamp.radius * _disk(way, POINTS)
     ways = points - place
     lengths = np.linalg.norm(ways, axis=1)
     ways = ways / lengths[:, None]
     cosines = ways @ normal
     # The soft ball is a disk that faces the receiver; the other is as bright as its centre.
-    square = distance**2 + (lamp.radius**2 if lamp.soft else 0.0)
     falloff = (ways @ way) / lengths**2 if lamp.soft else np.full(len(ways), 1 / distance**2)
     weights = np.maximum(cosines, 0.0) * falloff / len(ways)
     if (cosines > 0.0).all():

@@ -114,6 +114,8 @@ class LightScene:
             if obj.hide_render or obj.rigid_body is not None:
                 seen = self._frozen(obj)
             shown.objects.link(seen)
+        # For renders alone: operators from Python first evaluate what the viewport would show.
+        shown.hide_viewport = True
         self.scene.collection.children.link(shown)
 
     def _frozen(self, obj: Any) -> Any:

@@ -23,15 +23,8 @@ class Surfaces:
     def __init__(self) -> None:
         self._known: dict[int, tuple[Array, Array]] = {}
 
-    def of_hit(self, seen: Any, face: int) -> tuple[Array, Array]:
-        """Reflectance (3,) and transmittance (3,) of the face of an evaluated object."""
-        material = None
-        if seen.type == "MESH" and face < len(seen.data.polygons):
-            slot = seen.data.polygons[face].material_index
-            if slot < len(seen.material_slots):
-                material = seen.material_slots[slot].material
-        elif seen.material_slots:
-            material = seen.material_slots[0].material
+    def of(self, material: Any | None) -> tuple[Array, Array]:
+        """Reflectance (3,) and transmittance (3,); of no material, Cycles's grey."""
         if material is None:
             return np.full(3, 0.8), np.zeros(3)
         return self.of_material(material)

@@ -18,6 +18,7 @@ FEW = 3
 def unmodelled(view_layer: Any, objects: list[Any]) -> str:
     """In words, empty where the preview models everything that `objects` (evaluated) are."""
     found: dict[str, list[str]] = {}
+    materials: dict[str, Any] = {}
 
     def note(what: str, name: str) -> None:
         names = found.setdefault(what, [])
@@ -34,15 +35,18 @@ def unmodelled(view_layer: Any, objects: list[Any]) -> str:
         if obj.type == "VOLUME":
             note("volumes", obj.name)
         for slot in obj.material_slots:
-            if slot.material is not None and glows(slot.material):
-                note("glowing materials", slot.material.name)
-            if slot.material is not None and is_clear(slot.material):
-                note("transparent materials", slot.material.name)
+            if slot.material is not None:
+                materials[slot.material.name_full] = slot.material
         linking = getattr(obj, "light_linking", None)
         if linking and (linking.receiver_collection or linking.blocker_collection):
             note("light linking", obj.name)
         if not all(getattr(obj, f"visible_{rays}") for rays in RAYS):
             note("objects that only some rays see", obj.name)
+    for material in materials.values():
+        if glows(material):
+            note("glowing materials", material.name)
+        if is_clear(material):
+            note("transparent materials", material.name)
     world = view_layer.id_data.world
     if world is not None and constant_world(world) is None:
         note("world with nodes", world.name)

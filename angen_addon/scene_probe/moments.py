@@ -32,10 +32,10 @@ class Moment:
         self.frame = frame
         self.gravity, self.up = gravity_of(depsgraph.scene, metres)
         known = list(things.by_key.values())
-        self.row = {thing.key: row for row, thing in enumerate(known)}
+        self.row, self.keys = things.row, things.keys
         matrices = _matrices(depsgraph, known, solids)
         self.poses, self.scales = _rigid(matrices, metres)
-        self.lo, self.hi = _bounds(known, self.poses, self.scales, metres)
+        self.lo, self.hi = _bounds(things, self.poses, self.scales, metres)
         self.bodies: dict[Key, Body] = {}
         self.standing: dict[Key, list[Standing]] = {}
         for row, thing in enumerate(known):
@@ -58,8 +58,7 @@ class Moment:
         if towards is not None:
             lo, hi = np.minimum(lo, lo + towards), np.maximum(hi, hi + towards)
         found = np.flatnonzero(((self.lo <= hi) & (self.hi >= lo)).all(axis=1))
-        keys = list(self.row)
-        return [keys[other] for other in found.tolist() if other != row]
+        return [self.keys[other] for other in found.tolist() if other != row]
 
 
 def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
@@ -100,12 +99,10 @@ def _rigid(matrices: Array, metres: float) -> tuple[Array, Array]:
     return poses, scales
 
 
-def _bounds(things: list[Thing], poses: Array, scales: Array, metres: float) -> tuple[Array, Array]:
-    middle = np.array([thing.middle for thing in things]).reshape(-1, 3) * scales * metres
-    largest = scales.max(axis=1, initial=0.0)[:, None] if len(things) else scales
-    middle_world = np.einsum("nij,nj->ni", poses[:, :3, :3], middle) + poses[:, :3, 3]
-    half = np.array([thing.half for thing in things]).reshape(-1, 3)
-    even = np.array([half_of.max() == half_of.min() for half_of in half], bool)
-    half = half * np.where(even[:, None], largest, scales) * metres + MARGIN * metres
+def _bounds(things: Things, poses: Array, scales: Array, metres: float) -> tuple[Array, Array]:
+    largest = scales.max(axis=1, initial=0.0)[:, None]
+    middle = np.einsum("nij,nj->ni", poses[:, :3, :3], things.middle * scales * metres)
+    middle += poses[:, :3, 3]
+    half = things.half * np.where(things.even[:, None], largest, scales) * metres + MARGIN * metres
     around = np.einsum("nij,nj->ni", np.abs(poses[:, :3, :3]), half)
-    return middle_world - around, middle_world + around
+    return middle - around, middle + around

@@ -87,12 +87,20 @@ class Thing:
 
 
 class Things:
-    """The things of a scene by key, and what each of the solids belongs to."""
+    """The things of a scene by key, and what each of the solids belongs to.
+
+    `keys` and `row` give them an order; in it `middle`, `half` (n, 3) are their bounds, unscaled,
+    and `even` (n,) tells which are equally large on all axes.
+    """
 
     def __init__(self) -> None:
         self.by_key: dict[Key, Thing] = {}
         self.of_solid: dict[int, Key] = {}
         self.constraints: list[Any] = []
+        self.keys: list[Key] = []
+        self.row: dict[Key, int] = {}
+        self.middle, self.half = np.empty((0, 3)), np.empty((0, 3))
+        self.even = np.empty(0, bool)
         self._listing = -1
         self._pads: list[int] = []
 
@@ -117,9 +125,18 @@ class Things:
         self._find_carried(solids)
         self._find_owners(solids, pads)
         world = scene.rigidbody_world
+        self._finish()
         links = world.constraints.objects if world and world.constraints else []
         self.constraints = [link for link in links if link.rigid_body_constraint]
         return True
+
+    def _finish(self) -> None:
+        known = list(self.by_key.values())
+        self.keys = list(self.by_key)
+        self.row = {key: row for row, key in enumerate(self.keys)}
+        self.middle = np.array([thing.middle for thing in known]).reshape(-1, 3)
+        self.half = np.array([thing.half for thing in known]).reshape(-1, 3)
+        self.even = self.half.max(axis=1, initial=0.0) == self.half.min(axis=1, initial=np.inf)
 
     def _thing(self, key: Key, original: Any) -> Thing:
         return self.by_key.setdefault(key, Thing(key, original))
@@ -230,7 +247,7 @@ def _bounds(depsgraph: Any, original: Any) -> tuple[Array, Array]:
     middle, half = _box(original.evaluated_get(depsgraph))
     kind = body.collision_shape
     if kind in {"CONVEX_HULL", "MESH"}:
-        return middle, half
+        return middle, half + body.collision_margin
     if kind == "COMPOUND":
         reach = 0.0
         for child in original.children:

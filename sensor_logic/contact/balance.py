@@ -127,7 +127,8 @@ def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ())
     # A light body's balance is held to its own need, not to that of the heavy ones upon it.
     share = np.abs(wrench * unit).sum(axis=1) / scale
     hard = np.maximum(HARD * share, LEAST_HARD)
-    soft = np.stack([load.softness for load in loads]) + hard[:, None]
+    soft = np.stack([load.softness * s for load, s in zip(loads, share, strict=True)])
+    soft = soft + hard[:, None]
     soft = soft.ravel()
     near_enough = np.repeat(SETTLED * share, 6) + 1e-12
     problem = _Problem(scaled, offset, opening, target, count)

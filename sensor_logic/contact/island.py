@@ -33,9 +33,11 @@ FARTHEST = 1e3
 # Share of a body's need that may be left unexplained.
 RESIDUAL = 0.02
 # A body needs at least this share of its weight for its residual to be compared with.
-LEAST_NEED = 0.05
+LEAST_NEED = 0.2
 # The same of all that the island's bodies need: what has no weight of its own passes on that.
 LEAST_SHARE = 1e-3
+# Of a body whose moments are soft, what is left of them counts this much.
+BLURRED = 0.1
 # m: weight that hovers this near to the side of a pad, or above it, could belong on it.
 BESIDE, ABOVE = 0.25, 2.0
 # Where joints this much softer and harder share the weight with the pad otherwise, it is unknown.
@@ -204,7 +206,7 @@ def _unheld(pad: Key, world: World) -> str:
     """A weight near the pad that nothing holds: it may belong on the pad."""
     for key in world.hovering(pad, BESIDE, ABOVE):
         need = world.need(key)
-        heavy = need.load.wrench[:3] @ world.up > LEAST_NEED * need.mass * world.gravity
+        heavy = need.load.wrench[:3] @ world.up > 0.05 * need.mass * world.gravity
         if heavy and not world.standing(key):
             return f"nothing holds the weight of '{world.node(key).name}'"
     return ""
@@ -457,7 +459,10 @@ def _residual(world: World, key: Key, missing: Array, least: float) -> float:
     force = need.load.wrench[:3]
     if world.node(key).carried:
         return abs(float(missing[:3] @ world.up)) / max(abs(float(force @ world.up)), least)
-    left = float(np.linalg.norm(missing[:3])) + float(np.linalg.norm(missing[3:])) / need.load.size
+    moment = float(np.linalg.norm(missing[3:])) / need.load.size
+    if need.load.softness[3:].any():
+        moment *= BLURRED
+    left = float(np.linalg.norm(missing[:3])) + moment
     return left / max(float(np.linalg.norm(force)), least)
 
 

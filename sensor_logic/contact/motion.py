@@ -34,8 +34,12 @@ class Motion:
     reach: float
 
     @property
-    def finite(self) -> bool:
-        return bool(np.isfinite(self.acceleration).all() and np.isfinite(self.spin_change).all())
+    def moving(self) -> bool:
+        parts = (self.velocity, self.acceleration, self.spin, self.spin_change)
+        return any(bool(part.any()) for part in parts)
+
+
+AT_REST = Motion(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0.0)
 
 
 def motion(
@@ -46,6 +50,8 @@ def motion(
     `size` is the distance from the origin, which is the centre of mass, to the body's rim. Slower
     than `rest_speed` in m/s it counts as at rest.
     """
+    if np.array_equal(before, now) and np.array_equal(now, after):
+        return AT_REST
     step_in, step_out = now[:3, 3] - before[:3, 3], after[:3, 3] - now[:3, 3]
     turns = [rotation_of(pose) for pose in (before, now, after)]
     spin_in = rotation_vector(turns[1] @ turns[0].T) / dt
@@ -74,6 +80,8 @@ def wrench(
 
     `inertia` (3,) kg·m² is about the body's own axes.
     """
+    if not moved.moving:
+        return np.concatenate([-mass * gravity, np.zeros(3)])
     axes = rotation_of(pose)
     tensor = axes @ np.diag(inertia) @ axes.T
     force = mass * (moved.acceleration + _rate(linear_damping) * moved.velocity - gravity)

@@ -240,6 +240,7 @@ def shares(
     legs = np.array(legs)
     count, (x, y) = len(legs), np.array(load)
     return weight * (
-        1.0 / count + x * legs[:, 0] / (legs[:, 0] ** 2).sum()
+        1.0 / count
+        + x * legs[:, 0] / (legs[:, 0] ** 2).sum()
         + y * legs[:, 1] / (legs[:, 1] ** 2).sum()
     )

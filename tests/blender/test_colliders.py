@@ -72,6 +72,23 @@ def test_no_gap_at_rest(physics, shape, scale, mirrored):
     assert height == pytest.approx(margin, abs=0.006 if shape == "MESH" else GAP)
 
 
+@pytest.mark.parametrize("margin", [0.01, 0.1])
+@pytest.mark.parametrize("scale", [1.0, 1.6])
+@pytest.mark.parametrize("shape", ["BOX", "SPHERE", "CAPSULE", "CYLINDER", "CONVEX_HULL"])
+def test_a_margin_of_its_own(physics, shape, scale, margin):
+    """Of these only hulls stand off by it; where they do, the margin is told or in the shape."""
+    physics.floor()
+    obj = shaped(physics, shape, (0, 0, 0.5))
+    obj.scale = (scale, scale, scale)
+    physics.rigid_body(obj, shape=shape, mass=2.0, friction=0.8)
+    obj.rigid_body.use_margin, obj.rigid_body.collision_margin = True, margin
+    physics.world.update()
+    obj.location.z -= lowest(physics, obj)[0] - margin
+    settle(physics, obj, 30)
+    height, told = lowest(physics, obj)
+    assert height == pytest.approx(told, abs=GAP)
+
+
 @pytest.mark.parametrize("shape", ["BOX", "CAPSULE", "CYLINDER", "CONVEX_HULL"])
 def test_no_gap_lying_on_the_side(physics, shape):
     """Radius and length, not the height alone."""
@@ -117,11 +134,10 @@ def test_the_mesh_that_the_engine_takes(physics, source):
     physics.rigid_body(floor, "PASSIVE", shape="MESH")
     floor.rigid_body.mesh_source = source
     height = 0.1 if source == "FINAL" else 0.0
-    ball = physics.round("SPHERE", (0, 0, height + 0.04 + 0.1), 0.1)
-    physics.rigid_body(ball, shape="SPHERE", mass=2.0)
-    settle(physics, ball, 20)
+    box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, height + 0.15), 2.0)
+    settle(physics, box, 20)
     depsgraph = physics.bpy.context.evaluated_depsgraph_get()
     collider = rigid_body_collider(depsgraph, floor.evaluated_get(depsgraph), np.ones(3), 1.0)
     top = collider.hi[2] + floor.location.z + collider.margin
-    assert lowest(physics, ball)[0] == pytest.approx(top, abs=GAP)
+    assert lowest(physics, box)[0] == pytest.approx(top, abs=GAP)
     assert top == pytest.approx(height + 0.04, abs=1e-4)

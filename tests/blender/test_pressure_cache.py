@@ -2,7 +2,7 @@
 """The rigid-body cache, jumps of the playhead, repeated runs, and pads that cannot be read."""
 
 import pytest
-from pressure_scenes import G, NOT_YET, Readings, live_problem
+from pressure_scenes import NOT_YET, G, Readings, live_problem
 
 EXACT = 1e-3
 
@@ -276,7 +276,7 @@ def test_a_pad_of_no_size_is_refused(resting):
     from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
 
     resting.bpy.data.objects["pad"].scale = (1, 1, 0)
-    with pytest.raises(SensorError, match="'pad'.*scale"):
+    with pytest.raises(SensorError, match=r"'pad'.*scale"):
         resting.run()
 
 
@@ -292,8 +292,17 @@ def test_columns_of_the_recording(resting):
     recording = resting.world.run()
     track = recording.tracks["pad"]
     assert set(track.columns) >= {
-        "force_n", "pressed", "valid", "residual", "resistance_ohm", "voltage_v", "adc",
-        "partners", "cop_x_m", "cop_y_m", "problem",
+        "force_n",
+        "pressed",
+        "valid",
+        "residual",
+        "resistance_ohm",
+        "voltage_v",
+        "adc",
+        "partners",
+        "cop_x_m",
+        "cop_y_m",
+        "problem",
     }
     assert not any(track.columns["pressed"])
     settings.pressure.threshold = 40.0

@@ -77,8 +77,17 @@ def test_one_foot_on_the_plate(physics, turned):
     place = {"rotation_euler": (0, 0, 0.7)} if turned else {}
     physics.pad("plate", (0.3, 0.3, 0.0005), (0.3, 0, 0.0005), place=place)
     shoes = [((0.05, 0.13, 0.05), (x, 0, 0.05)) for x in (-0.15, 0.15)]
-    physics.carried("Person", (), parts=[*shoes, ((0.2, 0.1, 0.5), (0, 0, 0.6))], mass=70.0, at=(0, 0, 0.001))
+    physics.carried(
+        "Person", (), parts=[*shoes, ((0.2, 0.1, 0.5), (0, 0, 0.6))], mass=70.0, at=(0, 0, 0.001)
+    )
     assert physics.read("plate").known() == pytest.approx(35 * G, rel=SHARE)
+
+
+def new_shape(person, name):
+    """A shape key like the basis, off (from Blender 5.2 on, a new one is on)."""
+    block = person.shape_key_add(name=name, from_mix=False)
+    block.value = 0.0
+    return block
 
 
 def walker(physics, speed=1.0, mass=70.0, last=48):
@@ -90,16 +99,16 @@ def walker(physics, speed=1.0, mass=70.0, last=48):
     person = physics.carried(
         "Person", (), (0, 0, 0), mass, parts=[*shoes, ((0.1, 0.15, 0.4), (0, 0, 0.9))]
     )
-    person.shape_key_add(name="Basis")
+    new_shape(person, "Basis")
     for number, name in enumerate(("left", "right")):
-        block = person.shape_key_add(name=name)
-        lift = person.shape_key_add(name=name + " up")
+        block = new_shape(person, name)
+        lift = new_shape(person, name + " up")
         block.slider_min, block.slider_max = -10.0, 10.0
         for vertex in range(8 * number, 8 * number + 8):
             block.data[vertex].co.x += 1.0
             lift.data[vertex].co.z += 0.1
     keys = person.data.shape_keys.key_blocks
-    body = person.shape_key_add(name="body")
+    body = new_shape(person, "body")
     body.slider_min, body.slider_max = -10.0, 10.0
     for vertex in range(16, 24):
         body.data[vertex].co.x += 1.0
@@ -189,7 +198,10 @@ def test_an_armature_with_a_deformed_mesh(physics):
     bone = data.edit_bones.new("hips")
     bone.head, bone.tail = (0, 0, 0), (0, 0, 0.5)
     bpy.ops.object.mode_set(mode="OBJECT")
-    parts = [((0.15, 0.15, 0.3), (0, 0, 0.3)), *(((0.04, 0.1, 0.2), (0.4, y, 0.0)) for y in (-0.12, 0.12))]
+    parts = [
+        ((0.15, 0.15, 0.3), (0, 0, 0.3)),
+        *(((0.04, 0.1, 0.2), (0.4, y, 0.0)) for y in (-0.12, 0.12)),
+    ]
     mesh = physics.solid("body", (), parts=parts, parent=rig)
     group = mesh.vertex_groups.new(name="hips")
     group.add(list(range(24)), 1.0, "REPLACE")
@@ -298,8 +310,8 @@ def test_crouching_changes_the_weight_for_a_moment(physics):
     physics.pad("plate", (0.4, 0.4, 0.005), kind="PASSIVE")
     shoe, body = ((0.15, 0.13, 0.02), (0, 0, 0.02)), ((0.15, 0.1, 0.5), (0, 0, 0.6))
     person = physics.carried("Person", (), (0, 0, 0.01), 70.0, parts=[shoe, body])
-    person.shape_key_add(name="Basis")
-    down = person.shape_key_add(name="down")
+    new_shape(person, "Basis")
+    down = new_shape(person, "down")
     for vertex in range(8, 16):
         down.data[vertex].co.z -= 0.2
     for frame in range(1, 50):

@@ -73,7 +73,14 @@ def test_a_lid_on_a_hinge(physics):
     physics.floor()
     physics.pad(kind="PASSIVE", half=(0.004, 0.2, 0.05), at=(0.396, 0, 0.05))
     lid = physics.body("lid", (0.4, 0.2, 0.01), (0, 0, 0.11), 4.0)
-    joint(physics, "HINGE", (-0.4, 0, 0.11), lid, wall(physics, (-0.5, 0, 0.11)), rotation=(np.pi / 2, 0, 0))
+    joint(
+        physics,
+        "HINGE",
+        (-0.4, 0, 0.11),
+        lid,
+        wall(physics, (-0.5, 0, 0.11)),
+        rotation=(np.pi / 2, 0, 0),
+    )
     pad = physics.read()
     exact = 4 * G * 0.4 / 0.796
     assert pad.known(after=3) == pytest.approx(exact, rel=0.02)
@@ -137,7 +144,9 @@ def test_a_spring_from_above_is_not_known(physics):
     physics.floor()
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
-    joint(physics, "GENERIC_SPRING", (0, 0, 0.11), box, wall(physics, (0, 0, 0.5)), use_spring_z=True)
+    joint(
+        physics, "GENERIC_SPRING", (0, 0, 0.11), box, wall(physics, (0, 0, 0.5)), use_spring_z=True
+    )
     physics.read().never_valid("statics cannot tell")
 
 

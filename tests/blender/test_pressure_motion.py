@@ -247,9 +247,7 @@ def test_gravity_along_another_axis(physics, axis, sign):
     physics.scene.gravity = gravity
     away = -gravity / G
     turned = {0: (0, -sign * math.pi / 2, 0), 1: (sign * math.pi / 2, 0, 0)}[axis]
-    physics.pad(
-        at=0.005 * away, kind="PASSIVE", place={"rotation_euler": turned}
-    )
+    physics.pad(at=0.005 * away, kind="PASSIVE", place={"rotation_euler": turned})
     physics.body("box", (0.1, 0.1, 0.1), 0.11 * away, 5.0)
     assert physics.read().known() == pytest.approx(5 * G, rel=1e-3)
 

@@ -53,6 +53,19 @@ def test_every_shape_at_rest(physics, shape, ground, kind):
     assert_at_rest(pad, shape)
 
 
+@pytest.mark.parametrize("margin", [0.01, 0.1])
+@pytest.mark.parametrize("kind", [None, "PASSIVE"])
+def test_hulls_with_a_margin_of_their_own(physics, kind, margin):
+    """They stand off by it, which must not be a silent zero."""
+    physics.frames(14)
+    physics.floor()
+    thick = 0.01 if kind else 0.0
+    physics.pad(half=(0.5, 0.5, 0.005), kind=kind, at=(0, 0, thick - 0.005))
+    settings = {"shape": "CONVEX_HULL", "use_margin": True, "collision_margin": margin}
+    physics.body("box", (0.1, 0.1, 0.1), (0, 0, thick + margin + 0.1), 5.0, **settings)
+    assert physics.read().known(after=6) == pytest.approx(5 * G, rel=0.01)
+
+
 def test_two_meshes_and_a_hull_on_a_rough_mesh_floor(physics):
     """A floor of many triangles, not flat: the sum of two pads under a plank is its weight."""
     physics.frames(40)

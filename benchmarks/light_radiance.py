@@ -32,7 +32,7 @@ SKY = 1.0
 # found by an ambient bounce, also where surfaces are black.
 QUALITY = ["-ds", "0.02", "-dj", "0.9", "-dt", "0", "-dc", "1", "-u+"]
 QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7"]
-DIVISIONS = 32_768
+DIVISIONS = 8_192
 DIRECT_BOUNCES, BOUNCES = 1, 10
 
 

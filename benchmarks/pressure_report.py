@@ -18,7 +18,7 @@ from .plot import BLACK, BLUE, GREEN, ORANGE, PURPLE, Panel, Series, figure
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE, DATA = DOCS / "pressure.md", DOCS / "pressure.json"
-FIGURE = DOCS / "images" / "pressure_table.svg"
+FIGURE = DOCS / "pictures" / "pressure_table.svg"
 MARKERS = "<!-- {name}: python -m benchmarks --only pressure -->", "<!-- end of {name} -->"
 GROUPS = {
     "rest": "Resting and stacked",
@@ -66,7 +66,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
         + "\nOne box on the pad, and others that lie about:\n\n"
         + scene,
         "table": f"![Force under four legs as a weight moves over the table]"
-        f"(images/{FIGURE.name})\n\nLargest difference from the exact curves: "
+        f"(pictures/{FIGURE.name})\n\nLargest difference from the exact curves: "
         f"{data['table']['worst_newtons']:.2g} N, {_percent(data['table']['worst_share'])}, in "
         f"{data['table']['valid']} valid updates of each leg.\n",
     }

@@ -74,6 +74,7 @@ def build() -> bpy.types.Scene:
 def add_story(scene: bpy.types.Scene) -> None:
     """The person and what she does; it sets the last frame."""
     animate.add_person_and_story(scene)
+    devices.add_masses()
     scene.frame_set(1)
 
 

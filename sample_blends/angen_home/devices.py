@@ -136,8 +136,16 @@ def add_pressure_sensor() -> None:
     pad.angen_sensor.pressure.threshold = plan.PRESSURE_THRESHOLD
 
 
+def add_masses() -> None:
+    """What weighs on the pad: the person, and the cushion between."""
+    bpy.data.objects["Person"].angen_load.mass = plan.PERSON_MASS
+    cushion = bpy.data.objects["Sofa seat cushion west"].angen_load
+    cushion.mass = plan.CUSHION_MASS
+    cushion.tolerance = plan.CUSHION_TOLERANCE
+
+
 def add_sensors() -> None:
-    """Everything in this module."""
+    """All of them."""
     add_motion_detectors()
     add_door_switches()
     add_light_sensors()

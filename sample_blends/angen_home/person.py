@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import body, plan, surface
+from . import body, surface
 from .skeleton import BONES
 
 COLOURS = {
@@ -26,7 +26,6 @@ def add_person(collection: bpy.types.Collection) -> bpy.types.Object:
     person = bpy.data.objects.new("Person", mesh)
     collection.objects.link(person)
     _skin(person)
-    person.angen_load.mass = plan.PERSON_MASS
     person.parent = rig
     modifier = person.modifiers.new("Armature", "ARMATURE")
     modifier.object = rig

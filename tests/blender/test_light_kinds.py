@@ -61,7 +61,10 @@ def test_a_lamp_whose_nodes_look_at_its_direction(world):
     """Strength by a ray's normal: a lamp that shines to one side of the world alone."""
     light = lamp(world, "POINT", at=(0, 0, 0))
     tree, shader = emission(light)
-    geometry, split = tree.nodes.new("ShaderNodeNewGeometry"), tree.nodes.new("ShaderNodeSeparateXYZ")
+    geometry, split = (
+        tree.nodes.new("ShaderNodeNewGeometry"),
+        tree.nodes.new("ShaderNodeSeparateXYZ"),
+    )
     side = tree.nodes.new("ShaderNodeMath")
     side.operation = "GREATER_THAN"
     side.inputs[1].default_value = 0.0

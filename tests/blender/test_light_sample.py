@@ -76,7 +76,7 @@ def sky():
 
 
 EXPECTED = dict(zip(NAMES, (point, spot, area, plate, ball, sky), strict=True))
-# Each path looks at one lamp of all: the noise of 1024 of them.
+# Each path looks at one of all the file's lamps, which makes noise also in direct light.
 TOLERANCE = {"ball": 0.02}
 PREVIEWED = ("point", "spot", "area", "sun and sky")
 
@@ -84,7 +84,13 @@ PREVIEWED = ("point", "spot", "area", "sun and sky")
 def asked(engine):
     request = part("light").LightRequest
     return [
-        request(o.name, np.array(o.matrix_world, np.float64), "ILLUMINANCE", engine)
+        request(
+            o.name,
+            np.array(o.matrix_world, np.float64),
+            "ILLUMINANCE",
+            engine,
+            o.angen_sensor.light.samples,
+        )
         for o in bpy.context.scene.objects
         if o.angen_sensor.kind == "LIGHT"
     ]

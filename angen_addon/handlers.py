@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import live, outputs, state
+from . import live, outputs, resting, state
 from .station import clock_of
 
 
@@ -127,4 +127,5 @@ def unregister() -> None:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:
             registered.remove(handler)
+    resting.cancel()
     state.CACHE.clear()

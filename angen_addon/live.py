@@ -7,10 +7,11 @@ not seen, as after a jump, a sensor starts anew: it never compares with a frame 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from ..sensor_logic.clock import Clock
-from . import outputs
+from . import outputs, resting, state
 from .probes import Probes
 from .sensors import SensorError, all_sensors, check, simulated
 from .station import Station, Taken
@@ -27,6 +28,7 @@ class Live:
         self.outdated = True
         self._probes = Probes(scene)
         self._waiting: dict[int, Taken] = {}
+        self._lit: dict[str, Taken] = {}
         self._clock: Clock
         self._stations: list[Station] = []
         self._last_update: dict[int, int] = {}
@@ -49,6 +51,7 @@ class Live:
         self._probes.look(depsgraph, scene.frame_current, pads)
         changed = [self._finish(station, step) for station in self._stations]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
+        changed += self._preview(depsgraph, [s.sensor.name for s, _, _ in due])
         if any(changed):
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
@@ -68,6 +71,7 @@ class Live:
         self._stations.clear()
         self._last_update.clear()
         self._waiting.clear()
+        self._lit.clear()
         for sensor in simulated(all_sensors(view_layer)):
             try:
                 check(sensor)
@@ -106,11 +110,50 @@ class Live:
             self.problems.pop(name, None)
             self.readings.pop(name, None)
             return False
+        if taken.request is not None:
+            self._lit[name] = taken
+            return False
         if station.sensor.kind.motion and follows:
             # After a jump the frames beside are not known anyway.
             self._waiting[uid] = taken
             return False
         return self._show(taken)
+
+    def _preview(self, depsgraph: Any, names: Iterable[str]) -> list[bool]:
+        """Shows an estimate of the light at once; a frame handler must not render."""
+        lit = [self._lit[name] for name in names if name in self._lit]
+        if not lit:
+            return []
+        try:
+            self._probes.preview(depsgraph, [t.request for t in lit if t.request is not None])
+        except SensorError as error:
+            self.problems.update({t.station.sensor.name: str(error) for t in lit})
+            return []
+        resting.frame_was_shown()
+        return [self._show(taken) for taken in lit]
+
+    @property
+    def left_to_do(self) -> bool:
+        return bool(self._lit)
+
+    def do_the_rest(self, scene: Any, view_layer: Any) -> None:
+        """Measures the light at the present frame as a run does, in place of the estimate."""
+        lit = list(self._lit.values())
+        self._lit.clear()
+        state.CACHE.running = True
+        try:
+            depsgraph = view_layer.depsgraph
+            asked = [taken.request for taken in lit if taken.request is not None]
+            self._probes.measure(scene, view_layer, depsgraph, asked)
+            for taken in lit:
+                taken.station.reset()
+                self._show(taken)
+            # What is shown must not be taken for an edit.
+            view_layer.update()
+        except SensorError as error:
+            self.problems.update({t.station.sensor.name: str(error) for t in lit})
+        finally:
+            state.CACHE.running = False
 
     def _finish(self, station: Station, step: int) -> bool:
         """Shows what waited for this frame, if it is the next one; the same."""

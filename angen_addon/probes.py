@@ -3,15 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from ..sensor_logic.contact.island import PadForces
+from ..sensor_logic.light import LightSample
 from . import state
 from .scene_probe.bodies import Bodies
+from .scene_probe.light import LightError, LightRequest, measure, measure_direct
+from .scene_probe.light_signature import LightSignature
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
-from .sensors import Sensor, unit_scale
+from .sensors import Sensor, SensorError, unit_scale
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
@@ -21,6 +27,9 @@ def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
     return caster
 
 
+NOWHERE = np.zeros(0)
+
+
 class Probes:
     """The probes for the sensors of a scene."""
 
@@ -28,6 +37,9 @@ class Probes:
         self.caster = make_caster(scene)
         self._bodies = Bodies(self.caster.solids)
         self._pads: list[Any] = []
+        self._light: Mapping[str, LightSample] = {}
+        self._lighting = LightSignature()
+        state.CACHE.watch(self._lighting)
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
         """From now on the probes look at what these sensors need."""
@@ -43,6 +55,34 @@ class Probes:
         if self._pads and frame is not None:
             metres = unit_scale(depsgraph.scene)
             self._bodies.look(depsgraph, frame, metres, self._pads, due)
+
+    def measure(
+        self, scene: Any, view_layer: Any, depsgraph: Any, asked: list[LightRequest]
+    ) -> None:
+        """Renders the light that is asked for, where it can have changed since it was last.
+
+        Not in a frame handler. Raises SensorError.
+        """
+        efficacy = scene.angen_luminous_efficacy
+        named = tuple((replace(r, matrix=NOWHERE), r.matrix.tobytes()) for r in asked)
+        if not self._lighting.changed(view_layer, depsgraph, (repr(named), efficacy)):
+            return
+        try:
+            self._light = measure(scene, view_layer, asked, efficacy)
+        except LightError as error:
+            raise SensorError(str(error)) from None
+
+    def preview(self, depsgraph: Any, asked: list[LightRequest]) -> None:
+        """The closed-form estimate of the same, also for frame handlers. Raises SensorError."""
+        efficacy = depsgraph.scene.angen_luminous_efficacy
+        try:
+            self._light = measure_direct(self.caster.solids, depsgraph, asked, efficacy)
+        except LightError as error:
+            raise SensorError(str(error)) from None
+
+    def light(self, name: str) -> LightSample:
+        """What was measured last for a sensor."""
+        return self._light[name]
 
     def forces(self, pad: Any, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""

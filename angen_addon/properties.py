@@ -206,10 +206,14 @@ def _scene_properties() -> dict[str, Any]:
             update=_settings_changed,
         ),
         "angen_luminous_efficacy": FloatProperty(
-            name="Luminous efficacy",
-            description="Lumens of a watt of light [lm/W]",
+            name="Luminous efficacy (lm/W)",
+            description="Lumens that a watt of Blender's light counts as, for sensors in lux. "
+            "683: as Blender's glTF exporter writes its lamps; 179: equal-energy white, as in "
+            "Radiance",
             default=683.0,
             min=0.0,
+            soft_max=683.0,
+            options=set(),
             update=_settings_changed,
         ),
         "angen_ray_caster": EnumProperty(

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any
 
+import bpy
+
 from ..sensor_logic.clock import Clock
 from ..sensor_logic.recording import Recording, Track
 from . import handlers, outputs, state
@@ -102,7 +104,14 @@ def _run(
                         taken = station.take(number, stop.step, depsgraph, probes)
                         if taken is not None:
                             (waiting if station.sensor.kind.motion else ready).append(taken)
-                    _record(recording, clock, ready, driven)
+                    # A picture of the light makes Blender evaluate the scene anew: it comes last.
+                    _record(recording, clock, [t for t in ready if t.request is None], driven)
+                    lit = [t for t in ready if t.request is not None]
+                    if lit:
+                        view_layer = bpy.context.view_layer
+                        asked = [t.request for t in lit if t.request is not None]
+                        probes.measure(scene, view_layer, depsgraph, asked)
+                        _record(recording, clock, lit, driven)
                 recording.frame_end = min(frame, frame_end)
                 done = clock.step_time(min(max(stop.step - first, 0), last - first))
                 yield Progress(done, seconds, clock.step_frame(stop.step))

@@ -4,32 +4,39 @@
 from __future__ import annotations
 
 import weakref
-from typing import Any
+from typing import Any, Protocol
 
 from ..sensor_logic.recording import Recording
-from .scene_probe.solids import Solids
+
+
+class Watching(Protocol):
+    """What is told of each evaluation; `edited`: not by a change of frame."""
+
+    def note(self, depsgraph: Any, edited: bool) -> None: ...
 
 
 class Cache:
     """`recording`: the last run, by the scene's session uid; `running` while a run drives the
     frames, so that handlers keep still; `live` is what follows the playhead without a recording;
-    `visible`: session uids of what the viewport showed when last looked, while a recording is kept.
+    `visible`: session uids of what the viewport showed when last looked, while a recording is kept;
+    `shown_at` when a frame was last shown, by the clock of `time.monotonic`.
     """
 
     def __init__(self) -> None:
         self.running = False
         self.live: Any = None
         self.visible: list[int] = []
+        self.shown_at = 0.0
         self._recordings: dict[int, Recording] = {}
-        self._watching: weakref.WeakSet[Solids] = weakref.WeakSet()
+        self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
-    def watch(self, solids: Solids) -> None:
-        """From now on `solids` is told what changes, for as long as it lives."""
-        self._watching.add(solids)
+    def watch(self, probe: Watching) -> None:
+        """From now on `probe` is told what changes, for as long as it lives."""
+        self._watching.add(probe)
 
     def note(self, depsgraph: Any, edited: bool) -> None:
-        for solids in self._watching:
-            solids.note(depsgraph, edited)
+        for probe in self._watching:
+            probe.note(depsgraph, edited)
 
     def recording(self, scene: Any) -> Recording | None:
         return self._recordings.get(scene.session_uid)

@@ -13,6 +13,7 @@ from ..sensor_logic.clock import Clock, Schedule
 from ..sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from ..sensor_logic.noise import generator
 from .probes import Probes
+from .scene_probe.light import LightRequest
 from .scene_probe.moments import gravity_of
 from .sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
 
@@ -26,12 +27,14 @@ def clock_of(scene: Any) -> Clock:
 @dataclass(frozen=True)
 class Taken:
     """An update of a sensor with all that is known of the scene at its step. Its reading is to be
-    asked for once: at once, or, of a kind that needs the motion, after the next frame."""
+    asked for once: at once; of a kind that needs the motion, after the next frame; of a light
+    sensor, after its `request` was measured."""
 
     station: Station
     step: int
     parameters: Any
     update: Update
+    request: LightRequest | None = None
 
     def reading(self) -> Reading:
         made: Reading = self.station.model.update(self.parameters, self.update)
@@ -95,8 +98,12 @@ class Station:
             noise,
             part,
             contact,
+            lambda: probes.light(self.sensor.name),
         )
-        return Taken(self, step, parameters, update)
+        request = None
+        if self.sensor.kind.light:
+            request = light_request(self.sensor.name, parameters, update.pose, metres)
+        return Taken(self, step, parameters, update, request)
 
     def _pose_now(self, evaluated: Any, metres: float) -> Pose:
         """The pose, the same object as long as the sensor stands still."""
@@ -106,6 +113,24 @@ class Station:
             known = (matrix.copy(), metres, read_pose(self.sensor, matrix, metres))
             self._pose = known
         return known[2]
+
+
+def light_request(name: str, parameters: Any, pose: Pose, metres: float) -> LightRequest:
+    """What a light sensor with these parameters asks of the scene, in Blender units."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = pose.axes
+    matrix[:3, 3] = pose.origin / metres
+    return LightRequest(
+        name,
+        matrix,
+        parameters.method,
+        parameters.engine,
+        parameters.samples,
+        parameters.clip_start / metres,
+        parameters.clip_end / metres,
+        parameters.field_of_view,
+        parameters.exposure,
+    )
 
 
 def own_weight(evaluated: Any, scene: Any, metres: float) -> Array:

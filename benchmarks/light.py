@@ -17,6 +17,7 @@ from angen_addon.standalone import load_extension
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 DATA = DOCS / "light_benchmarks.json"
+BEGIN, END = "<!-- table: python -m benchmarks.light -->\n", "<!-- end of table -->"
 # Some minutes each.
 PARTS = ("ILLUMINANCE", "FOUR_WALL", "radiance")
 REFERENCE, RADIANCE = 65_536, 16_384
@@ -50,6 +51,10 @@ def main() -> None:
     if not quick:
         DATA.write_text(json.dumps(data, indent=1) + "\n")
         (DOCS / "light_benchmarks.md").write_text(text)
+        page = DOCS / "light.md"
+        before, _, rest = page.read_text().partition(BEGIN)
+        after = rest.partition(END)[2]
+        page.write_text(f"{before}{BEGIN}\n{light_report.table(data)}\n{END}{after}")
         (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
 
 

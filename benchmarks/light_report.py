@@ -44,6 +44,8 @@ Faces with less than {least} W/m² are not counted.
 |---|---|---|---|---|---|
 """
 LEAST = 0.01
+SEVEN = 7
+NAMES = {"ILLUMINANCE": "Illuminance", "FOUR_WALL": "Four walls"}
 COLOURS = {"ILLUMINANCE": "#c60", "FOUR_WALL": "#06c"}
 WIDTH, HEIGHT, EDGE = 640, 400, 60
 TIMES, ERRORS = (1.0, 3000.0), (0.005, 2.0)
@@ -70,6 +72,25 @@ def markdown(data: dict[str, Any]) -> str:
     return text
 
 
+def table(data: dict[str, Any]) -> str:
+    """For docs/light.md: seven sensors, every way."""
+    text = "| method | engine | samples | ms a sensor | rms error | median | worst |\n"
+    text += "|---|---|---|---|---|---|---|\n"
+    for row in rows(data):
+        if row["sensors"] == SEVEN:
+            samples = row["samples"] if row["engine"] == "CYCLES" else "–"
+            text += (
+                f"| {NAMES[row['method']]} | {row['engine'].capitalize()} | {samples} "
+                f"| {row['ms_a_sensor']:.1f} | {row['rms']:.1%} | {row['median']:.1%} "
+                f"| {row['worst']:.1%} |\n"
+            )
+    return (
+        "Seven sensors in the Ängen home, an update, on two cores; the reference's own noise is "
+        + ", ".join(f"{data[m]['rows'][0]['reference_noise']:.1%}" for m in COLOURS if m in data)
+        + f" (median):\n\n{text}"
+    )
+
+
 def _radiance(data: dict[str, Any]) -> str:
     text = RADIANCE.format(least=LEAST, **data)
     groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
@@ -87,7 +108,7 @@ def _radiance(data: dict[str, Any]) -> str:
     return text
 
 
-def plot(rows: list[dict[str, Any]]) -> str:
+def plot(found: list[dict[str, Any]]) -> str:
     """An SVG: rms error over milliseconds a sensor, both logarithmic; seven sensors."""
     text = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
@@ -102,7 +123,7 @@ def plot(rows: list[dict[str, Any]]) -> str:
         text.append(f'<path d="M{EDGE} {y}H{WIDTH - EDGE}" stroke="#ddd"/>')
         text.append(f'<text x="{EDGE - 6}" y="{y + 4}" text-anchor="end">{error:.0%}</text>')
     for number, (method, colour) in enumerate(COLOURS.items()):
-        seven = [r for r in rows if r["method"] == method and r["sensors"] == 7]
+        seven = [r for r in found if r["method"] == method and r["sensors"] == SEVEN]
         paths = [r for r in seven if r["engine"] == "CYCLES"]
         line = " ".join(f"{_x(r['ms_a_sensor'])},{_y(r['rms'])}" for r in paths)
         text.append(f'<polyline points="{line}" fill="none" stroke="{colour}"/>')

@@ -47,6 +47,7 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         column.prop(scene, "angen_live")
         column.prop(scene, "angen_substeps")
         column.prop(scene, "angen_seed")
+        column.prop(scene, "angen_luminous_efficacy")
         column.prop(scene, "angen_ray_caster")
 
 

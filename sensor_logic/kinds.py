@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from .light import LightParameters
+from .light import LightParameters, LightSensor
 from .optical_switch import OpticalSwitchParameters, SlottedSwitch
 from .parameters import Parameters
 from .pir import PirParameters, RangeScan
@@ -36,7 +36,7 @@ class Kind:
     `active_label` and `idle_label` are the words for its binary reading. `events` are the fields
     whose changes the event log tells, `samples` the columns of its own file. `model` is None
     while the physics of the kind is not built. `motion`: its reading needs the frames before and
-    after its own.
+    after its own; `light`: it needs a picture of the light.
     """
 
     identifier: str
@@ -54,6 +54,7 @@ class Kind:
     samples: tuple[Field, ...]
     model: Callable[[], Any] | None = None
     motion: bool = False
+    light: bool = False
 
 
 KINDS: dict[str, Kind] = {
@@ -149,6 +150,8 @@ KINDS: dict[str, Kind] = {
                 Field("voltage_v", float),
                 Field("lit", bool),
             ),
+            model=LightSensor,
+            light=True,
         ),
     )
 }

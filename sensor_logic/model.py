@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from .contact.island import PadForces
+    from .light import LightSample
 
 Array = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class Update:
     """What a model gets at each of its updates, which follow each other without a gap.
 
     `noise` makes the update's random generator, `part` that of the device, the same each time.
-    `contact` tells a pressure pad what presses on it.
+    `contact` tells a pressure pad what presses on it, `light` a light sensor what shines on it.
     """
 
     number: int
@@ -63,6 +64,7 @@ class Update:
     noise: Callable[[], np.random.Generator]
     part: Callable[[], np.random.Generator]
     contact: Callable[[], PadContact]
+    light: Callable[[], LightSample]
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from array import array
 from bisect import bisect_right
 from dataclasses import dataclass, field
@@ -51,7 +52,8 @@ class Track:
         self.active.append(reading.active)
         self.value.append(reading.value)
         for name, column in self.columns.items():
-            column.append(reading.fields[name])
+            value = reading.fields[name]
+            column.append(math.nan if value is None else value)
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sensor_logic.contact.island import PadForces
+from sensor_logic.light import LightSample
 from sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator
 
@@ -55,6 +56,7 @@ class Stage:
             self.noise(number),
             self.noise(0),
             lambda: contact or PadContact(PadForces(), np.zeros(3), None),
+            LightSample,
         )
 
     def noise(self, number: int) -> Callable[[], np.random.Generator]:

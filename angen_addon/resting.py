@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is too slow while scrubbing is done a moment after the playhead has come to rest."""
+
+from __future__ import annotations
+
+import time
+
+import bpy
+
+from . import state
+
+# s: the playhead rests once it has stood still for this long.
+REST = 0.4
+BUSY = 1.0
+
+
+def frame_was_shown() -> None:
+    """To be called in each frame change after which something is left to be done."""
+    state.CACHE.shown_at = time.monotonic()
+    if not bpy.app.background and not bpy.app.timers.is_registered(_look):
+        bpy.app.timers.register(_look, first_interval=REST)
+
+
+def _look() -> float | None:
+    """Seconds until the next look; None where nothing is left to be done."""
+    following = state.CACHE.live
+    if following is None or not following.left_to_do:
+        return None
+    stood = time.monotonic() - state.CACHE.shown_at
+    if stood < REST:
+        return REST - stood
+    context = bpy.context
+    if state.CACHE.running or any(w.screen.is_animation_playing for w in _windows()):
+        return BUSY
+    if context.scene is None or context.scene.session_uid != following.scene_uid:
+        return None
+    following.do_the_rest(context.scene, context.view_layer)
+    for window in _windows():
+        for area in window.screen.areas:
+            area.tag_redraw()
+    return None
+
+
+def _windows() -> list[bpy.types.Window]:
+    return list(bpy.context.window_manager.windows)
+
+
+def cancel() -> None:
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)

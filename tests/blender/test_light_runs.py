@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light sensors in runs and while scrubbing."""
+
+import math
+
+import bpy
+import pytest
+from bl_ext.user_default.angen_sensors.angen_addon import probes, state
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import light
+from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
+
+
+@pytest.fixture
+def lamp(world):
+    """A face that looks up, 2 m below a point lamp of 100 W that is switched off at frame 13."""
+    data = bpy.data.lights.new("lamp", "POINT")
+    data.energy = 100.0
+    data.shadow_soft_size = 0.0
+    data.keyframe_insert("energy", frame=12)
+    data.energy = 0.0
+    data.keyframe_insert("energy", frame=13)
+    world.link("lamp", data, (0, 0, 2))
+    world.scene.frame_end = 24
+    face = world.sensor("LIGHT", "lux", update_rate=24.0)
+    face.rotation_euler = (math.pi, 0, 0)
+    face.angen_sensor.light.method = "ILLUMINANCE"
+    face.angen_sensor.light.samples = 16
+    face.angen_sensor.light.output = "DIGITAL"
+    face.angen_sensor.light.integration_time = 0.0
+    face.angen_sensor.light.lux_step = 0.0
+    face.angen_sensor.light.threshold = 100.0
+    return face
+
+
+def counted(monkeypatch):
+    calls = []
+    measure = light.measure
+
+    def spy(*arguments):
+        calls.append(arguments)
+        return measure(*arguments)
+
+    monkeypatch.setattr(probes, "measure", spy)
+    return calls
+
+
+def test_a_lamp_is_followed_and_a_still_scene_rendered_once(world, lamp, monkeypatch):
+    calls = counted(monkeypatch)
+    recording = world.run()
+    lux = world.series(recording, "lux", "illuminance_lux")
+    lit = world.series(recording, "lux", "lit")
+    assert lit == [1] * 12 + [0] * 12
+    assert lux[0] == pytest.approx(683.0 * 100.0 / (4 * math.pi * 2.0**2), rel=1e-3)
+    assert lux[:12] == [lux[0]] * 12 and lux[12:] == [0.0] * 12
+    assert len(calls) == 2, "once with the lamp on, once with it off"
+
+
+def test_the_log_tells_of_steps_alone(world, lamp):
+    rows = world.log(world.run())
+    told = [(row[1], row[4]) for row in rows]
+    assert told == [
+        ("1", "illuminance_lux"),
+        ("1", "lit"),
+        ("13", "illuminance_lux"),
+        ("13", "lit"),
+    ]
+
+
+def test_efficacy_is_a_factor(world, lamp):
+    first = world.series(world.run(), "lux", "illuminance_lux")[0]
+    world.scene.angen_luminous_efficacy = 179.0
+    second = world.series(world.run(), "lux", "illuminance_lux")[0]
+    assert second == pytest.approx(first * 179.0 / 683.0, rel=1e-6)
+
+
+def test_scrubbing_shows_an_estimate_then_the_light(world, lamp, monkeypatch):
+    """Nothing is rendered in the frame handler; the rest is done once the playhead stands."""
+    calls = counted(monkeypatch)
+    world.scene.angen_live = True
+    world.update()
+    world.scene.frame_set(5)
+    estimate = lamp.angen_sensor.value
+    assert not calls and estimate > 0
+    following = state.CACHE.live
+    assert following.left_to_do
+    following.do_the_rest(world.scene, bpy.context.view_layer)
+    assert len(calls) == 1 and not following.left_to_do
+    assert lamp.angen_sensor.value == pytest.approx(estimate, rel=0.01), "direct light alone"
+    assert not following.outdated, "showing a value is no edit"
+    world.scene.frame_set(20)
+    assert lamp.angen_sensor.value == 0.0 and not lamp.angen_sensor.active
+
+
+def test_a_run_leaves_nothing_behind(world, lamp):
+    def held():
+        kinds = ("scenes", "images", "materials", "meshes", "objects", "worlds", "cameras")
+        return {kind: sorted(b.name for b in getattr(bpy.data, kind)) for kind in kinds}
+
+    before = held(), world.scene.frame_current, world.scene.render.engine
+    world.run()
+    assert (held(), world.scene.frame_current, world.scene.render.engine) == before
+
+
+def test_what_cannot_be_measured_is_told(world, lamp):
+    lamp.location = (2e5, 0, 0)
+    world.update()
+    with pytest.raises(SensorError, match="lux"):
+        world.run()

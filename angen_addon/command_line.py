@@ -16,7 +16,6 @@ import bpy
 
 from ..sensor_logic.event_log import differences, events, events_csv, read_events, samples_csv
 from ..sensor_logic.files import OutputError, file_names
-from ..sensor_logic.kinds import KINDS, not_simulated
 from ..sensor_logic.recording import Recording
 from . import advice, bake
 from .arguments import parse
@@ -118,7 +117,7 @@ def _run(options: argparse.Namespace) -> Recording:
     """Simulates what the options ask for."""
     scene = bpy.context.scene
     sensors = chosen(_sensors(), options.sensor)
-    _tell_of_silent(sensors)
+    _tell_of_off(sensors)
     _tell_of_pads(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
@@ -140,12 +139,8 @@ def _run(options: argparse.Namespace) -> Recording:
     return recording
 
 
-def _tell_of_silent(sensors: list[Sensor]) -> None:
-    """Says which sensors will report nothing, and why."""
-    for kind in KINDS.values():
-        of_kind = [s for s in sensors if s.kind is kind]
-        if of_kind and kind.model is None:
-            note(f"{len(of_kind)} × {not_simulated(kind)}")
+def _tell_of_off(sensors: list[Sensor]) -> None:
+    """Says which sensors will report nothing."""
     off = [s.name for s in sensors if not s.settings.enabled]
     if off:
         note(f"switched off: {', '.join(off)}")
@@ -203,8 +198,7 @@ def _list(options: argparse.Namespace) -> int:
         return DONE
     width = max(len(sensor.name) for sensor in sensors)
     for sensor, facts in zip(sensors, found, strict=True):
-        remark = "" if facts["simulated"] else "  not simulated yet"
-        remark = remark if facts["enabled"] else "  off"
+        remark = "" if facts["enabled"] else "  off"
         print(
             f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "
             f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}".rstrip()

@@ -81,13 +81,9 @@ def _hint(name: str, known: list[str]) -> str:
 
 
 def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Those that a run senses: of a kind whose physics is built, and switched on, or perhaps so
-    at another frame."""
+    """Those that a run senses: switched on, or perhaps so at another frame."""
     return [
-        s
-        for s in sensors
-        if s.kind.model is not None
-        and (s.settings.enabled or is_animated(s.object, "angen_sensor.enabled"))
+        s for s in sensors if s.settings.enabled or is_animated(s.object, "angen_sensor.enabled")
     ]
 
 

@@ -52,7 +52,6 @@ class Station:
 
     def reset(self) -> None:
         """Forgets earlier updates, as after a jump of the playhead."""
-        assert self.sensor.kind.model is not None
         self.model = self.sensor.kind.model()
         self._pose: tuple[Any, float, Pose] | None = None
 

@@ -34,9 +34,9 @@ class Kind:
     """A kind of sensor. `number` is what files store; `attribute` is where its parameters are.
 
     `active_label` and `idle_label` are the words for its binary reading. `events` are the fields
-    whose changes the event log tells, `samples` the columns of its own file. `model` is None
-    while the physics of the kind is not built. `motion`: its reading needs the frames before and
-    after its own; `light`: it needs a picture of the light.
+    whose changes the event log tells, `samples` the columns of its own file. `model` makes what
+    senses for one sensor. `motion`: its reading needs the frames before and after its own;
+    `light`: it needs a picture of the light.
     """
 
     identifier: str
@@ -52,7 +52,7 @@ class Kind:
     parameters: type[Parameters]
     events: tuple[Field, ...]
     samples: tuple[Field, ...]
-    model: Callable[[], Any] | None = None
+    model: Callable[[], Any]
     motion: bool = False
     light: bool = False
 
@@ -155,8 +155,3 @@ KINDS: dict[str, Kind] = {
         ),
     )
 }
-
-
-def not_simulated(kind: Kind) -> str:
-    """What a user is told of a kind whose physics is not built yet."""
-    return f"{kind.label}: not simulated yet in this version, it reports nothing"

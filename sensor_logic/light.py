@@ -105,7 +105,7 @@ class LightParameters(Parameters):
         "Slope of the resistance over the light, both logarithmic",
         minimum=0.0,
         above_minimum=True,
-        source=GL5528,
+        source="0.6 ± 0.1, GL55 series manual",
         **RESISTOR,
     )
     resistance_10lux: float = parameter(
@@ -115,7 +115,7 @@ class LightParameters(Parameters):
         unit="Ω",
         minimum=0.0,
         above_minimum=True,
-        source="8–20 kΩ, " + GL5528,
+        source="8–20 or 10–20 kΩ, GL5528 data sheets",
         **RESISTOR,
     )
     dark_resistance: float = parameter(

@@ -34,8 +34,10 @@ from .things import FRICTION, GROUND, Key, Thing, Things
 Array = np.typing.NDArray[np.float64]
 # Contacts of two things as last found, by the reach they were looked for with, and the poses and
 # scales that the two had.
-Resting = dict[tuple[Key, Key, float], tuple[tuple[Array, Array], list[Contact]]]
+Resting = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]
 MOST_RESTING = 20_000
+# m, and so much of a rotation: nearer than this to where its contacts were found it stands still.
+STILL = 1e-6
 FRAMES_NEEDED = 3
 # m/s²: no animated body moves like this; it was put elsewhere.
 JUMP = 80.0
@@ -265,9 +267,9 @@ class FrameWorld:
         if one not in moment.row or two not in moment.row:
             return []
         rows = [moment.row[one], moment.row[two]]
-        place = (moment.poses[rows], moment.scales[rows])
+        place = np.concatenate([moment.poses[rows].ravel(), moment.scales[rows].ravel()])
         last = self._resting.get((one, two, reach))
-        if last is not None and all(map(np.array_equal, last[0], place)):
+        if last is not None and np.abs(last[0] - place).max() < STILL:
             return last[1]
         found = self._meet(one, two, reach, when)
         if when == 0:

@@ -31,9 +31,10 @@ SKY = 1.0
 # Radiance's own settings, of high quality: light sources as they are, no interpolation. A sky is
 # found by an ambient bounce, also where surfaces are black.
 QUALITY = ["-ds", "0.02", "-dj", "0.9", "-dt", "0", "-dc", "1", "-u+"]
-QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7"]
+QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7", "-lr", "-100"]
 DIVISIONS = 8_192
-DIRECT_BOUNCES, BOUNCES = 1, 10
+# Ten bounces would miss 4 % of the light in the white closet and 16 % in the bathroom.
+DIRECT_BOUNCES, BOUNCES = 1, 30
 
 
 def measure(samples: int) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.sensors import Sensor, SensorError, check
-from ..sensor_logic.kinds import KINDS, NO_KIND, not_simulated
+from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs, used
 from . import pad
 from .lines import draw_lines
@@ -104,8 +104,6 @@ def _draw_parameters(column: Any, sensor: Sensor, names: Any) -> None:
 
 
 def _draw_problem(layout: Any, sensor: Sensor) -> None:
-    if sensor.kind.model is None:
-        draw_lines(layout, not_simulated(sensor.kind), "INFO")
     try:
         check(sensor)
     except SensorError as error:

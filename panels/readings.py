@@ -32,8 +32,6 @@ class Shown:
 def shown(sensor: Sensor, scene: Any) -> Shown:
     """What the sensor reads, in words, or why nothing."""
     kind, settings = sensor.kind, sensor.settings
-    if kind.model is None:
-        return Shown("Not simulated", OFF)
     if not settings.enabled:
         return Shown("Off", OFF)
     recorded = _recorded(sensor, scene)

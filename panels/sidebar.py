@@ -60,16 +60,12 @@ class ANGEN_PT_readings(_Sidebar, Panel):
             self.layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
         column = self.layout.column(align=True)
         for sensor in sensors:
-            if sensor.kind.model is not None:
-                seen = shown(sensor, context.scene)
-                split = column.split(factor=0.56, align=True)
-                split.label(text=sensor.name, icon=seen.icon)
-                value = split.row()
-                value.alignment = "RIGHT"
-                value.label(text=seen.text)
-        silent = sum(sensor.kind.model is None for sensor in sensors)
-        if silent:
-            column.label(text=f"{silent} more are not simulated yet", icon="X")
+            seen = shown(sensor, context.scene)
+            split = column.split(factor=0.56, align=True)
+            split.label(text=sensor.name, icon=seen.icon)
+            value = split.row()
+            value.alignment = "RIGHT"
+            value.label(text=seen.text)
 
 
 class ANGEN_PT_active_sensor(_Sidebar, Panel):

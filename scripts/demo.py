@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from demo_table import Report, active_share, change_times, greatest_force, last_time, row, table
+from demo_table import Report, active_share, change_times, greatest, last_time, row, table
 
 ROOT = Path(__file__).resolve().parent.parent
 HOME = ROOT / "sample_blends" / "angen.blend"
@@ -66,7 +66,7 @@ def lines(path: Path) -> list[str]:
 
 def report(kind: str, changes: list[float], samples: list[str]) -> Report:
     """What a sensor of that kind reported, from its times of change and its samples."""
-    return Report(changes, active_share(samples, kind), greatest_force(samples))
+    return Report(changes, active_share(samples, kind), greatest(samples, kind))
 
 
 def main() -> None:
@@ -83,17 +83,12 @@ def main() -> None:
         sensors = sorted(json.loads(run(command, "list", "--json")), key=lambda s: s["room"])
 
     changes = change_times(lines(events))
-    sampled = {s["name"]: lines(samples / f"{s['name']}.csv") for s in sensors if s["simulated"]}
-    rows = [
-        row(s, report(s["kind"], changes[s["name"]], sampled[s["name"]]))
-        if s["simulated"]
-        else row(s, None)
-        for s in sensors
-    ]
+    sampled = {s["name"]: lines(samples / f"{s['name']}.csv") for s in sensors}
+    rows = [row(s, report(s["kind"], changes[s["name"]], sampled[s["name"]])) for s in sensors]
     simulated = max(last_time(text) for text in sampled.values())
     print(f"\n{table(rows)}\n")
     print("Events are changes of what a sensor publishes; active is its share of the time;")
-    print("max N is the greatest force on a pressure pad, in newtons.")
+    print("max is the greatest force on a pressure pad, or the most luminance of a light sensor.")
     print(
         f"{simulated:.0f} s of the home in {wall:.1f} s: {simulated / wall:.1f} times real time, "
         f"Blender's start included; {memory / MIB:.0f} MiB of memory at most."

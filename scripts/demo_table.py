@@ -8,19 +8,20 @@ from typing import Any
 
 # The field of a kind's samples that says whether the sensor was active.
 ACTIVE_FIELD = {"PIR": "moved", "OPTICAL_SWITCH": "open", "PRESSURE": "pressed", "LIGHT": "lit"}
-HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max N")
+HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max")
+# The field of a kind's samples whose greatest value is shown, and its unit.
+VALUE_FIELD = {"PRESSURE": ("force_n", "N"), "LIGHT": ("luminance_percent", "%")}
 NAME_COLUMNS = 3
-NOT_SIMULATED = "not simulated yet"
 
 
 @dataclass(frozen=True)
 class Report:
-    """What one sensor reported: its times of change (s), its share of time active (0..1), and, of
-    a pressure pad, the greatest force (N)."""
+    """What one sensor reported: its times of change (s), its share of time active (0..1), and the
+    greatest value, with its unit, of a kind that has one in VALUE_FIELD."""
 
     changes: list[float]
     active: float
-    force: float | None = None
+    greatest: str = ""
 
 
 def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
@@ -40,10 +41,13 @@ def active_share(samples: Iterable[str], kind: str) -> float:
     return states.count("1") / max(len(states), 1)
 
 
-def greatest_force(samples: Iterable[str]) -> float | None:
-    """The greatest force (N) among a sensor's valid samples; None for what measures no force."""
-    lines = [line for line in csv.DictReader(samples) if line.get("valid") == "1"]
-    return max((float(line["force_n"]) for line in lines), default=None)
+def greatest(samples: Iterable[str], kind: str) -> str:
+    """The greatest value among a sensor's samples, those that are not valid apart; empty for a
+    kind without a VALUE_FIELD, or without samples of it."""
+    field, unit = VALUE_FIELD.get(kind, ("", ""))
+    lines = [line for line in csv.DictReader(samples) if line.get("valid", "1") == "1"]
+    values = [float(line[field]) for line in lines if line.get(field)]
+    return f"{max(values):.1f} {unit}" if values else ""
 
 
 def last_time(samples: Iterable[str]) -> float:
@@ -51,16 +55,13 @@ def last_time(samples: Iterable[str]) -> float:
     return max((float(line["time_s"]) for line in csv.DictReader(samples)), default=0.0)
 
 
-def row(sensor: Mapping[str, Any], report: Report | None) -> tuple[str, ...]:
-    """A line of the table for a sensor as `list --json` describes it; no report: no figures."""
+def row(sensor: Mapping[str, Any], report: Report) -> tuple[str, ...]:
+    """A line of the table for a sensor as `list --json` describes it."""
     kind = sensor["kind"].lower().replace("_", " ")
     start = (sensor["room"] or "-", sensor["name"], kind)
-    if report is None:
-        return (*start, "", "", "", NOT_SIMULATED, "")
     changes = [f"{time:.1f}" for time in report.changes] or ["-"]
     count = str(len(report.changes))
-    force = "" if report.force is None else f"{report.force:.1f}"
-    return (*start, count, changes[0], changes[-1], f"{report.active:.1%}", force)
+    return (*start, count, changes[0], changes[-1], f"{report.active:.1%}", report.greatest)
 
 
 def table(rows: Sequence[tuple[str, ...]]) -> str:

@@ -27,8 +27,6 @@ def page() -> str:
 
 def _section(kind: Kind) -> str:
     title = f"\n## {kind.label}: `{kind.attribute}`\n\n"
-    if kind.model is None:
-        title += "Not simulated yet in this version.\n\n"
     title += f"Default `update_rate` {kind.update_rate:g} Hz.\n\n"
     rows = [
         f"| `{name}` | {_value(defaults(kind.parameters)[name], spec)} | {_limits(spec)} "

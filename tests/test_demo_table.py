@@ -36,10 +36,21 @@ def test_the_last_sample_tells_how_long_the_run_was() -> None:
 
 
 def test_the_greatest_force_is_that_of_valid_samples() -> None:
-    samples = ["time_s,frame,force_n,valid\n", "0,1,900,0\n", "1,25,-1.5,1\n", "2,49,686.7,1\n"]
-    assert demo_table.greatest_force(samples) == 686.7
-    assert demo_table.greatest_force(samples[:2]) is None
-    assert demo_table.greatest_force(["time_s,frame,moved\n", "0,1,0\n"]) is None
+    samples = ["time_s,frame,force_n,valid\n", "0,1,900,0\n", "1,25,-1.5,1\n", "2,49,686.74,1\n"]
+    assert demo_table.greatest(samples, "PRESSURE") == "686.7 N"
+    assert demo_table.greatest(samples[:2], "PRESSURE") == ""
+
+
+def test_the_greatest_luminance_is_that_of_all_samples() -> None:
+    samples = ["time_s,frame,luminance_percent,lit\n", "0,1,9.5,0\n", "1,25,31.26,1\n"]
+    assert demo_table.greatest(samples, "LIGHT") == "31.3 %"
+    assert demo_table.greatest(samples[:1], "LIGHT") == ""
+    # A sensor that measures lux has no luminance.
+    assert demo_table.greatest([samples[0], "0,1,,1\n"], "LIGHT") == ""
+
+
+def test_kinds_without_a_value_have_no_greatest() -> None:
+    assert demo_table.greatest(["time_s,frame,moved\n", "0,1,1\n"], "PIR") == ""
 
 
 def sensor(kind: str, room: str = "bedroom") -> dict[str, str]:
@@ -53,7 +64,7 @@ def test_a_row_has_what_the_sensor_reported() -> None:
 
 
 def test_a_pad_has_its_greatest_force() -> None:
-    assert demo_table.row(sensor("PRESSURE"), Report([1.0], 0.5, 686.74))[-1] == "686.7"
+    assert demo_table.row(sensor("PRESSURE"), Report([1.0], 0.5, "686.7 N"))[-1] == "686.7 N"
 
 
 def test_a_sensor_that_never_changed_has_no_times() -> None:
@@ -62,21 +73,16 @@ def test_a_sensor_that_never_changed_has_no_times() -> None:
     )
 
 
-def test_a_kind_without_physics_has_no_figures() -> None:
-    row = demo_table.row(sensor("LIGHT"), None)
-    assert row[3:] == ("", "", "", "not simulated yet", "")
-
-
 def test_columns_are_aligned() -> None:
     rows = [
         demo_table.row(sensor("PIR"), Report([1.0, 12.0], 1.0)),
-        demo_table.row(sensor("PRESSURE"), Report([1.0, 12.0], 0.25, 700.0)),
-        demo_table.row(sensor("LIGHT"), None),
+        demo_table.row(sensor("PRESSURE"), Report([1.0, 12.0], 0.25, "700.0 N")),
+        demo_table.row(sensor("LIGHT"), Report([], 0.0, "9.5 %")),
     ]
     assert demo_table.table(rows).splitlines() == [
-        "room     sensor      kind      events  first s  last s             active  max N",
-        "--------------------------------------------------------------------------------",
-        "bedroom  PIR 1       pir            2      1.0    12.0             100.0%",
-        "bedroom  PRESSURE 1  pressure       2      1.0    12.0              25.0%  700.0",
-        "bedroom  LIGHT 1     light                              not simulated yet",
+        "room     sensor      kind      events  first s  last s  active      max",
+        "-----------------------------------------------------------------------",
+        "bedroom  PIR 1       pir            2      1.0    12.0  100.0%",
+        "bedroom  PRESSURE 1  pressure       2      1.0    12.0   25.0%  700.0 N",
+        "bedroom  LIGHT 1     light          0        -       -    0.0%    9.5 %",
     ]

@@ -190,7 +190,7 @@ def test_ctrl_c_leaves_no_file(world, tmp_path):
     world.key(world.box((1, 1, 1), at=(0, 0, -2)), "location", {1: (0, 0, -2), 9: (1, 0, -2)})
     for index in range(20):
         world.pir(f"pir {index}", rays=120)
-    world.sensor("LIGHT", "light")
+    world.switch("off", enabled=False)
     world.scene.frame_end = 100_000
     home, out = save(tmp_path), tmp_path / "out"
     out.mkdir()
@@ -201,8 +201,8 @@ def test_ctrl_c_leaves_no_file(world, tmp_path):
         stderr=subprocess.PIPE,
     )
     assert process.stderr is not None
-    # What is said of the light sensor is the last word before the frames are gone through.
-    assert b"Light sensor" in process.stderr.readline()
+    # What is switched off is the last word before the frames are gone through.
+    assert b"switched off" in process.stderr.readline()
     time.sleep(0.5)
     assert process.poll() is None
     process.send_signal(signal.SIGINT)
@@ -272,14 +272,17 @@ def test_progress_is_quiet_when_asked(home, command):
     assert "times real time" in command("simulate")[2]
 
 
-def test_kinds_that_are_silent_say_so(home, world, command):
-    world.sensor("LIGHT", "light")
+def test_sensors_that_are_off_are_named(home, world, command):
     world.switch("off", enabled=False)
+    world.sensor("LIGHT", "dark", enabled=False)
     world.update()
     status, out, err = command("simulate", "--quiet")
     assert (status, out) == (0, DOOR_LOG)
-    for words in ("Light sensor: not simulated yet", "switched off: off"):
-        assert words in err
+    assert "switched off: dark, off" in one_line(err)
+    assert [line.endswith("  off") for line in command("list")[1].splitlines()] == [
+        *(False, False),  # Dörr; Hall, PIR
+        *(True, True),  # dark; off
+    ]
 
 
 def test_list(home, command):
@@ -290,6 +293,7 @@ def test_list(home, command):
     first, second = json.loads(out)
     assert first["name"] == "Dörr" and first["kind"] == "OPTICAL_SWITCH"
     assert first["room"] == "Hall" and first["update_rate"] == 24.0
+    assert first["simulated"] and second["simulated"]
     assert first["parameters"]["range_max"] == 0.5
     assert second["parameters"]["threshold"] == 0.05
     assert second["parameters"]["sweep"] == "SAWTOOTH"

@@ -167,8 +167,10 @@ def test_sensor_add_needs_object_mode(world):
         ops.sensor_add(kind="PIR")
 
 
-def test_a_scene_with_silent_kinds_alone_has_nothing_to_simulate(world):
+def test_a_scene_whose_sensors_are_off_has_nothing_to_simulate(world):
     ops.sensor_add(kind="LIGHT")
+    assert ops.simulate.poll()
+    bpy.context.object.angen_sensor.enabled = False
     assert not ops.simulate.poll()
 
 

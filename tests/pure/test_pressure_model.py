@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sensor_logic.contact.island import PadForces, Partner
+from sensor_logic.light import LightSample
 from sensor_logic.model import PadContact, Pose
 from sensor_logic.pressure import PressurePad, PressureParameters, pad_reading
 
@@ -34,7 +35,7 @@ def update_of(one, number=0, time=0.0):
     from sensor_logic.noise import generator
 
     noise = lambda: generator(0, "pad", number)  # noqa: E731
-    return Update(number, time, HERE, lambda *_: None, noise, noise, lambda: one)
+    return Update(number, time, HERE, lambda *_: None, noise, noise, lambda: one, LightSample)
 
 
 def test_force_along_the_pads_own_normal():

@@ -37,7 +37,7 @@ Array = np.typing.NDArray[np.float64]
 Resting = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]
 MOST_RESTING = 20_000
 # m, and so much of a rotation: nearer than this to where its contacts were found it stands still.
-STILL = 1e-6
+STILL = 2e-5
 FRAMES_NEEDED = 3
 # m/s²: no animated body moves like this; it was put elsewhere.
 JUMP = 80.0

@@ -14,6 +14,8 @@ from .parameters import Choice, Parameters, parameter
 
 # A partner is named from this share of the force on.
 LEAST_SHARE = 1e-3
+# N: less than this on its back is no use of a pad.
+LEAST_BACKING = 0.1
 
 FSR_402 = "Interlink FSR 402 data sheet, PDS-10004"
 
@@ -187,8 +189,11 @@ class PressurePad:
         Where the forces are not known the last known ones stand, and `valid` is false.
         """
         contact = update.contact()
+        problem = contact.forces.problem
         if contact.forces.usable:
             self._known = pad_reading(parameters, update.pose, contact)
+            if not problem and self._known.on_its_back:
+                problem = "what touches the pad does so on its back: its +Z side senses; turn it"
         on_force, on_press = update.noise().standard_normal(2)
         force = self._known.force + parameters.noise_sigma * float(on_force)
         if self._resistor is None:
@@ -198,7 +203,7 @@ class PressurePad:
         fields = {
             "force_n": force,
             "pressed": pressed,
-            "valid": not contact.forces.problem,
+            "valid": not problem,
             "residual": contact.forces.residual,
             "resistance_ohm": felt.resistance_ohm,
             "voltage_v": felt.voltage_v,
@@ -206,7 +211,7 @@ class PressurePad:
             "partners": self._known.partners,
             "cop_x_m": self._known.centre[0],
             "cop_y_m": self._known.centre[1],
-            "problem": contact.forces.problem,
+            "problem": problem,
         }
         return Reading(pressed, force, fields)
 
@@ -214,18 +219,20 @@ class PressurePad:
 @dataclass(frozen=True)
 class PadReading:
     """Force in N, names of the partners joined by `;`, and the centre of pressure (x, y) in m
-    along the pad's axes from its origin; NaN where nothing presses."""
+    along the pad's axes from its origin; NaN where nothing presses. `on_its_back`: only its −Z
+    side is pressed, by more than its own weight."""
 
     force: float
     partners: str
     centre: tuple[float, float]
+    on_its_back: bool = False
 
 
 def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
     """What the pad feels of its contacts, and of its own weight where that is not left out."""
     inward = -pose.axes[:, 2]
     pressing = 0.0
-    holding = 0.0
+    holding = backing = 0.0
     names: dict[str, float] = {}
     moment = np.zeros(3)
     for partner in contact.forces.partners:
@@ -236,8 +243,9 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
         share = float(from_above.sum())
         pressing += share
         moment += from_above @ (partner.places - pose.origin)
+        held = float(np.maximum(-along, 0.0).sum())
+        backing += held
         if contact.chosen is not None:
-            held = float(np.maximum(-along, 0.0).sum())
             holding += held
             share += held
         names[partner.name] = names.get(partner.name, 0.0) + share
@@ -254,4 +262,6 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
     if pressing > 0.0:
         local = pose.axes.T @ (moment / pressing)
         centre = (float(local[0]), float(local[1]))
-    return PadReading(force, partners, centre)
+    weight = float(np.linalg.norm(contact.weight))
+    on_its_back = force <= 0.0 and backing > LEAST_BACKING + 1.05 * weight
+    return PadReading(force, partners, centre, on_its_back)

@@ -29,7 +29,7 @@ from .links import links_of
 from .moments import Moment
 from .solids import Solids
 from .standing import standing
-from .things import FRICTION, GROUND, Key, Thing, Things
+from .things import FRICTION, GROUND, MARGIN, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
 # Contacts of two things as last found, by the reach they were looked for with, and the poses and
@@ -39,8 +39,9 @@ MOST_RESTING = 20_000
 # m, and so much of a rotation: nearer than this to where its contacts were found it stands still.
 STILL = 2e-5
 FRAMES_NEEDED = 3
-# m/s²: no animated body moves like this; it was put elsewhere.
-JUMP = 80.0
+# m/s²: no person goes up or down like the one, or moves at all like the other; the body was put
+# elsewhere, or its animation starts with a jerk.
+JERK, JUMP = 15.0, 80.0
 # Of an animated body the weight must be met. Its moments are met as far as its supports can, and
 # what it pushes sideways is its muscles' affair.
 SOFT_MOMENT, FREE = 1e-4, 1e3
@@ -108,14 +109,44 @@ class Bodies:
                 self._depsgraph, self._things, moments, self._metres, self._resting
             )
         found = pad_forces(key, self._world)
-        doubt = self._stale or ("" if known else "three frames in a row are not known")
+        doubt = (
+            self._stale
+            or _cut_off(key, moment, self._things)
+            or ("" if known else "three frames in a row are not known")
+        )
         return replace(found, problem=found.problem or doubt)
+
+
+def _cut_off(pad: Key, moment: Moment, things: Things) -> str:
+    """Whether a weight ends in something without a mass that lies on the pad."""
+    up = moment.up
+    axes = np.abs(up)
+    row = moment.row[pad]
+    thing = things.by_key[pad]
+    slack = MARGIN + 2.0 * thing.tolerance
+    lo, hi = moment.lo[row] - slack * (1.0 - axes), moment.hi[row] + slack * (1.0 - axes)
+    for key, supports in moment.standing.items():
+        if things.by_key[key].pad:
+            continue
+        for name, ground_lo, ground_hi in (g for s in supports for g in s.ground):
+            # Its underside is where the pad's upper side is, and over it.
+            under = min(float(ground_lo @ up), float(ground_hi @ up))
+            top = max(float(moment.lo[row] @ up), float(moment.hi[row] @ up))
+            beside = ((ground_lo > hi) | (ground_hi < lo)) & (axes < 0.5)
+            if abs(under - top) <= slack and not beside.any():
+                return (
+                    f"the weight of '{things.by_key[key].original.name}' ends in '{name}', which "
+                    "has no mass: give it one (Weight on Sensors)"
+                )
+    return ""
 
 
 def _stale(scene: Any, frame: int) -> str:
     """Why the simulated poses at a frame are not to be trusted; empty where they are."""
     world = scene.rigidbody_world
     cache = world.point_cache
+    if frame < cache.frame_start:
+        return f"the rigid-body cache starts at frame {cache.frame_start}"
     if cache.is_outdated:
         return "the rigid-body cache is out of date: play from its start"
     if frame > cache.frame_end:
@@ -380,7 +411,7 @@ class FrameWorld:
         centres = np.array([body.centre for body in bodies])
         acceleration = (centres[2] - 2.0 * centres[1] + centres[0]) / self._frame_time**2
         problem = ""
-        if float(np.linalg.norm(acceleration)) > JUMP:
+        if abs(float(acceleration @ self.up)) > JERK or np.linalg.norm(acceleration) > JUMP:
             problem = f"'{name}' moves too abruptly to have a weight"
         push = max(float(mass * (acceleration - self._gravity) @ self.up), 0.0)
         size = max(float(np.linalg.norm(bodies[1].hi - bodies[1].lo)) / 2.0, 1e-4)

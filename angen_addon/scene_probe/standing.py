@@ -56,6 +56,7 @@ def standing(
     near = (solids.lo[rows] * metres <= hi) & (solids.hi[rows] * metres >= lo)
     rows = rows[near.all(axis=1)]
     there = [part for row in rows.tolist() for part in parts_of(solids.solids[row], solids)]
+    there += [up, np.array(tolerance)]
     if body.stood is None or not same_parts(body.stood[0], there):
         body.stood = (
             there,
@@ -101,7 +102,7 @@ def _look_below(
         first = (pad_met != NOTHING) & (pad_ranges <= ranges + FLUSH)
         ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
     firm = firmness(ranges - height, tolerance) * (met != NOTHING)
-    return _by_support(things, samples.points, samples.areas * firm, met)
+    return _by_support(solids, things, samples.points, samples.areas * firm, met, metres)
 
 
 def _room_above(
@@ -117,11 +118,25 @@ def _room_above(
 
 
 def _by_support(
-    things: Things, points: Array, areas: Array, met: np.typing.NDArray[np.int64]
+    solids: Solids,
+    things: Things,
+    points: Array,
+    areas: Array,
+    met: np.typing.NDArray[np.int64],
+    metres: float,
 ) -> list[Standing]:
     found: dict[Key, np.typing.NDArray[np.bool_]] = {}
+    ground = []
+    rows = {solid.number: solid for solid in solids.solids}
     for number in np.unique(met[areas > 0.0]).tolist():
         key = things.of_solid.get(number, GROUND)
         mask = (met == number) & (areas > 0.0)
         found[key] = found[key] | mask if key in found else mask
-    return [Standing(key, *clustered(points[mask], areas[mask])) for key, mask in found.items()]
+        if key == GROUND:
+            solid = rows[number]
+            lo, hi = solids.lo[solid.row] * metres, solids.hi[solid.row] * metres
+            ground.append((solid.geometry.source.name, lo, hi))
+    return [
+        Standing(key, *clustered(points[mask], areas[mask]), tuple(ground) if key == GROUND else ())
+        for key, mask in found.items()
+    ]

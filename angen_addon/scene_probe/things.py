@@ -151,7 +151,9 @@ class Things:
             thing = self._thing(key, bearer)
             thing.carried = True
             thing.surfaces.append(solid)
-            thing.objects |= {solid.key[0], solid.owner.session_uid}
+            source = solid.geometry.source.original
+            known_by = (source, solid.owner, *_armatures(source), *_parents(source))
+            thing.objects |= {obj.session_uid for obj in known_by}
 
     def _find_owners(self, solids: Solids, pads: Sequence[Any]) -> None:
         """What each solid is a part of, and what a pad that nothing simulates is fixed to."""

@@ -90,11 +90,13 @@ class Need:
 @dataclass(frozen=True)
 class Standing:
     """A carried body's contact with what is below it: the support's `node`, places (k, 3), and
-    areas (k,) that count less the looser the contact."""
+    areas (k,) that count less the looser the contact. `ground`: name and bounds (3,), (3,) in m of
+    what is no node, and so passes nothing on."""
 
     node: Key
     places: Array
     areas: Array
+    ground: tuple[tuple[str, Array, Array], ...] = ()
 
 
 class World(Protocol):

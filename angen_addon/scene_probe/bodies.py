@@ -25,11 +25,12 @@ from ...sensor_logic.contact.island import (
 from ...sensor_logic.contact.patches import contact_patch
 from ...sensor_logic.contact.shapes import Shape, perpendiculars
 from .colliders import Collider
+from .facts import FRICTION, Facts, facts_of, is_simulated
 from .links import links_of
 from .moments import Moment
 from .solids import Solids
 from .standing import standing
-from .things import FRICTION, GROUND, MARGIN, Key, Thing, Things
+from .things import GROUND, MARGIN, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
 # Contacts of two things as last found, by the reach they were looked for with, and the poses and
@@ -75,13 +76,15 @@ class Bodies:
         self._depsgraph, self._metres, self._world = depsgraph, metres, None
         if self._things.sync(depsgraph, self._solids, pads) or len(self._resting) > MOST_RESTING:
             self._resting.clear()
-        moves = any(t.rigid and _simulated(t.original) for t in self._things.by_key.values())
+        moves = any(t.rigid and is_simulated(t.original) for t in self._things.by_key.values())
         self._stale = _stale(depsgraph.scene, frame) if moves else ""
         moment = Moment(frame, depsgraph, self._things, self._solids, metres, last)
         self._moments = [*self._moments[1 - FRAMES_NEEDED :], moment]
         up = moment.up
         for pad in due:
             for key in _reachable((pad.session_uid,), moment, self._things, up):
+                original = self._things.by_key[key].original
+                moment.facts[key] = facts_of(original.evaluated_get(depsgraph))
                 if key in moment.bodies and key not in moment.standing:
                     thing, body = self._things.by_key[key], moment.bodies[key]
                     moment.standing[key] = standing(
@@ -163,16 +166,11 @@ def _reachable(pad: Key, moment: Moment, things: Things, up: Array) -> set[Key]:
         near += moment.overlapping(waiting.pop(), NEARBY)
         for key in near:
             thing = things.by_key[key]
-            if key not in seen and (thing.carried or thing.pad or _simulated(thing.original)):
+            if key not in seen and (thing.carried or thing.pad or is_simulated(thing.original)):
                 seen.add(key)
                 waiting.append(key)
         near = []
     return seen
-
-
-def _simulated(original: Any) -> bool:
-    body = original.rigid_body
-    return body is not None and body.enabled and body.type == "ACTIVE" and not body.kinematic
 
 
 class FrameWorld:
@@ -213,6 +211,13 @@ class FrameWorld:
     def _evaluated(self, thing: Thing) -> Any:
         return thing.original.evaluated_get(self._depsgraph)
 
+    def _facts(self, key: Key) -> Facts:
+        """As taken down at the frame; of what was not near any pad then, as they are now."""
+        facts = self._moments[1].facts
+        if key not in facts:
+            facts[key] = facts_of(self._evaluated(self._things.by_key[key]))
+        return facts[key]
+
     def node(self, key: Key) -> Node:
         known = self._nodes.get(key)
         if known is None:
@@ -223,16 +228,14 @@ class FrameWorld:
         thing = self._things.by_key.get(key)
         if thing is None:
             return Node(key, "", False, False, FRICTION)
-        evaluated = self._evaluated(thing)
-        carried = key in self._moments[1].bodies and evaluated.angen_load.mass > 0.0
+        facts = self._facts(key)
+        carried = key in self._moments[1].bodies and facts.load_mass > 0.0
         if thing.laid and key in self._moments[1].standing:
             # What lies on the ground alone need not be asked what it passes on.
             carried = any(s.node != GROUND for s in self._moments[1].standing[key])
-        simulated = not carried and thing.rigid and _simulated(evaluated)
-        friction, margin = FRICTION, 0.0
-        if thing.rigid:
-            friction = evaluated.rigid_body.friction
-            margin = self._collider(key, 0).margin
+        simulated = not carried and thing.rigid and facts.simulated
+        friction = facts.friction if thing.rigid else FRICTION
+        margin = self._collider(key, 0).margin if thing.rigid else 0.0
         if thing.pad:
             # In a mesh's margin the pad is what lies between.
             margin = max([margin, *(self._margin_of_ground(other) for other in self.near(key))])
@@ -344,7 +347,7 @@ class FrameWorld:
 
     def _margin_of_ground(self, key: Key) -> float:
         thing = self._things.by_key[key]
-        if not thing.rigid or _simulated(self._evaluated(thing)):
+        if not thing.rigid or is_simulated(self._evaluated(thing)):
             return 0.0
         return self._collider(key, 0).margin
 
@@ -372,8 +375,7 @@ class FrameWorld:
 
     def _need_of_simulated(self, key: Key) -> Need:
         thing = self._things.by_key[key]
-        evaluated = self._evaluated(thing)
-        body = evaluated.rigid_body
+        facts = self._facts(key)
         if any(key not in moment.row for moment in self._moments):
             return _unknown_need(f"'{thing.original.name}' has just appeared")
         poses = [moment.poses[moment.row[key]] for moment in self._moments]
@@ -388,25 +390,25 @@ class FrameWorld:
         wrench = motion.wrench(
             moved,
             poses[1],
-            body.mass,
-            collider.inertia * body.mass,
+            facts.mass,
+            collider.inertia * facts.mass,
             self._gravity,
-            body.linear_damping,
-            body.angular_damping,
+            facts.linear_damping,
+            facts.angular_damping,
         )
         centres = np.array([pose[:3, 3] for pose in poses])
         # Where a body tumbles, its contacts wander within a frame: their moments are blurred.
         soft = MOVING_MOMENT if moved.moving else 0.0
         load = Load(centres[1], wrench, size, np.array([0.0, 0.0, 0.0, soft, soft, soft]))
         problem = "" if np.isfinite(wrench).all() else f"'{thing.original.name}' is nowhere (NaN)"
-        return Need(load, centres, body.mass, moved.reach, problem)
+        return Need(load, centres, facts.mass, moved.reach, problem)
 
     def _need_of_carried(self, key: Key) -> Need:
         thing = self._things.by_key[key]
         name = thing.original.name
         if any(key not in moment.bodies for moment in self._moments):
             return _unknown_need(f"'{name}' has just appeared")
-        mass = 0.0 if thing.laid else float(self._evaluated(thing).angen_load.mass)
+        mass = 0.0 if thing.laid else self._facts(key).load_mass
         bodies = [moment.bodies[key] for moment in self._moments]
         centres = np.array([body.centre for body in bodies])
         acceleration = (centres[2] - 2.0 * centres[1] + centres[0]) / self._frame_time**2

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...sensor_logic.contact.island import Standing
 from .carried import Body, carried_body
+from .facts import Facts
 from .solids import Solids
 from .things import MARGIN, Key, Thing, Things
 
@@ -18,7 +19,8 @@ Array = np.typing.NDArray[np.float64]
 class Moment:
     """One frame: `poses` (n, 4, 4) and `scales` (n, 3) of the things that collide, world bounds
     `lo`, `hi` (n, 3) of all things, in the order of `row`; animated `bodies` by key, and what they
-    are `standing` on, where it was asked for; `gravity` and the direction `up` (3,)."""
+    are `standing` on, where it was asked for; `gravity` and the direction `up` (3,);
+    `facts` of what was near a pad."""
 
     def __init__(
         self,
@@ -38,6 +40,7 @@ class Moment:
         self.lo, self.hi = _bounds(things, self.poses, self.scales, metres)
         self.bodies: dict[Key, Body] = {}
         self.standing: dict[Key, list[Standing]] = {}
+        self.facts: dict[Key, Facts] = {}
         for row, thing in enumerate(known):
             if not (thing.carried or thing.laid):
                 continue

@@ -18,8 +18,6 @@ Key = tuple[int, ...]
 GROUND: Key = ()
 # The engine's mesh margin, in units: bounds are widened by it.
 MARGIN = 0.05
-# Friction of what the physics engine does not know.
-FRICTION = 0.7
 
 
 class Thing:

@@ -34,6 +34,8 @@ FARTHEST = 1e3
 RESIDUAL = 0.02
 # A body needs at least this share of its weight for its residual to be compared with.
 LEAST_NEED = 0.2
+# An animated body whose need is below this share of its weight is in free fall.
+LEAST_WEIGHT = 0.05
 # The same of all that the island's bodies need: what has no weight of its own passes on that.
 LEAST_SHARE = 1e-3
 # Of a body whose moments are soft, what is left of them counts this much.
@@ -208,7 +210,7 @@ def _unheld(pad: Key, world: World) -> str:
     """A weight near the pad that nothing holds: it may belong on the pad."""
     for key in world.hovering(pad, BESIDE, ABOVE):
         need = world.need(key)
-        heavy = need.load.wrench[:3] @ world.up > 0.05 * need.mass * world.gravity
+        heavy = need.load.wrench[:3] @ world.up > LEAST_WEIGHT * need.mass * world.gravity
         if heavy and not world.standing(key):
             return f"nothing holds the weight of '{world.node(key).name}'"
     return ""

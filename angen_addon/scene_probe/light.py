@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.light import LightSample
 from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
-from . import light_bake, light_engine, light_views
+from . import light_bake, light_engine, light_portals, light_views
 from .light_direct import Direct
 from .light_scene import LightScene
 from .solids import Solids
@@ -85,8 +85,10 @@ def measure(
         with LightScene(scene, view_layer) as light_scene:
             for (engine, method, count), group in sorted(groups.items()):
                 light_engine.set_up(light_scene.scene, engine)
-                if method == "FOUR_WALL":
-                    light = light_views.four_walls(light_scene, group, engine, count)
+                if method == "FOUR_WALL" and engine == "CYCLES":
+                    light = light_portals.four_walls(light_scene, group, count)
+                elif method == "FOUR_WALL":
+                    light = light_views.four_walls(light_scene, group, count)
                 elif engine == "EEVEE":
                     light = light_views.faces(light_scene, group, count)
                 else:

@@ -63,6 +63,14 @@ class LightScene:
         self._made.append(datablock)
         return datablock
 
+    def is_open(self, origin: Any, way: Any, length: float) -> bool:
+        """Whether nothing of the user's scene is on the way, up to `length` from the origin."""
+        depsgraph = self._user_layer.depsgraph
+        found = self._user_scene.ray_cast(
+            depsgraph, list(origin), list(way), distance=max(length, 0.0)
+        )
+        return not found[0]
+
     def __enter__(self) -> LightScene:
         with ExitStack() as undo:
             undo.enter_context(_handlers_quiet())

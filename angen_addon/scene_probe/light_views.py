@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Radiance that tiny cameras see: all views of all sensors in one render of many views.
-
-Each camera is rendered with the same random numbers, so no sensor depends on the others.
-"""
+"""What tiny cameras see by EEVEE: all views of all sensors in one render of many views."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ from .light_colour import to_rec709
 
 Array = NDArray[np.float64]
 WALLS = 4
-# The least that Blender renders. The light paths of a view are spread over all its pixels.
+# The least that Blender renders.
 PIXELS = 4
 # EEVEE's samples jitter the lamps; its pixels converge sooner than light paths do.
 EEVEE_SAMPLES = 64
@@ -37,10 +34,9 @@ FACE_DISTANCE = 4.0
 EEVEE_FACE = 10.0
 
 
-def four_walls(light_scene: Any, requests: Sequence[Any], engine: str, samples: int) -> list[Array]:
+def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
     """Linear radiance (4, 3) of the views along −Z, −X, +Z, +X of each request."""
     scene = light_scene.scene
-    scene.cycles.samples = max(1, math.ceil(samples / (WALLS * PIXELS * PIXELS)))
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))
     cameras = []
     for request in requests:

@@ -51,6 +51,18 @@ def _light(name: str, at: tuple[float, float, float], radius: float) -> bpy.type
     return obj
 
 
+def _panel(
+    name: str, at: tuple[float, float, float], diameter: float, turn: tuple[float, float, float]
+) -> bpy.types.Object:
+    """A lamp on a ceiling or wall: a disk that looks away from it, down if not turned. Light paths
+    find it far sooner than a point whose light makes a small bright spot behind itself."""
+    lamp = _light(name, at, 0.0)
+    lamp.data.type = "AREA"
+    lamp.data.shape, lamp.data.size = "DISK", diameter
+    lamp.rotation_euler = turn
+    return lamp
+
+
 def _fixture(lamp: bpy.types.Object, builder: MeshBuilder) -> None:
     """A lamp's body, built about the lamp's light and parented to it."""
     place(f"{lamp.name} fixture", builder, "Lights", parent=lamp)
@@ -126,7 +138,7 @@ def add_lamps() -> None:
         else:
             radius = 0.1 if name == "Lamp closet" else 0.2
             low = (at[0], at[1], CEILING_Z - 0.09)
-            _fixture(_light(name, low, 0.04), _ceiling_lamp(low[2], radius))
+            _fixture(_panel(name, low, 1.6 * radius, (0, 0, 0)), _ceiling_lamp(low[2], radius))
     box = plan.FURNITURE["Floor lamp"]
     z = box.z1 - 0.16
     at = ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2, z)
@@ -134,10 +146,11 @@ def add_lamps() -> None:
     # These stand inside shades that the rooms' modules build.
     _light("Desk lamp bedroom", (0.4, 2.6, 0.74 + 0.37), 0.03)
     _light("Window lamp workroom", (-0.13, 8.05, plan.WINDOW_SILL + 0.522), 0.03)
+    # Its wall is at y = −0.05; turned with its lamp, it is built lying on its back.
     b = MeshBuilder("white plastic")
-    b.box((-0.03, -0.05, -0.04), (0.03, -0.04, 0.04), 0.004)
-    b.cushion((-0.025, -0.04, -0.035), (0.025, 0.015, 0.035), 0.012, 0.0, "lamp glass", 2)
-    _fixture(_light("Night light bathroom", (5.22, 0.35, 0.42), 0.01), b)
+    b.box((-0.03, -0.04, 0.04), (0.03, 0.04, 0.05), 0.004)
+    b.cushion((-0.025, -0.035, -0.015), (0.025, 0.035, 0.04), 0.012, 0.0, "lamp glass", 2)
+    _fixture(_panel("Night light bathroom", (5.22, 0.35, 0.42), 0.04, (radians(90), 0, 0)), b)
     b = MeshBuilder("brass")
     b.box((0.09, -0.04, -0.06), (0.1, 0.04, 0.06), 0.003)
     b.tube([(0.09, 0, 0), (0.0, 0, -0.05)], 0.007, 8)

@@ -40,3 +40,11 @@ def test_each_sensor_follows_the_lamp_of_its_room(home):
             lamp.energy = energy
             found.append(measure(*asked)[f"Light sensor {room}"].luminance_percent)
         assert found[1] > found[0] + 2.0, room
+
+
+@pytest.mark.parametrize("method", ["FOUR_WALL", "ILLUMINANCE"])
+def test_a_reading_does_not_depend_on_the_other_sensors(home, method):
+    asked = sensors(samples=32, method=method)
+    together = measure(*asked)
+    for alone in asked:
+        assert measure(alone)[alone.name] == together[alone.name]

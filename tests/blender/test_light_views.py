@@ -55,11 +55,11 @@ def test_each_view_looks_where_it_should(world, wall):
     radiances = [0.0] * 4
     radiances[wall] = 1.0
     walls(world, *radiances)
-    views = part("light_views").four_walls
+    views = part("light_portals").four_walls
     world.update()
     with part("light_scene").LightScene(world.scene, bpy.context.view_layer) as scene:
         part("light_engine").set_up(scene.scene, "CYCLES")
-        (found,) = views(scene, [request(matrix=UPRIGHT)], "CYCLES", 64)
+        (found,) = views(scene, [request(matrix=UPRIGHT)], 64)
     assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
 
 
@@ -132,3 +132,19 @@ def test_many_sensors_are_one_render_each_with_its_own_light(world):
     found = measure(request("sensor", UPRIGHT, method="FOUR_WALL", samples=64), *more)
     assert found["sensor"].luminance_percent == alone
     assert [found[r.name].luminance_percent for r in more] == [0.0] * 9
+
+
+def test_what_a_sensor_sees_does_not_depend_on_the_others(world):
+    """Views that cross each other's far ends among them: there a path meets one surface more."""
+    box = world.box((9, 9, 4))
+    box.data.materials.append(material(0.5))
+    lamp(world, "POINT", at=(1, 1, 1), energy=3000.0)
+    apart = {"a": (0, 0, 0), "b": (3, 0, 0), "c": (0, 3, 0), "d": (3, 0.02, 0), "e": (-3, -2, 0)}
+    asked = [
+        request(name, method="FOUR_WALL", matrix=facing((0, 1, 0), place), samples=16)
+        for name, place in apart.items()
+    ]
+    together = measure(*asked)
+    for alone in asked:
+        assert measure(alone)[alone.name] == together[alone.name]
+    assert len({sample.luminance_percent for sample in together.values()}) > 2

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Radiance that tiny views see, by one Cycles render of one picture, a pixel a view.
 
-The camera looks at a sheet of squares, one a pixel, far from the scene. Each square is a ray portal:
-what enters it goes on from a sensor's place, as from a camera of its own there. A pixel's place
-decides its random numbers, and each sensor's pixels come from its own name: so what it reads is
-the same to the bit whatever other sensors there are.
+The camera looks at a sheet of squares, one a pixel, far from the scene. Each square is a ray
+portal: what enters it goes on from a sensor's place, as from a camera of its own there. A pixel's
+place decides its random numbers, and each sensor's pixels come from its own name: so what it reads
+is the same to the bit whatever other sensors there are.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _rays(request: Any, view: Array, enlarged: float = 1.0) -> Array:
 
 
 def _meets_lid(light_scene: Any, beam: Any, other: Any) -> bool:
-    """Whether a view of `beam` may meet the lid at the end of a view of `other`, with no wall before.
+    """Whether a view of `beam` may meet the lid at the end of one of `other`, no wall before it.
 
     Where paths go through one more surface, Cycles draws other random numbers.
     """

@@ -243,6 +243,7 @@ class LightSensor:
             "illuminance_lux": None,
             "resistance_ohm": None,
             "voltage_v": None,
+            "note": sample.note,
         }
         if parameters.method == "FOUR_WALL":
             percent = self._noisy(sample.luminance_percent, parameters, update)

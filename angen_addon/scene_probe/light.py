@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 # A sensor farther from the origin than this many metres stands on a grid, in single precision,
 # too coarse for its face and its room's walls.
 FARTHEST = 100_000.0
+THROUGH_WALLS = "EEVEE lets the world's light through walls"
 BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
 _direct: WeakKeyDictionary[Solids, Direct] = WeakKeyDictionary()
 
@@ -63,6 +64,8 @@ def measure(
 ) -> Mapping[str, LightSample]:
     """The light of each request, by name. What it reads does not depend on the other requests.
 
+    Where the closed forms of DIRECT do not model all that the scene holds, Cycles is asked instead.
+
     Raises LightError.
     """
     if busy():
@@ -71,19 +74,24 @@ def measure(
     asked = sorted(requests, key=lambda request: request.name)
     _check(scene, asked)
     samples: dict[str, LightSample] = {}
-    preview = [r for r in asked if r.engine == "DIRECT"]
-    if preview:
+    closed_forms = [r for r in asked if r.engine == "DIRECT"]
+    if closed_forms:
         solids = Solids()
         solids.sync(view_layer.depsgraph)
-        samples.update(measure_direct(solids, view_layer.depsgraph, preview, efficacy))
+        samples.update(measure_direct(solids, view_layer.depsgraph, closed_forms, efficacy))
     groups: dict[tuple[str, str, int], list[LightRequest]] = {}
     for request in asked:
-        if request.engine != "DIRECT":
-            key = request.engine, request.method, request.samples
+        known = samples.get(request.name)
+        if known is None or known.note:
+            # What the closed forms do not model, Cycles measures.
+            engine = "CYCLES" if request.engine == "DIRECT" else request.engine
+            key = engine, request.method, request.samples
             groups.setdefault(key, []).append(request)
     if groups:
         with LightScene(scene, view_layer) as light_scene:
             for (engine, method, count), group in sorted(groups.items()):
+                if engine == "EEVEE" and light_scene.scene.world is not None:
+                    light_scene.notes.append(THROUGH_WALLS)
                 light_engine.set_up(light_scene.scene, engine)
                 if method == "FOUR_WALL" and engine == "CYCLES":
                     light = light_portals.four_walls(light_scene, group, count)
@@ -94,7 +102,9 @@ def measure(
                 else:
                     light = light_bake.irradiance(light_scene, group, count)
                 for request, colours in zip(group, light, strict=True):
-                    note = "; ".join(light_scene.notes)
+                    before = samples.get(request.name)
+                    handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
+                    note = "; ".join(handed_over + light_scene.notes)
                     samples[request.name] = _sample(request, colours, efficacy, note)
     return samples
 

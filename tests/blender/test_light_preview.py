@@ -8,7 +8,7 @@ import bpy
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-from light_stage import facing, lamp, lux, material, measure, part, plate, request
+from light_stage import facing, lamp, lux, material, measure, part, plate, preview, request
 
 ASKED = (
     request("up", engine="DIRECT"),
@@ -65,19 +65,24 @@ def test_what_is_remembered_from_frame_to_frame_changes_no_bit(world, scrub):
     seen = set()
     for frame, kept in zip(frames, list(found), strict=True):
         world.scene.frame_set(frame)
-        assert kept == measure(*ASKED), frame
+        assert kept == preview(*ASKED), frame
         seen.add(kept["up"].illuminance_lux)
     # Shaded, lit, and through the pane.
     assert len(seen) > 4
 
 
+def by_closed_form():
+    (sample,) = preview(request(engine="DIRECT")).values()
+    return sample.illuminance_lux
+
+
 def test_light_through_panes_is_dimmed_by_each(world):
     """A sheet has one face: half the light; two of them: a quarter."""
     lamp(world, "SUN")
-    assert lux(request(engine="DIRECT")) == pytest.approx(1.0)
+    assert by_closed_form() == pytest.approx(1.0)
     for count in (1, 2):
         plate(world, 1.0, (0, 0, count), (0, 0, -1), glass())
-        assert lux(request(engine="DIRECT")) == pytest.approx(0.5**count, rel=1e-6)
+        assert by_closed_form() == pytest.approx(0.5**count, rel=1e-6)
         assert lux(request(samples=64)) == pytest.approx(0.5**count, rel=0.01)
 
 
@@ -103,6 +108,19 @@ def test_under_the_open_sky_nothing_is_sent_back_to_a_face_that_looks_up(world):
     lamp(world, "SUN")
     plate(world, 50.0, (0, 0, -0.5), (0, 0, 1), material(0.8))
     assert lux(request(engine="DIRECT")) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_what_closed_forms_do_not_model_is_handed_over_to_cycles(world):
+    lamp(world, "SUN")
+    asked = request(engine="DIRECT", samples=64)
+    (before,) = measure(asked).values()
+    assert before.note == ""
+    plate(world, 1.0, (0, 0, 1), (0, 0, -1), material(glows=3.0, name="ceiling panel"))
+    (after,) = measure(asked).values()
+    (path_traced,) = measure(request(samples=64)).values()
+    assert after.illuminance_lux == path_traced.illuminance_lux
+    assert after.illuminance_lux > preview(asked)["sensor"].illuminance_lux + 0.5
+    assert "Cycles" in after.note and "ceiling panel" in after.note
 
 
 def test_it_makes_no_datablock_and_calls_no_operator(world, scrub):

@@ -44,6 +44,7 @@ def test_four_walls_publish_percent_and_no_resistance():
     (reading,) = sense([42.0])
     assert reading.value == 42.0
     assert reading.fields == {
+        "note": "",
         "luminance_percent": 42.0,
         "illuminance_lux": None,
         "resistance_ohm": None,

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a light sensor shows besides its parameters: what there is to say of how it was measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpy.types import Context
+
+from ..angen_addon.sensors import Sensor
+from .lines import draw_lines
+from .readings import Shown
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+    """The note of the last live reading, if there is one: closed forms do not model everything."""
+    note = seen.fields.get("note", "") if seen.fields is not None else ""
+    if note:
+        draw_lines(layout, note[0].upper() + note[1:], "INFO")

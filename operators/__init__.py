@@ -3,9 +3,31 @@
 
 
 def _modules() -> tuple:
-    from . import add, assign, bake, export, preset, recording, simulate
+    from . import (
+        add,
+        assign,
+        bake,
+        copy,
+        door,
+        event_jump,
+        explain,
+        export,
+        markers,
+        place,
+        preset,
+        recording,
+        report,
+        show,
+        simulate,
+        user_preset,
+        warmth,
+    )
 
-    return (add, assign, preset, simulate, bake, recording, export)
+    return (
+        add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
+        report, event_jump, markers, explain, show,
+        warmth,
+    )  # fmt: skip
 
 
 def register() -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shift+A, Sensor: a new sensor at the 3D cursor."""
+"""Shift+A, Sensor: a new sensor at the 3D cursor; the menu also has those that place and fit."""
 
 from __future__ import annotations
 
@@ -9,12 +9,62 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
+from ..angen_addon.housing import housing_of, mesh_of
 from ..angen_addon.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
-from .marker import marker_mesh
+from ..sensor_logic.presets import Preset, presets_of
 from .preset import apply, find_preset
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
+
+
+def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
+    """What the field of a preset offers: identifiers with the names of the parts."""
+    found = [(preset.identifier, preset.label) for preset in presets_of(self.kind)]
+    return [pair for pair in found if text.lower() in " ".join(pair).lower()]
+
+
+def preset_property() -> Any:
+    return StringProperty(
+        name="Preset",
+        description="Identifier of a preset of the kind; empty: the defaults. "
+        "The housing is that of the part",
+        search=suggested_presets,
+        search_options={"SUGGESTION"},
+    )
+
+
+def preset_of(operator: Any) -> Preset | None:
+    """The preset that an operator is asked for. Raises KeyError with what to tell the user."""
+    return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
+
+
+def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
+    """A sensor in the active collection, selected and active; not yet at its place."""
+    label = KINDS[kind].label.partition(" (")[0]
+    housing = housing_of(kind, preset.identifier if preset else "")
+    mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))
+    sensor = bpy.data.objects.new(name or label, mesh)
+    sensor.angen_sensor.kind = kind
+    if preset is not None:
+        apply(sensor, preset)
+    context.collection.objects.link(sensor)
+    for selected in context.selected_objects:
+        selected.select_set(False)
+    sensor.select_set(True)
+    context.view_layer.objects.active = sensor
+    return sensor
+
+
+def can_add(cls: Any, context: Context) -> bool:
+    """What polls of operators that add sensors ask."""
+    if context.mode != "OBJECT":
+        cls.poll_message_set("Switch to Object Mode to add a sensor")
+        return False
+    if not context.collection.is_editable:
+        cls.poll_message_set("The active collection is linked: choose one of this file")
+        return False
+    return True
 
 
 class ANGEN_OT_sensor_add(Operator):
@@ -27,35 +77,20 @@ class ANGEN_OT_sensor_add(Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     kind: EnumProperty(name="Kind", items=KIND_ITEMS)
-    preset: StringProperty(
-        name="Preset", description="Identifier of a preset of the kind; empty: the defaults"
-    )
+    preset: preset_property()
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode to add a sensor")
-            return False
-        return True
+        return can_add(cls, context)
 
     def execute(self, context: Context) -> set[str]:
-        kind = KINDS[self.kind]
         try:
-            preset = find_preset(kind, self.preset) if self.preset else None
+            preset = preset_of(self)
         except KeyError as error:
             self.report({"ERROR"}, error.args[0])
             return {"CANCELLED"}
-        mesh = marker_mesh(self.kind, unit_scale(context.scene))
-        sensor = bpy.data.objects.new(kind.label.partition(" (")[0], mesh)
+        sensor = new_sensor(context, self.kind, preset)
         sensor.matrix_world = context.scene.cursor.matrix
-        sensor.angen_sensor.kind = self.kind
-        if preset is not None:
-            apply(sensor, preset)
-        context.collection.objects.link(sensor)
-        for selected in context.selected_objects:
-            selected.select_set(False)
-        sensor.select_set(True)
-        context.view_layer.objects.active = sensor
         self.report({"INFO"}, f"Added '{sensor.name}' at the 3D cursor")
         return {"FINISHED"}
 
@@ -65,11 +100,19 @@ class ANGEN_MT_sensor_add(Menu):
     bl_label = "Sensor"
 
     def draw(self, context: Context) -> None:
-        for kind in KINDS.values():
-            add = self.layout.operator(
-                ANGEN_OT_sensor_add.bl_idname, text=kind.label, icon=kind.icon
-            )
-            add.kind = kind.identifier
+        layout = self.layout
+        _draw_kinds(layout, "angen.sensor_add", "{}")
+        layout.separator()
+        layout.operator_context = "INVOKE_REGION_WIN"
+        _draw_kinds(layout, "angen.sensor_place", "{} on Surface")
+        layout.separator()
+        layout.operator("angen.door_fit", icon="SNAP_EDGE")
+
+
+def _draw_kinds(layout: Any, operator: str, text: str) -> None:
+    for kind in KINDS.values():
+        item = layout.operator(operator, text=text.format(kind.label), icon=kind.icon)
+        item.kind = kind.identifier
 
 
 def draw_in_add_menu(self: Any, context: Context) -> None:

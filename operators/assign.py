@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 from bpy.props import EnumProperty
-from bpy.types import Context, Operator
+from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice import without_surface
 from ..sensor_logic.kinds import KINDS, NO_KIND
@@ -63,6 +65,38 @@ class ANGEN_OT_sensor_clear(Operator):
         return {"FINISHED"}
 
 
-register, unregister = bpy.utils.register_classes_factory(
-    (ANGEN_OT_sensor_assign, ANGEN_OT_sensor_clear)
+class ANGEN_MT_object_sensor(Menu):
+    bl_idname = "ANGEN_MT_object_sensor"
+    bl_label = "Sensor"
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        for kind in KINDS.values():
+            item = layout.operator(
+                ANGEN_OT_sensor_assign.bl_idname, text=f"Make {kind.label}", icon=kind.icon
+            )
+            item.kind = kind.identifier
+        layout.operator(ANGEN_OT_sensor_clear.bl_idname, icon="X")
+        layout.separator()
+        layout.operator("angen.copy_to_selected", icon="COPYDOWN")
+        layout.operator("angen.door_fit", icon="SNAP_EDGE")
+
+
+def draw_in_object_menu(self: Any, context: Context) -> None:
+    self.layout.separator()
+    self.layout.menu(ANGEN_MT_object_sensor.bl_idname, icon="OUTLINER_DATA_LIGHTPROBE")
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_sensor_assign, ANGEN_OT_sensor_clear, ANGEN_MT_object_sensor)
 )
+
+
+def register() -> None:
+    _register()
+    bpy.types.VIEW3D_MT_object.append(draw_in_object_menu)
+
+
+def unregister() -> None:
+    bpy.types.VIEW3D_MT_object.remove(draw_in_object_menu)
+    _unregister()

@@ -15,6 +15,10 @@ from ..sensor_logic.presets import Preset, presets_of
 
 # Blender stores single precision.
 SAME = 1e-6
+# What a stored value of a type may be set to.
+SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
+    bool: (bool,), int: (int,), float: (int, float), str: (str,)
+}  # fmt: skip
 
 
 def find_preset(kind: Kind, identifier: str) -> Preset:
@@ -45,6 +49,18 @@ def _same(stored: Any, value: Any) -> bool:
     return bool(stored == value)
 
 
+def sensor_can_change(cls: Any, context: Context) -> bool:
+    """What polls of operators that set the active sensor's parameters ask."""
+    obj = context.object
+    if obj is None or obj.angen_sensor.kind == NO_KIND:
+        cls.poll_message_set("Select a sensor")
+        return False
+    if not obj.is_editable:
+        cls.poll_message_set("The sensor is linked: make it local or a library override")
+        return False
+    return True
+
+
 class ANGEN_OT_preset_apply(Operator):
     bl_idname = "angen.preset_apply"
     bl_label = "Apply Preset"
@@ -65,17 +81,7 @@ class ANGEN_OT_preset_apply(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        obj = context.object
-        if obj is None or obj.angen_sensor.kind == NO_KIND:
-            cls.poll_message_set("Select a sensor")
-            return False
-        if not obj.is_editable:
-            cls.poll_message_set("The sensor is linked: make it local or a library override")
-            return False
-        if not presets_of(obj.angen_sensor.kind):
-            cls.poll_message_set("There are no presets for this kind of sensor")
-            return False
-        return True
+        return sensor_can_change(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         obj = context.object

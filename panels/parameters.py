@@ -10,7 +10,7 @@ from bpy.types import Context
 from ..angen_addon.sensors import Sensor, SensorError, check
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs, used
-from . import pad
+from . import light, pad, warmth
 from .lines import draw_lines
 from .readings import shown
 
@@ -49,7 +49,7 @@ SECTIONS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     ),
 }
 # What a kind shows besides its parameters: its reading in full, and what would keep it from one.
-DETAILS = {"PRESSURE": pad.draw}
+DETAILS = {"LIGHT": light.draw, "PIR": warmth.draw_detector, "PRESSURE": pad.draw}
 
 
 def sensor_of(obj: Any) -> Sensor | None:

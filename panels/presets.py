@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu of presets in the header of a sensor's panel."""
+"""The menu of presets in the header of a sensor's panel: parts, and what the user saved."""
 
 from __future__ import annotations
 
@@ -9,6 +9,12 @@ import bpy
 from bpy.types import Context, Menu
 
 from ..operators.preset import ANGEN_OT_preset_apply, is_applied
+from ..operators.user_preset import (
+    ANGEN_OT_user_preset_apply,
+    ANGEN_OT_user_preset_save,
+    label_of,
+    user_presets,
+)
 from ..sensor_logic.presets import presets_of
 from .parameters import sensor_of
 
@@ -20,7 +26,9 @@ class ANGEN_MT_presets(Menu):
 
     def draw(self, context: Context) -> None:
         sensor = sensor_of(context.object)
-        for preset in presets_of(sensor.kind.identifier) if sensor else ():
+        if sensor is None:
+            return
+        for preset in presets_of(sensor.kind.identifier):
             applied = is_applied(context.object, preset)
             item = self.layout.operator(
                 ANGEN_OT_preset_apply.bl_idname,
@@ -29,12 +37,30 @@ class ANGEN_MT_presets(Menu):
                 translate=False,
             )
             item.preset = preset.identifier
+        self.layout.separator()
+        _draw_own(self.layout, sensor)
+
+
+def _draw_own(layout: Any, sensor: Any) -> None:
+    """The user's, each with a button that removes it."""
+    for file in user_presets(sensor.kind):
+        row = layout.row(align=True)
+        item = row.operator(
+            ANGEN_OT_user_preset_apply.bl_idname,
+            text=label_of(file),
+            icon="USER",
+            translate=False,
+        )
+        item.name = label_of(file)
+        item = row.operator(ANGEN_OT_user_preset_save.bl_idname, text="", icon="X")
+        item.name, item.remove_name = label_of(file), True
+    layout.operator_context = "INVOKE_DEFAULT"
+    layout.operator(ANGEN_OT_user_preset_save.bl_idname, text="Save as Preset …", icon="ADD")
 
 
 def draw_presets(layout: Any, context: Context) -> None:
-    """The menu's button, where the active sensor's kind has presets."""
-    sensor = sensor_of(context.object)
-    if sensor is not None and presets_of(sensor.kind.identifier):
+    """The menu's button, where the active object is a sensor."""
+    if sensor_of(context.object) is not None:
         layout.menu(ANGEN_MT_presets.bl_idname, text="", icon="PRESET")
 
 

@@ -68,6 +68,21 @@ class Layout:
         self.whole.operators.append((text, icon, item))
         return item
 
+    def separator(self):
+        self._check("separator")
+
+    def template_list(self, listtype, list_id, data, name, active, index, **arguments):
+        self._check("template_list", **arguments)
+        table, shown = getattr(bpy.types, listtype), SimpleNamespace(bitflag_filter_item=1)
+        flags, places = table.filter_items(shown, bpy.context, data, name)
+        assert index in active.bl_rna.properties
+        objects = list(getattr(data, name))
+        for number in sorted(range(len(objects)), key=places.__getitem__):
+            if flags[number]:
+                table.draw_item(
+                    shown, bpy.context, self, data, objects[number], 0, active, index, number
+                )
+
     def menu(self, idname, icon="NONE", **arguments):
         self._check("menu", icon, **arguments)
         assert hasattr(bpy.types, idname)
@@ -98,7 +113,8 @@ PANELS = (
     "ANGEN_PT_physics",
     "ANGEN_PT_physics_weight",
     "ANGEN_PT_simulation",
-    "ANGEN_PT_readings",
+    "ANGEN_PT_table",
+    "ANGEN_PT_overlay",
     "ANGEN_PT_active_sensor",
     "ANGEN_PT_sidebar_weight",
 )
@@ -190,10 +206,10 @@ def test_presets_are_in_the_header_with_a_tick(world):
     assert drawn("ANGEN_PT_active_sensor").menus == ["ANGEN_MT_presets"]
     layout = drawn("ANGEN_MT_presets")
     assert [text for text, icon, _ in layout.operators if icon == "CHECKMARK"] == ["FSR 406, 10 kΩ"]
-    for _, _, item in layout.operators:
-        assert ops.preset_apply(preset=item.preset) == {"FINISHED"}
-    ops.sensor_add(kind="LIGHT")
-    assert drawn("ANGEN_PT_physics").menus == []
+    parts = [item.preset for _, _, item in layout.operators if hasattr(item, "preset")]
+    assert len(parts) == 7
+    for part in parts:
+        assert ops.preset_apply(preset=part) == {"FINISHED"}
 
 
 # Readings
@@ -210,9 +226,10 @@ def test_a_recorded_pad_is_shown_in_full(physics):
     assert found["Resistor"] == "739 Ω"
     assert found["Output"] == "4.66 V, ADC 952"
     assert "ERROR" not in layout.icons and "QUESTION" not in layout.icons
-    readings = drawn("ANGEN_PT_readings")
+    readings = drawn("ANGEN_PT_table")
     assert readings.labels == ["pad", "Pressed, 49.05 N"]
     assert readings.icons == ["RADIOBUT_ON", "NONE"]
+    assert [item.name for _, _, item in readings.operators] == ["pad"], "to show it again"
 
 
 def test_what_is_not_valid_says_why(physics):
@@ -221,7 +238,7 @@ def test_what_is_not_valid_says_why(physics):
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0].startswith("Invalid") and layout.icons[0] == "QUESTION"
     assert "Not valid: three frames in a row are not known" in layout.text
-    readings = drawn("ANGEN_PT_readings")
+    readings = drawn("ANGEN_PT_table")
     assert readings.labels[1].startswith("Invalid") and readings.icons[0] == "QUESTION"
 
 
@@ -235,22 +252,26 @@ def test_states_differ_by_word_and_by_icon(addon_part, physics):
         found = shown(sensor, physics.scene)
         seen[found.text.partition(",")[0]] = found.icon
     ops.clear_recording()
+    found = shown(sensor, physics.scene)
+    seen[found.text.partition(",")[0]] = found.icon
+    for frame in range(1, 6):
+        physics.scene.frame_set(frame)
     pad().angen_sensor.active = False
     found = shown(sensor, physics.scene)
     seen[found.text.partition(",")[0]] = found.icon
     pad().angen_sensor.enabled = False
     found = shown(sensor, physics.scene)
     seen[found.text.partition(",")[0]] = found.icon
-    assert set(seen) == {"Invalid", "Pressed", "Free", "Off"}
-    assert len(set(seen.values())) == 4
+    assert set(seen) == {"Invalid", "Pressed", "Free", "Off", "Not simulated"}
+    assert len(set(seen.values())) == 5
 
 
 def test_a_recording_is_believed_before_what_was_live(physics):
     physics.scene.frame_set(20)  # a jump: live readings are not valid
-    assert drawn("ANGEN_PT_readings").labels[1].startswith("Invalid")
+    assert drawn("ANGEN_PT_table").labels[1].startswith("Invalid")
     ops.simulate()
     physics.scene.frame_set(20)
-    assert drawn("ANGEN_PT_readings").labels[1] == "Pressed, 49.05 N"
+    assert drawn("ANGEN_PT_table").labels[1] == "Pressed, 49.05 N"
 
 
 def test_a_live_pad_is_shown_in_full(physics):
@@ -424,7 +445,7 @@ def test_drawing_writes_nothing_and_causes_no_update(physics):
 
 
 def test_panels_of_a_scene_without_anything(world):
-    assert "No sensors yet" in drawn("ANGEN_PT_readings").text
+    assert "No sensors yet" in drawn("ANGEN_PT_table").text
     drawn("ANGEN_PT_simulation")
     for name in ("ANGEN_PT_physics", "ANGEN_PT_active_sensor", "ANGEN_PT_sidebar_weight"):
         assert not panel_of(name).poll(bpy.context)

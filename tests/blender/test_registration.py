@@ -32,7 +32,7 @@ def what_is_registered():
         "operators": sorted(dir(bpy.ops.angen)),
         "object": properties(bpy.types.Object),
         "scene": properties(bpy.types.Scene),
-        "menu": functions(bpy.types.VIEW3D_MT_add),
+        "menu": functions(bpy.types.VIEW3D_MT_add) + functions(bpy.types.VIEW3D_MT_object),
     }
 
 
@@ -42,8 +42,8 @@ def ours(handlers):
 
 def test_on_and_off_three_times(empty_scene):
     on = what_is_registered()
-    assert len(ours(on["handlers"])) == 5
-    assert on["object"] == ["angen_ignored", "angen_load", "angen_sensor"]
+    assert len(ours(on["handlers"])) == 11
+    assert on["object"] == ["angen_ignored", "angen_load", "angen_sensor", "angen_warmth"]
     assert {"angen_seed", "angen_substeps", "angen_luminous_efficacy"} <= set(on["scene"])
     assert on["menu"].count("draw_in_add_menu") == 1
     assert {
@@ -66,6 +66,7 @@ def test_on_and_off_three_times(empty_scene):
         assert ours(off["handlers"]) == []
         assert off["types"] == off["object"] == off["scene"] == off["operators"] == []
         assert "draw_in_add_menu" not in off["menu"]
+        assert "draw_in_object_menu" not in off["menu"]
         assert what_is_registered() == on
 
 
@@ -107,7 +108,7 @@ def test_handlers_survive_new_files_and_file_loads(world, tmp_path):
     assert live_works(world)
     world.bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert live_works(world)
-    assert len(ours(what_is_registered()["handlers"])) == 5
+    assert len(ours(what_is_registered()["handlers"])) == 11
 
 
 def test_a_file_keeps_the_sensors(world, tmp_path):
@@ -146,7 +147,7 @@ def test_undo_and_redo(world):
     bpy.ops.ed.undo()
     if "Optical switch" in bpy.data.objects:
         pytest.skip("this build of Blender does not undo without a window")
-    assert not bpy.ops.angen.clear_recording.poll()
+    assert not bpy.ops.angen.export_events.poll()
     bpy.ops.ed.redo()
     assert bpy.data.objects["Optical switch"].angen_sensor.kind == "OPTICAL_SWITCH"
     world.wall(0.02)
@@ -164,7 +165,7 @@ def test_handlers_that_other_code_threw_out_are_put_back_by_a_run(world):
     bpy.app.handlers.frame_change_post.clear()
     bpy.app.handlers.depsgraph_update_post.clear()
     assert world.run() == expected
-    assert len(ours(what_is_registered()["handlers"])) == 5
+    assert len(ours(what_is_registered()["handlers"])) == 11
 
 
 def test_enum_numbers_in_files(world):

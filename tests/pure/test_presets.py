@@ -2,11 +2,16 @@
 """Presets name parameters that exist, with values that a sensor can be simulated with."""
 
 import math
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from sensor_logic.force_resistor import ForceResistor
 from sensor_logic.kinds import KINDS
+from sensor_logic.light_parts import PARTS
+from sensor_logic.model import Pose
+from sensor_logic.optical_switch import SlottedSwitch
 from sensor_logic.parameters import defaults, specs, used
 from sensor_logic.presets import PRESETS, presets_of
 
@@ -15,6 +20,10 @@ IDS = [f"{preset.kind}-{preset.identifier}" for preset in PRESETS]
 
 def parameters_of(preset):
     return KINDS[preset.kind].parameters(**preset.values)
+
+
+def named(kind):
+    return {preset.identifier: preset for preset in presets_of(kind)}
 
 
 @pytest.mark.parametrize("preset", PRESETS, ids=IDS)
@@ -39,24 +48,30 @@ def test_identifiers_are_unique_within_a_kind():
 
 
 def test_presets_of_a_kind():
-    assert [preset.identifier for preset in presets_of("PIR")] == ["THESIS"]
-    assert [preset.identifier for preset in presets_of("OPTICAL_SWITCH")] == ["THESIS"]
+    assert {"THESIS", "HC_SR501", "EKMC1601111", "HAA53"} <= set(named("PIR"))
+    assert {"THESIS", "TCST1103", "GP1A53HR", "EE_SX670"} <= set(named("OPTICAL_SWITCH"))
     assert len(presets_of("PRESSURE")) == 7
+    assert {"THESIS", "GL5516", "GL5528", "GL5539", "BH1750FVI", "VEML7700"} <= set(named("LIGHT"))
     assert presets_of("NONE") == ()
 
 
 @pytest.mark.parametrize(
     ("kind", "identifier"),
-    [("PIR", "THESIS"), ("OPTICAL_SWITCH", "THESIS"), ("PRESSURE", "FSR_402_IDEAL")],
+    [
+        ("PIR", "THESIS"),
+        ("OPTICAL_SWITCH", "THESIS"),
+        ("PRESSURE", "FSR_402_IDEAL"),
+        ("LIGHT", "THESIS"),
+    ],
 )
 def test_the_defaults_are_a_preset(kind, identifier):
     (preset,) = [p for p in presets_of(kind) if p.identifier == identifier]
     assert parameters_of(preset) == KINDS[kind].parameters()
 
 
-@pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH"])
+@pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "LIGHT"])
 def test_a_thesis_preset_sets_all_that_the_thesis_gives(kind):
-    (preset,) = presets_of(kind)
+    preset = named(kind)["THESIS"]
     of_thesis = {n for n, spec in specs(KINDS[kind].parameters).items() if "thesis" in spec.source}
     assert of_thesis <= set(preset.values)
 
@@ -68,9 +83,67 @@ def test_areas_are_those_of_the_sizes_in_the_data_sheet():
     assert areas["FSR_406"] == pytest.approx(0.0381**2, rel=1e-3)
 
 
-def test_part_presets_set_the_same_parameters_so_that_one_replaces_another():
-    names = {preset.identifier: set(preset.values) for preset in presets_of("PRESSURE")}
-    assert all(found == names["FSR_402"] for found in names.values())
+@pytest.mark.parametrize(
+    ("kind", "part"),
+    [
+        ("PRESSURE", "FSR_402"),
+        ("PIR", "HC_SR501"),
+        ("PIR", "HC_SR501_PYRO"),
+        ("OPTICAL_SWITCH", "EE_SX670"),
+    ],
+)
+def test_part_presets_set_the_same_parameters_so_that_one_replaces_another(kind, part):
+    model = named(kind)[part].values.get("model")
+    alike = [p for p in presets_of(kind) if p.values.get("model") == model]
+    names = {p.identifier: set(p.values) for p in alike if p.identifier != "THESIS"}
+    assert len(names) > 5
+    assert all(found == names[part] for found in names.values())
+
+
+def test_a_motion_detector_has_the_same_times_and_reach_in_both_models():
+    parts = named("PIR")
+    both = [name for name in parts if f"{name}_PYRO" in parts]
+    assert {"HC_SR501", "EKMC1601111", "EKMC1603111", "EKMC1604111"} <= set(both)
+    for name in both:
+        for what in ("range_max", "hold_time", "blocking_time", "warm_up_time"):
+            assert parts[name].values[what] == parts[f"{name}_PYRO"].values[what], (name, what)
+    hc = parts["HC_SR501"].values
+    assert math.degrees(hc["horizontal_fov"]) == pytest.approx(120)
+    assert math.degrees(hc["vertical_fov"]) == pytest.approx(60), "half of a cone is below"
+
+
+class Beam:
+    """A flag whose edge covers a share of the aperture, in the middle of the gap."""
+
+    def __init__(self, gap, covered, aperture):
+        self.gap, self.edge = gap, (covered - 0.5) * aperture
+
+    def cast(self, bundle, origins, directions, reach):
+        stopped = origins[:, 0] < self.edge
+        return np.where(stopped, np.minimum(self.gap / 2, reach), reach)
+
+
+@pytest.mark.parametrize("preset", presets_of("OPTICAL_SWITCH")[1:], ids=lambda p: p.identifier)
+def test_a_slotted_switch_closes_by_what_is_in_its_gap(preset):
+    """Clear light is open, a covered aperture closed; both as Blender stores the numbers."""
+    stored = {k: float(np.float32(v)) if type(v) is float else v for k, v in preset.values.items()}
+    parameters = KINDS["OPTICAL_SWITCH"].parameters(**stored)
+    pose = Pose(np.zeros(3), np.eye(3))
+    switch = SlottedSwitch()
+    width = parameters.aperture or 1e-4
+    seen = []
+    for covered in (-0.2, 0.3, 0.7, 1.2, 0.5, 0.3):
+        beam = Beam(parameters.range_max, covered, width)
+        update = SimpleNamespace(pose=pose, cast=beam.cast)
+        seen.append(switch.update(parameters, update).active)
+    expected = [True, True, False, False, False, True]
+    assert seen == (expected if parameters.aperture else [True, True, False, False, True, True])
+
+
+def test_light_parts_are_presets_under_their_names():
+    for part in PARTS:
+        preset = named("LIGHT")[part.name.upper().replace("-", "_")]
+        assert (preset.values, preset.source) == (part.values, part.source)
 
 
 def test_a_larger_load_resistor_reads_higher():

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gives the selected sensors of a kind the settings of the active one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Operator
+
+from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.parameters import specs
+
+RATE = "update_rate"
+SHOWN = 3
+
+
+def suggested_parameters(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
+    """What the field of a parameter offers: its names with their labels."""
+    found = [(RATE, "Update rate")]
+    if context.object is not None and context.object.angen_sensor.kind != NO_KIND:
+        kind = KINDS[context.object.angen_sensor.kind]
+        found += [(name, spec.label) for name, spec in specs(kind.parameters).items()]
+    return [pair for pair in found if text.lower() in " ".join(pair).lower()]
+
+
+class ANGEN_OT_copy_to_selected(Operator):
+    bl_idname = "angen.copy_to_selected"
+    bl_label = "Copy Settings to Selected"
+    bl_description = (
+        "Give the selected sensors of the same kind the parameters and the update rate of the "
+        "active one. One parameter alone: Alt while editing it, or Copy to Selected in its menu"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    parameter: StringProperty(
+        name="Parameter",
+        description="Name of the one parameter to copy; empty: all, and the update rate",
+        search=suggested_parameters,
+        search_options={"SUGGESTION"},
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if context.object is None or context.object.angen_sensor.kind == NO_KIND:
+            cls.poll_message_set("Make the sensor to copy from the active object")
+            return False
+        if not any(obj != context.object for obj in context.selected_objects):
+            cls.poll_message_set("Select the sensors to copy to, the active one last")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        source = context.object
+        kind = KINDS[source.angen_sensor.kind]
+        names = [RATE, *specs(kind.parameters)]
+        if self.parameter:
+            if self.parameter not in names:
+                self.report(
+                    {"ERROR"}, f"A '{kind.label}' has no parameter '{self.parameter}': it has "
+                    f"{', '.join(names)}"
+                )  # fmt: skip
+                return {"CANCELLED"}
+            names = [self.parameter]
+        done, left_out = 0, []
+        for obj in context.selected_objects:
+            if obj == source:
+                continue
+            reason = _why_not(obj, kind)
+            if reason:
+                left_out.append(f"'{obj.name}' ({reason})")
+                continue
+            for name in names:
+                setattr(_owner(obj, kind, name), name, getattr(_owner(source, kind, name), name))
+            done += 1
+        what = f"{len(names)} settings" if len(names) > 1 else names[0]
+        told = f"Copied {what} of '{source.name}' to {done} sensor{'' if done == 1 else 's'}"
+        if left_out:
+            rest = f" and {len(left_out) - SHOWN} more" if len(left_out) > SHOWN else ""
+            told += f"; left out: {', '.join(left_out[:SHOWN])}{rest}"
+        self.report({"INFO" if done else "ERROR"}, told)
+        return {"FINISHED" if done else "CANCELLED"}
+
+
+def _owner(obj: Any, kind: Kind, name: str) -> Any:
+    return obj.angen_sensor if name == RATE else getattr(obj.angen_sensor, kind.attribute)
+
+
+def _why_not(obj: Any, kind: Kind) -> str:
+    if obj.angen_sensor.kind == NO_KIND:
+        return "not a sensor"
+    if obj.angen_sensor.kind != kind.identifier:
+        return f"another kind: {KINDS[obj.angen_sensor.kind].label}"
+    if not obj.is_editable:
+        return "linked: make it local or a library override"
+    return ""
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_copy_to_selected,))

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fits a door: an optical switch on its frame, and on the leaf a flag that breaks the beam."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty
+from bpy.types import Context, Operator
+from mathutils import Matrix, Vector
+
+from ..angen_addon.housing import Housing, fork, mesh_of
+from ..angen_addon.sensors import unit_scale
+from .add import can_add, new_sensor
+from .door_motion import DoorError, Leaf, leaf_of
+from .placing import parent_keeping, place_on
+from .surface import Surface, belongs_to, first_surface
+
+KIND = "OPTICAL_SWITCH"
+# Metres. The fork is the default housing of a switch; the flag stands in the middle of its gap.
+GAP, FORK = 0.05, fork(0.05, 0.09, 0.024, 0.06)
+INSET = 0.06  # from the leaf's free edge to the flag
+FLAG_HALF, FLAG_THIN, FLAG_OVER, FOOT = 0.008, 0.002, 0.012, 0.025
+POST_AT, POST_THIN = 0.02, 0.004  # of a sliding leaf's flag, before the beam
+# Heights over the leaf's top at which a frame is looked for.
+# A sliding leaf's fork has an arm below its beam.
+HEIGHTS = (0.025, 0.04, 0.06, 0.09, 0.12, 0.16)
+ARM_BELOW = 0.05
+# How far in front of the leaf the search starts, and how deep behind its face it goes.
+BEFORE, BEHIND = 0.3, 0.3
+MOTIONS = [
+    ("AUTO", "Automatic", "As it is keyed; without keys, about its origin at the hinge", 0),
+    ("HINGED", "Hinged", "It turns about its origin, or that of what it hangs on", 1),
+    ("SLIDING", "Sliding", "It slides along its width", 2),
+]
+
+
+class ANGEN_OT_door_fit(Operator):
+    bl_idname = "angen.door_fit"
+    bl_label = "Fit Door with Switch"
+    bl_description = (
+        "Give a door an optical switch on its frame, at the leaf's free upper corner, and a flag "
+        "on the leaf that breaks the beam while the door is closed. Select the frame or wall, "
+        "then the leaf; at a frame at which the door is closed"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    motion: EnumProperty(name="Motion", description="How the leaf moves", items=MOTIONS)
+    flip: BoolProperty(name="Other side", description="The door opens to the other side")
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not can_add(cls, context):
+            return False
+        if context.object is None or context.object.type != "MESH":
+            cls.poll_message_set("Select the frame or wall, then the leaf of the door")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        leaf_object = context.object
+        frames = [o for o in context.selected_objects if o != leaf_object]
+        try:
+            _refuse_fitted(context, leaf_object)
+            slides = {"AUTO": None, "HINGED": False, "SLIDING": True}[self.motion]
+            leaf = leaf_of(leaf_object, slides)
+            leaf, frame = _frame_of(context, leaf_object, frames, leaf, self.flip)
+        except DoorError as error:
+            self.report({"ERROR"}, f"'{leaf_object.name}': {error}")
+            return {"CANCELLED"}
+        scale = unit_scale(context.scene)
+        matrix = _switch_matrix(leaf, frame.point, scale)
+        flag = _new_flag(context, leaf_object, leaf, matrix, scale)
+        sensor = new_sensor(context, KIND, None, f"Switch {_short(leaf_object)}")
+        sensor["door"] = leaf_object.name
+        if not (frame.whole and parent_keeping(sensor, frame.object, matrix)):
+            sensor.matrix_world = matrix
+        context.view_layer.update()
+        problem = _problem(context, sensor, flag, leaf_object, scale)
+        if problem:
+            self.report({"WARNING"}, f"'{sensor.name}': {problem}")
+        else:
+            kind = "sliding" if leaf.slides else "hinged"
+            self.report(
+                {"INFO"}, f"Fitted the {kind} door '{leaf_object.name}': '{sensor.name}' on "
+                f"'{frame.object.name}', '{flag.name}' on the leaf"
+            )  # fmt: skip
+        return {"FINISHED"}
+
+
+def _short(leaf: Any) -> str:
+    """What the parts of a door are named after: of "Door hall" the hall."""
+    return leaf.name.removeprefix("Door ")
+
+
+def _refuse_fitted(context: Context, leaf: Any) -> None:
+    for obj in context.view_layer.objects:
+        if obj.get("door") == leaf.name and obj.angen_sensor.kind == KIND:
+            raise DoorError(f"it has the switch '{obj.name}' already: delete that first")
+
+
+def _frame_of(
+    context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf, flip: bool
+) -> tuple[Leaf, Surface]:
+    """The leaf, looked at from the side that the switch is on, and where that goes."""
+    sides = [leaf] if leaf.sure else [leaf, leaf.turned_round()]
+    found = [(side, hit) for side in sides if (hit := _over(context, leaf_object, frames, side))]
+    # Nearest to the leaf's face, which is where a frame ends.
+    found.sort(key=lambda pair: abs((pair[1].point - pair[0].corner).dot(pair[0].out)))
+    if flip:
+        turned = (found[0][0] if found else leaf).turned_round()
+        hit = _over(context, leaf_object, frames, turned)
+        found = [(turned, hit)] if hit else []
+    if not found:
+        of = "of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "of a frame or wall"
+        raise DoorError(
+            f"nothing {of} is behind its free upper corner, within 16 cm over its top: select the "
+            "frame or the wall besides it, or choose the other side"
+        )
+    return found[0]
+
+
+def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> Surface | None:
+    """What the switch can stand on over the leaf: the foremost of three points at one height."""
+    scale = unit_scale(context.scene)
+
+    def passes(obj: Any) -> bool:
+        if frames:
+            return not any(belongs_to(obj, frame) for frame in frames)
+        return belongs_to(obj, leaf_object) or obj.angen_sensor.kind != "NONE"
+
+    for height in HEIGHTS:
+        if leaf.slides and height < ARM_BELOW:
+            continue
+        hits = []
+        for aside in (-INSET / 2, 0.0, INSET / 2):
+            start = leaf.corner + leaf.up * (height / scale) + leaf.edge * ((aside - INSET) / scale)
+            hits.append(
+                first_surface(
+                    context.scene, context.evaluated_depsgraph_get(),
+                    start + leaf.out * (BEFORE / scale), -leaf.out,
+                    (BEFORE + BEHIND) / scale + leaf.thickness, passes,
+                )
+            )  # fmt: skip
+        if all(hit is not None for hit in hits):
+            middle, foremost = hits[1], max(hit.point.dot(leaf.out) for hit in hits if hit)
+            assert middle is not None
+            point = middle.point + leaf.out * (foremost - middle.point.dot(leaf.out))
+            return middle._replace(point=point)
+    return None
+
+
+def _switch_matrix(leaf: Leaf, point: Vector, scale: float) -> Matrix:
+    """The switch on the frame at `point`, the middle of its beam there. A hinged leaf's flag goes
+    out between arms that stand beside it, a sliding leaf's between one above and one below."""
+    turn = math.pi / 2 if leaf.slides else 0.0
+    matrix = place_on(KIND, FORK, point, leaf.out, turn, unit_scale=scale)
+    return Matrix.Translation(matrix.col[2].xyz * (GAP / 2 / scale)) @ matrix
+
+
+def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, scale: float) -> Any:
+    """A thin flag that stands in the middle of the beam while the leaf is closed, on the leaf."""
+    beam = switch @ Vector((0, 0, -GAP / 2 / scale)) - leaf.corner
+    across, over = beam.dot(leaf.out) * scale, beam.dot(leaf.up) * scale
+    shape = flag_shape(across, over, leaf.thickness * scale, leaf.slides)
+    flag = bpy.data.objects.new(f"Flag {_short(leaf_object)}", mesh_of(shape, "Flag", scale))
+    context.collection.objects.link(flag)
+    side = Matrix((leaf.up.cross(leaf.out), leaf.out, leaf.up)).transposed()
+    world = Matrix.Translation(leaf.corner - leaf.edge * (INSET / scale)) @ side.to_4x4()
+    parent_keeping(flag, leaf_object, world)
+    return flag
+
+
+def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Housing:
+    """A flag about its foot at the leaf's top edge (m): x along the leaf, y out of its face, z up.
+
+    The beam's middle is `across` before the leaf's face and `over` its top.
+    """
+    shape, half = Housing(), FLAG_THIN / 2
+    if slides:
+        # A level blade, and before the fork a post that carries it.
+        post = across + POST_AT
+        shape.box((-FLAG_HALF, across - FLAG_HALF, over - half),
+                  (FLAG_HALF, post + POST_THIN, over + half))  # fmt: skip
+        low, high, half, top = post, post + POST_THIN, FLAG_HALF, over
+    else:
+        low, high, top = across - FLAG_HALF, across + FLAG_HALF, over + FLAG_OVER
+    if low <= 0.0 and high >= -thickness:  # over the leaf: it stands on its top
+        return shape.box((-half, low, 0.0), (half, high, top))
+    shape.box((-half, low, -FOOT), (half, high, top))
+    if low > 0.0:
+        return shape.box((-half, 0.0, -FOOT), (half, low, 0.0))
+    return shape.box((-half, high, -FOOT), (half, -thickness, 0.0))
+
+
+def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
+    """What would keep the switch from reading closed now and open later."""
+    matrix = sensor.matrix_world
+    start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
+    depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale
+
+    def look(passes: Any) -> Surface | None:
+        return first_surface(context.scene, depsgraph, start, beam, gap, passes)
+
+    first = look(lambda obj: belongs_to(obj, sensor))
+    if first is None or first.object != flag:
+        what = f"'{first.object.name}'" if first else "nothing"
+        return f"its beam meets {what} before the flag: choose the other side, or move it"
+    other = look(lambda obj: belongs_to(obj, sensor) or belongs_to(obj, leaf))
+    if other is not None:
+        return f"'{other.object.name}' stands in its gap: it would never read open; move it"
+    return ""
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_door_fit,))

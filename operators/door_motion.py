@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a door's leaf moves, from its keys or its shape, and where its free upper corner is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from mathutils import Euler, Matrix, Quaternion, Vector
+
+from ..angen_addon.animation import curves
+
+# A leaf stands if its height is this near to upright, as a cosine.
+UPRIGHT = 0.95
+# A hinge is this far from the leaf's middle, as shares of its width.
+HINGE_AT = (0.25, 0.75)
+# What turns less (rad) does not turn; what moves less (of the width) does not move.
+TURNED, MOVED = math.radians(2), 0.02
+ROTATIONS = ("rotation_euler", "rotation_quaternion")
+
+
+class DoorError(Exception):
+    """The leaf cannot be fitted; the text says why and the way out."""
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A leaf's way from closed to open: where its middle goes, and the pivot that it turns about
+    (None: it slides). In units of the scene."""
+
+    way: Vector
+    pivot: Vector | None
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A closed leaf. `corner` is its free upper corner, on the face that looks `out`; `edge` runs
+    level from the hinge to the free edge. Unit vectors; sizes in units of the scene. `sure`:
+    which side it opens to is known."""
+
+    corner: Vector
+    edge: Vector
+    out: Vector
+    up: Vector
+    width: float
+    thickness: float
+    slides: bool
+    sure: bool
+
+    def turned_round(self) -> Leaf:
+        """The same leaf, looked at from the other side."""
+        corner = self.corner - self.out * self.thickness
+        return Leaf(corner, self.edge, -self.out, self.up, self.width, self.thickness,
+                    self.slides, self.sure)  # fmt: skip
+
+
+def leaf_of(obj: Any, slides: bool | None) -> Leaf:
+    """The leaf as it stands now, which is taken for closed. `slides`: None asks its keys, and
+    hinged is what has none. Raises DoorError."""
+    middle, width, thickness, height = _box(obj)
+    if abs(height.normalized().z) < UPRIGHT or height.length < thickness.length:
+        raise DoorError("it does not stand upright: its height must be along Z")
+    up = height.normalized() * math.copysign(1.0, height.z)
+    edge, out = width.normalized(), thickness.normalized()
+    opening = _opening(obj, middle, width.length)
+    if opening is not None and slides is not None and (opening.pivot is None) != slides:
+        opening = None
+    if slides is None:
+        slides = opening is not None and opening.pivot is None
+    if slides:
+        # What it leaves is where it closes against; unkeyed, either end does.
+        if opening is not None and opening.way.dot(edge) > 0.0:
+            edge = -edge
+        sure = False
+    else:
+        pivot = opening.pivot if opening else _hinge(obj, middle, edge, width.length)
+        assert pivot is not None
+        arm = middle - pivot
+        edge = edge if arm.dot(edge) > 0.0 else -edge
+        # Without keys: a hinge is on the face that the leaf opens to.
+        side = opening.way.dot(out) if opening else (pivot - middle).dot(out)
+        sure = abs(side) > 0.1 * thickness.length
+        out = out if side >= 0.0 else -out
+    corner = middle + edge * width.length / 2 + out * thickness.length / 2
+    corner = corner + up * height.length / 2
+    return Leaf(corner, edge, out, up, width.length, thickness.length, slides, sure)
+
+
+def _box(obj: Any) -> tuple[Vector, Vector, Vector, Vector]:
+    """The middle of the leaf's box and its width, thickness and height as vectors."""
+    corners = [Vector(c) for c in obj.bound_box]
+    low = Vector([min(c[i] for c in corners) for i in range(3)])
+    high = Vector([max(c[i] for c in corners) for i in range(3)])
+    matrix = obj.matrix_world
+    sides = [matrix.col[i].xyz * (high[i] - low[i]) for i in range(3)]
+    if min(side.length for side in sides) == 0.0:
+        raise DoorError("it has no thickness, width or height: give its mesh a size")
+    upright = max(sides, key=lambda side: abs(side.normalized().z))
+    flat, wide = sorted((s for s in sides if s is not upright), key=lambda side: side.length)
+    return matrix @ ((low + high) / 2), wide, flat, upright
+
+
+def _chain(obj: Any) -> list[Any]:
+    found = []
+    while obj is not None:
+        found.append(obj)
+        obj = obj.parent
+    return found
+
+
+def _hinge(obj: Any, middle: Vector, edge: Vector, width: float) -> Vector:
+    """The origin, of the leaf or of what it hangs on, that lies at an edge of it."""
+    for owner in _chain(obj):
+        origin = owner.matrix_world.translation
+        away = abs((middle - origin).dot(edge)) / width
+        if HINGE_AT[0] <= away <= HINGE_AT[1]:
+            return origin.copy()
+    raise DoorError(
+        "its origin is not at a hinge: set the origin to the hinge (Object, Set Origin), key its "
+        "rotation, or choose Motion: Sliding"
+    )
+
+
+def _opening(obj: Any, middle: Vector, width: float) -> Opening | None:
+    """The keyed pose that is farthest from the present one, of the leaf or what it hangs on."""
+    best: Opening | None = None
+    for owner in _chain(obj):
+        now, origin = owner.matrix_world, owner.matrix_world.translation
+        # Without its keys; what the parent and its inverse add stays as it is now.
+        if abs(owner.matrix_basis.determinant()) < 1e-12:
+            continue
+        above = now @ owner.matrix_basis.inverted()
+        for basis in _keyed_bases(owner):
+            moved = above @ basis @ now.inverted_safe()
+            way = moved @ middle - middle
+            if way.length < MOVED * width or (best and way.length <= best.way.length):
+                continue
+            turned = moved.to_quaternion().angle
+            best = Opening(way, origin.copy() if turned > TURNED else None)
+    return best
+
+
+def _keyed_bases(obj: Any) -> list[Matrix]:
+    """The object's own matrices at its keys."""
+    paths = {"location", *ROTATIONS}
+    found = curves(obj, paths)
+    frames = sorted({point.co.x for curve in found for point in curve.keyframe_points})
+    return [_basis_at(obj, found, frame) for frame in frames]
+
+
+def _basis_at(obj: Any, found: list[Any], frame: float) -> Matrix:
+    place, turn = obj.location.copy(), obj.rotation_euler.copy()
+    quaternion = obj.rotation_quaternion.copy()
+    owners = {"location": place, ROTATIONS[0]: turn, ROTATIONS[1]: quaternion}
+    for curve in found:
+        owners[curve.data_path][curve.array_index] = curve.evaluate(frame)
+    if obj.rotation_mode == "QUATERNION":
+        rotation: Quaternion | Euler = quaternion
+    elif obj.rotation_mode == "AXIS_ANGLE":
+        rotation = obj.matrix_basis.to_quaternion()
+    else:
+        rotation = Euler(turn, obj.rotation_mode)
+    return Matrix.LocRotScale(place, rotation, obj.scale)

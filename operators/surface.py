@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the surface that a ray meets first, as the user sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from mathutils import Vector
+
+# Things that a ray may pass before it is given up.
+PASSED = 64
+# How far on a ray that passes something starts again, as a share of the distance.
+STEP = 1e-6
+
+
+class Surface(NamedTuple):
+    """Where a ray met something: `normal` faces where the ray came from. `whole`: the object
+    itself was met, not an instance of it elsewhere."""
+
+    point: Vector
+    normal: Vector
+    object: Any
+    whole: bool
+
+    @property
+    def along(self) -> list[Vector]:
+        """The object's own directions, to line up with."""
+        matrix = self.object.matrix_world
+        return [matrix.col[1].xyz, matrix.col[0].xyz]
+
+
+def first_surface(
+    scene: Any,
+    depsgraph: Any,
+    origin: Vector,
+    direction: Vector,
+    length: float = 1e6,
+    passes: Callable[[Any], bool] | None = None,
+    culled: bool = False,
+) -> Surface | None:
+    """What a ray meets first within `length` units. It passes what sensors are told to ignore,
+    the objects that `passes` tells, and with `culled` the backs of faces."""
+    direction = direction.normalized()
+    start, left = origin.copy(), length
+    for _ in range(PASSED):
+        if left <= 0.0:
+            return None
+        hit, point, normal, _, obj, matrix = scene.ray_cast(
+            depsgraph, start, direction, distance=left
+        )
+        if not hit:
+            return None
+        original = obj.original
+        back = normal.dot(direction) > 0.0
+        if not (original.angen_ignored or (passes and passes(original)) or (culled and back)):
+            whole = all(
+                (a - b).length < 1e-6 for a, b in zip(matrix, obj.matrix_world, strict=True)
+            )
+            return Surface(point, (-normal if back else normal).normalized(), original, whole)
+        gone = (point - start).length + max(STEP, STEP * point.length)
+        start, left = start + direction * gone, left - gone
+    return None
+
+
+def belongs_to(obj: Any, owner: Any) -> bool:
+    """Whether an object is another or hangs on it."""
+    while obj is not None:
+        if obj == owner:
+            return True
+        obj = obj.parent
+    return False

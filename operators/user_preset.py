@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The user's own presets, kept by Blender's preset system in presets/angen_sensors/KIND.
+
+They are files as Blender writes them, a line a parameter. They are read, not run: a file of an
+earlier version may name what is no more.
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bl_operators.presets import AddPresetBase
+from bpy.props import StringProperty
+from bpy.types import Context, Operator
+
+from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.parameters import specs
+from .preset import SAME_KIND_OF_VALUE, sensor_can_change
+
+OWNER = "settings"
+
+
+def folder_of(kind: Kind) -> str:
+    """Where presets of a kind are, in any of Blender's folders of presets."""
+    return f"angen_sensors/{kind.attribute}"
+
+
+def user_presets(kind: Kind) -> list[Path]:
+    """The files of the user's presets of a kind, by name."""
+    folders = (Path(folder) for folder in bpy.utils.preset_paths(folder_of(kind)))
+    return sorted(
+        (file for folder in folders for file in folder.glob("*.py")), key=lambda f: f.name
+    )
+
+
+def label_of(file: Path) -> str:
+    return bpy.path.display_name(file.name, title_case=False)
+
+
+def values_in(file: Path) -> dict[str, Any]:
+    """What a preset's file sets, by parameter. Raises OSError, or ValueError with the reason."""
+    values: dict[str, Any] = {}
+    try:
+        statements = ast.parse(file.read_text(encoding="utf-8")).body
+    except SyntaxError as error:
+        raise ValueError(f"line {error.lineno} is not a preset's") from error
+    for statement in statements:
+        match statement:
+            case ast.Assign(targets=[ast.Attribute(value=ast.Name(id=owner), attr=name)]):
+                if owner == OWNER:
+                    values[name] = ast.literal_eval(statement.value)
+    return values
+
+
+class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
+    bl_idname = "angen.user_preset_save"
+    bl_label = "Save Preset"
+    bl_description = "Save the active sensor's parameters as a preset of its kind, or remove one"
+    preset_menu = "ANGEN_MT_presets"
+
+    @classmethod
+    def description(cls, context: Context, properties: Any) -> str:
+        if properties.remove_name:
+            return f"Remove the preset '{properties.name}'"
+        return "Save the active sensor's parameters as a preset of its kind, for every file"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if context.object is None or context.object.angen_sensor.kind == NO_KIND:
+            cls.poll_message_set("Select a sensor")
+            return False
+        return True
+
+    @property
+    def _kind(self) -> Kind:
+        return KINDS[bpy.context.object.angen_sensor.kind]
+
+    # What Blender's preset system asks
+
+    @property
+    def preset_subdir(self) -> str:
+        return folder_of(self._kind)
+
+    @property
+    def preset_defines(self) -> list[str]:
+        return [f"{OWNER} = bpy.context.object.angen_sensor.{self._kind.attribute}"]
+
+    @property
+    def preset_values(self) -> list[str]:
+        """All parameters but what is of this file alone, such as partners."""
+        known = specs(self._kind.parameters)
+        return [f"{OWNER}.{name}" for name, spec in known.items() if not spec.pointer]
+
+    def execute(self, context: Context) -> set[str]:
+        removed, name = self.remove_name, self.name.strip()
+        if not self.as_filename(name):
+            self.report({"ERROR"}, "Give the preset a name")
+            return {"CANCELLED"}
+        result = super().execute(context)
+        # Blender names the menu after the preset that was saved last.
+        getattr(bpy.types, self.preset_menu).bl_label = "Presets"
+        if result == {"FINISHED"}:
+            self.report({"INFO"}, f"{'Removed' if removed else 'Saved'} the preset '{name}'")
+        elif removed:
+            self.report({"ERROR"}, f"There is no preset '{name}' of yours")
+        return result
+
+
+class ANGEN_OT_user_preset_apply(Operator):
+    bl_idname = "angen.user_preset_apply"
+    bl_label = "Apply Own Preset"
+    bl_description = "Set the active sensor's parameters to those of a preset that you saved"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: StringProperty(name="Name", description="Name of a preset of the sensor's kind")
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return sensor_can_change(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        obj = context.object
+        kind = KINDS[obj.angen_sensor.kind]
+        files = {label_of(file): file for file in user_presets(kind)}
+        if self.name not in files:
+            hint = f"there are {', '.join(files)}" if files else "none is saved"
+            self.report({"ERROR"}, f"No preset of '{kind.label}' is called '{self.name}': {hint}")
+            return {"CANCELLED"}
+        try:
+            values = values_in(files[self.name])
+        except (OSError, ValueError) as error:
+            self.report({"ERROR"}, f"The preset '{self.name}' cannot be read: {error}")
+            return {"CANCELLED"}
+        unknown = _set(getattr(obj.angen_sensor, kind.attribute), kind, values)
+        if unknown:
+            self.report({"WARNING"}, f"Not known in this version, left out: {', '.join(unknown)}")
+        else:
+            self.report({"INFO"}, f"'{obj.name}' is set to: {self.name}")
+        return {"FINISHED"}
+
+
+def _set(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:
+    """Sets what fits; returns the names of what does not."""
+    known, unknown = specs(kind.parameters), []
+    for name, value in values.items():
+        spec = known.get(name)
+        of_type = SAME_KIND_OF_VALUE.get(type(getattr(group, name, None)), ())
+        choices = [choice.identifier for choice in spec.choices] if spec else []
+        if not isinstance(value, of_type) or (choices and value not in choices):
+            unknown.append(name)
+        else:
+            setattr(group, name, value)
+    return unknown
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_user_preset_save, ANGEN_OT_user_preset_apply)
+)

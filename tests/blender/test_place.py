@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a sensor stands on a surface, and which way it looks: all from hit point and normal."""
+
+import math
+import random
+
+import bpy
+import pytest
+from mathutils import Matrix, Vector
+
+ops = bpy.ops.angen
+KINDS = ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT")
+UP = Vector((0, 0, 1))
+
+
+@pytest.fixture
+def placing(addon_part):
+    return addon_part("operators.placing")
+
+
+@pytest.fixture
+def housing_of(addon_part):
+    return addon_part("angen_addon.housing").housing_of
+
+
+def unit(azimuth, elevation):
+    a, e = math.radians(azimuth), math.radians(elevation)
+    return Vector((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
+
+
+def close(a, b, tolerance=1e-5):
+    return (Vector(a) - Vector(b)).length < tolerance
+
+
+NORMALS = [
+    unit(a, e) for a in (0, 37, 90, 145, 180, 270, 311) for e in (-90, -60, -20, 0, 15, 45, 90)
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_axes_are_always_right_handed_and_orthonormal(placing, kind):
+    rng = random.Random(4)
+    directions = [Vector([rng.gauss(0, 1) for _ in range(3)]).normalized() for _ in range(200)]
+    for normal in NORMALS + directions:
+        axes = placing.axes_on(kind, normal, rng.uniform(-7, 7), [directions[0]])
+        assert abs(axes.determinant() - 1) < 1e-5
+        off = axes @ axes.transposed() - Matrix.Identity(3)
+        assert max(abs(c) for row in off for c in row) < 1e-5
+
+
+@pytest.mark.parametrize("azimuth", [0, 23, 90, 180, 250, 359])
+@pytest.mark.parametrize("lean", [-25, -3, 0, 3, 25])
+def test_a_motion_detector_looks_level_out_of_a_wall(placing, azimuth, lean):
+    axes = placing.axes_on("PIR", unit(azimuth, lean))
+    assert close(-axes.col[2], unit(azimuth, 0))
+    assert close(axes.col[1], UP)
+
+
+def test_what_looks_faces_out_of_slopes_ceilings_and_floors(placing):
+    for normal in (unit(70, 45), unit(70, -45), -UP, UP):
+        assert close(-placing.axes_on("PIR", normal).col[2], normal)
+    for normal in NORMALS:
+        axes = placing.axes_on("LIGHT", normal)
+        assert close(-axes.col[2], normal)
+        if abs(normal.z) < 0.9:
+            assert axes.col[1].z > 0, "as upright as can be"
+
+
+def test_a_pad_lies_with_its_upper_side_out(placing):
+    for normal in NORMALS:
+        assert close(placing.axes_on("PRESSURE", normal).col[2], normal)
+
+
+def test_a_switch_stands_on_the_surface_with_its_beam_along_it(placing):
+    for normal in NORMALS:
+        axes = placing.axes_on("OPTICAL_SWITCH", normal)
+        assert close(axes.col[1], -normal), "open away from the surface"
+        if abs(normal.z) < 0.9:
+            assert abs(axes.col[2].z) < 1e-5, "level on a wall"
+
+
+def test_on_what_is_level_it_lines_up_with_the_object(placing):
+    along = [Vector((3, 4, 0)), Vector((-4, 3, 0))]
+    for kind in ("PIR", "PRESSURE", "LIGHT"):
+        for normal in (UP, -UP):
+            assert close(placing.axes_on(kind, normal, 0.0, along).col[1], (0.6, 0.8, 0))
+    upright_first = [Vector((0, 0, 2)), Vector((0, 0, 0)), Vector((-4, 3, 0))]
+    assert close(placing.axes_on("PIR", UP, 0.0, upright_first).col[1], (-0.8, 0.6, 0))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_turning_is_about_the_normal(placing, kind):
+    normal = unit(20, 10)
+    start, turned = (placing.axes_on(kind, normal, t) for t in (0.0, math.radians(40)))
+    expected = Matrix.Rotation(math.radians(40), 3, normal) @ start
+    assert all(close(a, b) for a, b in zip(turned.col, expected.col, strict=True))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+def test_the_housing_touches_the_surface_from_outside(placing, housing_of, kind, scale):
+    housing, point = housing_of(kind), Vector((3, -2, 1)) / scale
+    solid = {i for face in housing.faces for i in face}
+    for normal in NORMALS:
+        matrix = placing.place_on(kind, housing, point, normal * 3, 0.3, [], scale)
+        away = [
+            (matrix @ (Vector(housing.points[i]) / scale) - point).dot(normal) * scale
+            for i in solid
+        ]
+        assert min(away) == pytest.approx(0.0, abs=2e-6)
+        assert max(away) > 1e-4
+
+
+SHEAR = Matrix(((1, 0.4, 0.2, 0), (0, 1, 0.3, 0), (0, 0, 1, 0), (0, 0, 0, 1)))
+PARENTS = {
+    "mirrored": Matrix.Diagonal((-1, 1, 1, 1)),
+    "uneven": Matrix.Diagonal((0.1, 30, 2, 1)),
+    "turned": Matrix.Rotation(1.0, 4, (1, 2, 3)),
+    "sheared": SHEAR,
+    "all": Matrix.Translation((5, 6, 7)) @ SHEAR @ Matrix.Diagonal((-2, 0.3, 1, 1)),
+}
+
+
+@pytest.mark.parametrize("kind", PARENTS)
+def test_a_sensor_keeps_its_place_under_any_parent_and_follows(world, placing, kind):
+    top, parent = world.link("top", None), world.link("parent", None)
+    parent.parent, parent.matrix_parent_inverse = top, PARENTS[kind]
+    world.update()
+    sensor = world.link("sensor", None)
+    wanted = Matrix.Translation((1, 2, 3)) @ Matrix.Rotation(0.7, 4, (3, 2, 1))
+    assert placing.parent_keeping(sensor, parent, wanted)
+    world.update()
+    assert all(
+        close(a.xyz, b.xyz, 1e-4) for a, b in zip(sensor.matrix_world.col, wanted.col, strict=True)
+    )
+    top.location.x += 2
+    world.update()
+    assert close(sensor.matrix_world.translation, (3, 2, 3), 1e-4)
+
+
+def test_a_parent_without_a_size_is_not_followed(world, placing):
+    flat, sensor = world.link("flat", None), world.link("sensor", None)
+    flat.scale = (0, 1, 1)
+    world.update()
+    assert not placing.parent_keeping(sensor, flat, Matrix.Translation((1, 2, 3)))
+    assert sensor.parent is None
+    world.update()
+    assert close(sensor.matrix_world.translation, (1, 2, 3))
+
+
+# The surface under a ray
+
+
+@pytest.fixture
+def meets(world, addon_part):
+    first_surface = addon_part("operators.surface").first_surface
+
+    def look(origin, direction, **more):
+        depsgraph = world.update()
+        return first_surface(world.scene, depsgraph, Vector(origin), Vector(direction), **more)
+
+    return look
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (0.3, -2, 4), (-1, -1, -1)])
+def test_the_normal_faces_the_user_however_the_object_is_scaled(world, meets, scale):
+    box = world.box((1, 1, 1), name="box")
+    box.scale, box.rotation_euler = scale, (0, 0, 0.6)
+    for direction in (unit(10, -20), unit(130, 40), unit(250, 80)):
+        met = meets(-direction * 20, direction)
+        assert met.object == box and met.whole
+        assert met.normal.dot(direction) < 0
+        local = box.matrix_world.inverted() @ (met.point + met.normal * 0.01)
+        assert max(abs(c) for c in local) > 0.5, "outwards"
+        inside = meets((0, 0, 0), direction)
+        assert inside.normal.dot(direction) < 0, "towards who looks"
+
+
+def test_backs_of_faces_are_passed_where_the_view_culls_them(world, meets):
+    """A room whose faces look inwards, seen from outside."""
+    ceiling = [(-2, -2, 2), (2, -2, 2), (2, 2, 2), (-2, 2, 2)]
+    world.link("room", world.mesh(ceiling, [(3, 2, 1, 0)]))
+    world.box((1, 1, 1), name="table")
+    assert meets((0, 0, 10), (0, 0, -1), culled=False).object.name == "room"
+    assert meets((0, 0, 10), (0, 0, -1), culled=True).object.name == "table"
+    from_within = meets((0, 0, 1), (0, 0, 1), culled=True)
+    assert from_within.object.name == "room"
+    assert from_within.normal.z == pytest.approx(-1)
+
+
+def test_what_sensors_ignore_and_what_is_passed_is_no_surface(world, meets):
+    world.box((4, 4, 4), name="volume").angen_ignored = True
+    world.box((1, 1, 1), name="passed")
+    world.box((9, 9, 1), at=(0, 0, -5), name="floor")
+    met = meets((0, 0, 10), (0, 0, -1), passes=lambda obj: obj.name == "passed")
+    assert met.object.name == "floor"
+    assert met.point.z == pytest.approx(-4.5, abs=1e-5)
+    assert meets((0, 0, 10), (0, 0, 1)) is None
+    assert meets((0, 0, 10), (0, 0, -1), length=5.0) is None
+
+
+def test_an_instance_is_a_surface_that_is_not_followed(world, meets):
+    collection = bpy.data.collections.new("parts")
+    box = world.box((1, 1, 1))
+    world.scene.collection.objects.unlink(box)
+    collection.objects.link(box)
+    instance = world.link("instance", None, (0, 0, 3))
+    instance.instance_type, instance.instance_collection = "COLLECTION", collection
+    met = meets((0, 0, 10), (0, 0, -1))
+    assert met.point.z == pytest.approx(3.5)
+    assert not met.whole
+
+
+# The operator as a script calls it, and as it is repeated from the panel of the last operation
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_placed_sensors_stand_on_a_wall_and_sense(world, kind):
+    wall = world.box((0.2, 4, 3), at=(-0.1, 0, 1.5), name="wall")
+    world.update()
+    assert ops.sensor_place(
+        kind=kind, location=(0, 1, 2), normal=(1, 0, 0), surface="wall", follow=True
+    ) == {"FINISHED"}
+    sensor = bpy.context.object
+    assert (sensor.angen_sensor.kind, sensor.parent) == (kind, wall)
+    world.update()
+    axes = sensor.matrix_world.to_3x3()
+    ahead = axes.col[2] if kind == "PRESSURE" else -axes.col[2]
+    assert ahead.x == pytest.approx(0 if kind == "OPTICAL_SWITCH" else 1, abs=1e-6)
+    corners = [sensor.matrix_world @ v.co for v in sensor.data.vertices]
+    assert min(c.x for c in corners) > -1e-5, "not in the wall"
+    assert sensor.matrix_world.translation.x < 0.05
+    wall.location.y += 1
+    world.update()
+    assert sensor.matrix_world.translation.y == pytest.approx(2)
+
+
+def test_placing_tells_what_it_cannot_do(world):
+    for arguments, words in (
+        ({"kind": "PIR", "normal": (0, 0, 0)}, "normal is zero"),
+        ({"kind": "PIR", "surface": "gone"}, "no object 'gone'"),
+        ({"kind": "PIR", "preset": "FSR_402"}, "there are THESIS"),
+    ):
+        with pytest.raises(RuntimeError, match=words):
+            ops.sensor_place(**arguments)
+    assert not bpy.data.objects
+
+
+def test_a_placed_motion_detector_sees_past_its_own_housing(world):
+    world.box((0.2, 4, 3), at=(-0.1, 0, 1.5), name="wall")
+    world.box((0.2, 4, 3), at=(3.1, 0, 1.5), name="other wall")
+    ops.sensor_place(kind="PIR", location=(0, 0, 2), normal=(1, 0, 0), surface="wall")
+    sensor = bpy.context.object
+    sensor.angen_sensor.pir.rays, sensor.angen_sensor.pir.vertical_fov = 9, 0.0
+    _, directions, ranges = world.rays(sensor)
+    middle = max(range(9), key=lambda i: directions[i][0])
+    lens = sensor.matrix_world.translation.x
+    assert ranges[middle] + 0.05 == pytest.approx(3 - lens, abs=1e-4)

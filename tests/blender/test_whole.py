@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sensor stays whole through duplicate, copy and paste, append, override, parents and undo."""
+
+import bpy
+import pytest
+
+ops = bpy.ops.angen
+KINDS = ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT")
+ODD = {
+    "PIR": {"range_max": 6.25, "rays": 33},
+    "OPTICAL_SWITCH": {"threshold": 0.125, "aperture_rays": 7},
+    "PRESSURE": {"load_resistor": 4700.0, "threshold": 12.5},
+    "LIGHT": {"method": "ILLUMINANCE", "gamma": 0.75},
+}
+
+
+def make(world, kind):
+    """A sensor with settings of its own, placed on a wall that it follows."""
+    wall = world.box((0.2, 4, 3), at=(-0.1, 0, 1.5), name="wall")
+    world.update()
+    ops.sensor_place(kind=kind, location=(0, 1, 2), normal=(1, 0, 0), surface="wall", follow=True)
+    sensor = bpy.context.object
+    sensor.angen_sensor.update_rate = 12.5
+    sensor["room"] = "hall"
+    for name, value in ODD[kind].items():
+        setattr(getattr(sensor.angen_sensor, kind.lower()), name, value)
+    assert sensor.parent == wall
+    world.update()
+    return sensor
+
+
+def check(sensor, kind):
+    group = sensor.angen_sensor
+    assert (group.kind, group.update_rate, sensor["room"]) == (kind, 12.5, "hall")
+    for name, value in ODD[kind].items():
+        assert getattr(getattr(group, kind.lower()), name) == value, name
+    assert len(sensor.data.vertices) > 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("linked", [False, True])
+def test_duplicate(world, kind, linked):
+    sensor = make(world, kind)
+    where = sensor.matrix_world.copy()
+    bpy.ops.object.duplicate(linked=linked)
+    double = bpy.context.object
+    assert double != sensor and double.parent == sensor.parent
+    world.update()
+    assert double.matrix_world == where
+    check(double, kind)
+    assert (double.data == sensor.data) is linked
+    double.angen_sensor.update_rate = 3.0
+    check(sensor, kind)
+    names = {s.name for s in world.sensors()}
+    assert names == {sensor.name, double.name}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_copy_and_paste(world, kind, tmp_path):
+    """As Ctrl C and Ctrl V do, which write a file and append it."""
+    sensor = make(world, kind)
+    name = sensor.name
+    path = tmp_path / "buffer.blend"
+    bpy.data.libraries.write(str(path), {sensor})
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(path), link=False) as (source, target):
+        target.objects = [o for o in source.objects if o == name]
+    bpy.context.scene.collection.objects.link(target.objects[0])
+    bpy.context.view_layer.update()
+    check(target.objects[0], kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_override(world, kind, tmp_path):
+    sensor = make(world, kind)
+    collection = bpy.data.collections.new("devices")
+    world.scene.collection.children.link(collection)
+    for obj in (sensor, sensor.parent):
+        world.scene.collection.objects.unlink(obj)
+        collection.objects.link(obj)
+    path = tmp_path / "library.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(path), link=True) as (_, target):
+        target.collections = ["devices"]
+    (linked,) = target.collections
+    bpy.context.scene.collection.children.link(linked)
+    bpy.context.view_layer.update()
+    (library_sensor,) = [o for o in linked.all_objects if o.angen_sensor.kind != "NONE"]
+    check(library_sensor, kind)
+    bpy.context.view_layer.objects.active = library_sensor
+    for operator in (ops.user_preset_apply, ops.preset_apply):
+        with pytest.raises(RuntimeError, match="make it local or a library override"):
+            operator()
+    override = linked.override_hierarchy_create(
+        bpy.context.scene, bpy.context.view_layer, do_fully_editable=True
+    )
+    (own,) = [o for o in override.all_objects if o.angen_sensor.kind != "NONE"]
+    check(own, kind)
+    bpy.context.view_layer.objects.active = own
+    assert ops.preset_apply(preset="FSR_402" if kind == "PRESSURE" else "THESIS") == {"FINISHED"}
+    check(library_sensor, kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_parents_taken_away_and_given(world, kind):
+    sensor = make(world, kind)
+    where = sensor.matrix_world.copy()
+    bpy.ops.object.parent_clear(type="CLEAR_KEEP_TRANSFORM")
+    world.update()
+    assert sensor.parent is None
+    assert (sensor.matrix_world.translation - where.translation).length < 1e-5
+    check(sensor, kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_undo_and_redo(world, kind):
+    make(world, kind)
+    bpy.ops.ed.undo_push(message="made")
+    preset = "FSR_402_3K3" if kind == "PRESSURE" else "THESIS"
+    ops.sensor_add(kind=kind, preset=preset)
+    name = bpy.context.object.name
+    bpy.ops.ed.undo_push(message="added")
+    bpy.ops.ed.undo()
+    assert name not in bpy.data.objects
+    (sensor,) = [o for o in bpy.data.objects if o.angen_sensor.kind != "NONE"]
+    check(sensor, kind)
+    bpy.ops.ed.redo()
+    assert bpy.data.objects[name].angen_sensor.kind == kind
+    assert len(world.sensors()) == 2
+
+
+def test_a_fitted_door_is_undone_whole(world):
+    leaf = world.box((0.9, 0.04, 2), at=(0, 0, 0), name="leaf")
+    for vertex in leaf.data.vertices:
+        vertex.co.x += 0.45
+        vertex.co.z += 1
+    world.box((4, 0.2, 0.6), at=(0, 0.12, 2.305), name="wall")
+    world.update()
+    bpy.context.view_layer.objects.active = leaf
+    bpy.ops.ed.undo_push(message="built")
+    ops.door_fit()
+    bpy.ops.ed.undo_push(message="fitted")
+    assert {"Switch leaf", "Flag leaf"} <= set(bpy.data.objects.keys())
+    bpy.ops.ed.undo()
+    assert set(bpy.data.objects.keys()) == {"leaf", "wall"}
+    assert not bpy.data.objects["leaf"].children
+    bpy.ops.ed.redo()
+    assert bpy.data.objects["Flag leaf"].parent == bpy.data.objects["leaf"]

@@ -6,23 +6,25 @@ from __future__ import annotations
 from typing import Any
 
 
-def curves(obj: Any, paths: set[str]) -> list[Any]:
-    """The object's own F-curves of these data paths. From Blender 4.4 on an action can hold
-    those of several objects, each in its slot; before, it has one list."""
-    animation = obj.animation_data
-    if animation is None or animation.action is None:
+def action_curves(action: Any, slot: Any) -> list[Any]:
+    """The F-curves of an action. From Blender 4.4 on it can hold those of several datablocks,
+    each in its slot (None: in no slot, so that nothing plays); before, it has one list."""
+    if action is None:
         return []
-    if hasattr(animation, "action_slot"):
-        slot = animation.action_slot
-        bags = [
-            strip.channelbag(slot)
-            for layer in animation.action.layers
-            for strip in layer.strips
-            if slot is not None
-        ]
-        found = [curve for bag in bags if bag is not None for curve in bag.fcurves]
-    else:
-        found = list(animation.action.fcurves)
+    if not hasattr(action, "slots"):
+        return list(action.fcurves)
+    if slot is None:
+        return []
+    bags = [strip.channelbag(slot) for layer in action.layers for strip in layer.strips]
+    return [curve for bag in bags if bag is not None for curve in bag.fcurves]
+
+
+def curves(obj: Any, paths: set[str]) -> list[Any]:
+    """The object's own F-curves of these data paths."""
+    animation = obj.animation_data
+    if animation is None:
+        return []
+    found = action_curves(animation.action, getattr(animation, "action_slot", None))
     return [curve for curve in found if curve.data_path in paths]
 
 

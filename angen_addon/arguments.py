@@ -68,7 +68,9 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     parser = _Parser(
         prog=program, description="Simulates the ambient sensors of a home in a blend file."
     )
-    verbs = parser.add_subparsers(dest="verb", required=True, metavar="simulate | list | check")
+    verbs = parser.add_subparsers(
+        dest="verb", required=True, metavar="simulate | list | check | explain"
+    )
 
     run = _Parser(add_help=False)
     run.add_argument(
@@ -89,6 +91,12 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
     one.add_argument(
         "--events", type=_path, metavar="FILE.csv", help="event log (default: standard output)"
+    )
+    one.add_argument(
+        "--report",
+        type=_path,
+        metavar="FILE.html",
+        help="timeline, floor plan and figures to read and print; FILE.svg: the pictures alone",
     )
     one.add_argument(
         "--samples", type=_path, metavar="DIR", help="every update, a CSV file a sensor"
@@ -115,4 +123,15 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         metavar="SECONDS",
         help="largest difference of an event's time that is none (default 0)",
     )
+
+    four = verbs.add_parser("explain", help="which object made a sensor report its last event")
+    four.add_argument("--sensor", required=True, metavar="NAME", help="the sensor")
+    four.add_argument(
+        "--time",
+        type=_tolerance,
+        required=True,
+        metavar="SECONDS",
+        help="its last event at or before this time, as in the event log, is explained",
+    )
+    four.add_argument("--quiet", action="store_true", help="no progress on standard error")
     return parser

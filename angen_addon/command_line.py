@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`blender HOME.blend --command angen …`: simulate, list and check without a window."""
+"""`blender HOME.blend --command angen …`: simulate, list, check and explain without a window."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ import bpy
 from ..sensor_logic.event_log import differences, events, events_csv, read_events, samples_csv
 from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.recording import Recording
-from . import advice, bake
+from . import advice, bake, state, warmth
 from .arguments import parse
 from .describe import describe
+from .explain.command import Moment
+from .kept import keep
 from .output_files import check_outputs, save_blend, write
 from .progress import ProgressLine, note
+from .report import check_name, report_text
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
 
@@ -64,6 +67,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "simulate": _simulate,
         "list": _list,
         "check": _check,
+        "explain": _explain,
     }
     interrupt = Interrupt()
     # Blender takes Ctrl-C for itself and would go on to the end.
@@ -119,6 +123,7 @@ def _run(options: argparse.Namespace) -> Recording:
     sensors = chosen(_sensors(), options.sensor)
     _tell_of_off(sensors)
     _tell_of_pads(sensors)
+    _tell_of_warmth(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(
@@ -146,6 +151,18 @@ def _tell_of_off(sensors: list[Sensor]) -> None:
         note(f"switched off: {', '.join(off)}")
 
 
+def _tell_of_warmth(sensors: list[Sensor]) -> None:
+    """Says what keeps pyroelectric detectors from feeling what their user expects."""
+    found = warmth.pyroelectric(simulated(sensors))
+    text = warmth.nothing_warm(bpy.context.view_layer) if found else ""
+    if text:
+        note(f"{text[0].lower()}{text[1:]}")
+    for sensor in found:
+        text = warmth.too_slow(sensor)
+        if text:
+            note(f"'{sensor.name}': {text[0].lower()}{text[1:]}")
+
+
 def _tell_of_pads(sensors: list[Sensor]) -> None:
     """Says what keeps pressure pads from reading what their user expects."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
@@ -167,7 +184,9 @@ def _simulate(options: argparse.Namespace) -> int:
     if options.bake and not options.save:
         raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
     try:
-        check_outputs(options.events, options.samples, options.save)
+        check_outputs(options.events, options.samples, options.save, options.report)
+        if options.report:
+            check_name(options.report, "--report")
     except OutputError as error:
         raise BadInput(str(error)) from None
     recording = _run(options)
@@ -180,9 +199,17 @@ def _simulate(options: argparse.Namespace) -> int:
             if options.events and path.resolve() == options.events.resolve():
                 raise OutputError(f"--events names the samples of '{sensor}': {path}")
             texts[path] = samples_csv(recording.tracks[sensor])
+    if options.report:
+        told = chosen(_sensors(), options.sensor)
+        texts[options.report] = report_text(options.report, bpy.context.scene, told, recording)
     if options.bake:
-        bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
+        baked = bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
+        for text in baked.notes:
+            note(text)
     if options.save:
+        # Whoever opens the copy can scrub through what was recorded.
+        scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
+        state.CACHE.keep(scene, keep(recording, scene, depsgraph))
         save_blend(options.save)
     write(texts, options.samples)
     if not options.events:
@@ -223,6 +250,23 @@ def _check(options: argparse.Namespace) -> int:
         print(f"and {len(found) - SHOWN_DIFFERENCES} more")
     note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
     return FAILED if found else DONE
+
+
+def _explain(options: argparse.Namespace) -> int:
+    scene, sensors = bpy.context.scene, _sensors()
+    (sensor,) = chosen(sensors, [options.sensor])[:1]
+    moment = Moment(scene, sensors, sensor, options.time)
+    if moment.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
+        raise BadInput(f"--time {options.time:g}: Blender's frames end before that")
+    line = ProgressLine(sys.stderr, options.quiet)
+    progress = None
+    for progress in moment.run():
+        if options.interrupt.came:
+            raise KeyboardInterrupt
+        line.show(progress)
+    line.finish(progress.seconds_total if progress else 0.0, moment.updates)
+    sys.stdout.write(moment.text())
+    return DONE
 
 
 _command: Any = None

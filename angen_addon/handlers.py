@@ -12,8 +12,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import live, outputs, resting, state
-from .station import clock_of
+from . import digests, live, outputs, overlay, recording_store, resting, state
 
 
 @persistent
@@ -26,12 +25,10 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     frame = scene.frame_current + scene.frame_subframe
+    kept = state.CACHE.kept(scene)
+    if kept is not None:
+        kept.note_frame(scene, depsgraph)
     recording = state.CACHE.recording(scene)
-    if recording is not None and recording.clock != clock_of(scene):
-        state.CACHE.drop_recording(scene)
-        recording = None
-    if recording is not None:
-        state.CACHE.visible = visible(depsgraph)
     if recording is not None and recording.covers(frame):
         outputs.show_recorded(recording, view_layer, frame)
     elif scene.angen_live:
@@ -39,6 +36,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
         if following is None or following.scene_uid != scene.session_uid:
             following = state.CACHE.live = live.Live(scene)
         following.follow(scene, view_layer, depsgraph)
+    overlay.follow(scene, view_layer, depsgraph)
 
 
 def _is_shown(scene: Any, depsgraph: Any) -> bool:
@@ -54,17 +52,19 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     state.CACHE.note(depsgraph, edited=True)
-    if _holds_an_edit(depsgraph.updates) or (
-        state.CACHE.recording(scene) is not None
-        and _is_shown(scene, depsgraph)
-        and visible(depsgraph) != state.CACHE.visible
-    ):
-        state.CACHE.scene_edited(scene)
-
-
-def _holds_an_edit(updates: Any) -> bool:
-    """Whether the user changed something. Playback starts with an update of all animation."""
+    if state.CACHE.running:
+        return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
+    kept = state.CACHE.kept(scene)
+    if kept is not None and _is_shown(scene, depsgraph):
+        kept.note_edit(scene, depsgraph, playing)
+    if _holds_an_edit(depsgraph.updates, playing):
+        state.CACHE.outdate_live()
+    overlay.note_edit(scene)
+
+
+def _holds_an_edit(updates: Any, playing: bool) -> bool:
+    """Whether the user changed something. Playback starts with an update of all animation."""
     if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
         return False
     return any(_is_edit(update) for update in updates)
@@ -81,23 +81,59 @@ def _is_edit(update: Any) -> bool:
     )
 
 
-def visible(depsgraph: Any) -> list[int]:
-    """Session uids of what the viewport shows."""
-    return [obj.original.session_uid for obj in depsgraph.objects]
+@persistent
+def before_load(*_: Any) -> None:
+    state.CACHE.clear()
 
 
 @persistent
-def on_data_replaced(*_: Any) -> None:
-    """Undo, redo and file load make all data anew: whatever refers to the old is void."""
-    state.CACHE.clear()
+def after_load(*_: Any) -> None:
+    recording_store.restore()
+    _look_again()
+
+
+@persistent
+def before_undo(*_: Any) -> None:
+    """Undo and redo make data anew: whatever refers to the old is void."""
+    state.CACHE.forget_references()
+
+
+@persistent
+def after_undo(*_: Any) -> None:
+    _look_again()
+
+
+def _look_again() -> None:
+    """Whether the recording is of the scene as it is now; that of another scene is looked at when
+    that is evaluated."""
+    scene = bpy.context.scene
+    kept = state.CACHE.kept(scene) if scene is not None else None
+    if kept is not None:
+        kept.verify(scene, bpy.context.evaluated_depsgraph_get())
+
+
+@persistent
+def before_save(*_: Any) -> None:
+    recording_store.put_into_file()
+
+
+@persistent
+def after_save(*_: Any) -> None:
+    recording_store.take_out_of_file()
 
 
 HANDLERS = (
     ("frame_change_post", on_frame_change),
     ("depsgraph_update_post", on_edit),
-    ("load_pre", on_data_replaced),
-    ("undo_pre", on_data_replaced),
-    ("redo_pre", on_data_replaced),
+    ("load_pre", before_load),
+    ("load_post", after_load),
+    ("undo_pre", before_undo),
+    ("undo_post", after_undo),
+    ("redo_pre", before_undo),
+    ("redo_post", after_undo),
+    ("save_pre", before_save),
+    ("save_post", after_save),
+    ("save_post_fail", after_save),
 )
 
 
@@ -128,4 +164,5 @@ def unregister() -> None:
         if handler in registered:
             registered.remove(handler)
     resting.cancel()
+    digests.forget_types()
     state.CACHE.clear()

@@ -13,6 +13,7 @@ from typing import Any
 from ..sensor_logic.clock import Clock
 from . import outputs, resting, state
 from .probes import Probes
+from .scene_probe.solids import Solids
 from .sensors import SensorError, all_sensors, check, simulated
 from .station import Station, Taken
 
@@ -26,6 +27,8 @@ class Live:
         # What was published last, by the sensor's name, for panels.
         self.readings: dict[str, dict[str, Any]] = {}
         self.outdated = True
+        # The frame that was looked at last, until something else looked at it too.
+        self.looked_at: int | None = None
         self._probes = Probes(scene)
         self._waiting: dict[int, Taken] = {}
         self._lit: dict[str, Taken] = {}
@@ -35,6 +38,7 @@ class Live:
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
         """Senses at the present frame and shows it."""
+        self.looked_at = None
         # A handler cannot evaluate sub-frames: live values look at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
@@ -49,12 +53,18 @@ class Live:
         due = [(s, *update) for s in self._stations if (update := self._due(s, step))]
         pads = [station.sensor.object for station, _, _ in due if station.sensor.kind.motion]
         self._probes.look(depsgraph, scene.frame_current, pads)
+        self.looked_at = scene.frame_current
         changed = [self._finish(station, step) for station in self._stations]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._preview(depsgraph, [s.sensor.name for s, _, _ in due])
         if any(changed):
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
+
+    @property
+    def solids(self) -> Solids:
+        """What rays meet, as it was when last looked at."""
+        return self._probes.caster.solids
 
     def _sensors_are_the_same(self) -> bool:
         """Whether every sensor still exists, under its name."""

@@ -13,15 +13,20 @@ from ..sensor_logic.files import OutputError, check_folder, umask, write_files
 from .quiet import standard_output_silenced
 
 
-def check_outputs(events: Path | None, samples: Path | None, save: Path | None) -> None:
+def check_outputs(
+    events: Path | None, samples: Path | None, save: Path | None, report: Path | None = None
+) -> None:
     """Raises OutputError where the results of a run could not be written."""
-    for path, flag in ((events, "--events"), (save, "--save")):
+    for path, flag in ((events, "--events"), (save, "--save"), (report, "--report")):
         if path is not None:
             _check_file(path, flag)
     if save is not None and save.exists() and not save.is_file():
         raise OutputError(f"--save: {save} is not a plain file")
     if events is not None and save is not None and events.resolve() == save.resolve():
         raise OutputError(f"--events and --save both name {save}: give two files")
+    for path, flag in ((events, "--events"), (save, "--save")):
+        if path is not None and report is not None and path.resolve() == report.resolve():
+            raise OutputError(f"{flag} and --report both name {report}: give two files")
     if samples is not None:
         try:
             folder = samples if samples.exists() or samples.is_symlink() else samples.parent

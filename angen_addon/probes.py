@@ -17,6 +17,7 @@ from .scene_probe.light import LightError, LightRequest, measure, measure_direct
 from .scene_probe.light_signature import LightSignature
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
+from .scene_probe.warmth import Warmth
 from .sensors import Sensor, SensorError, unit_scale
 
 
@@ -35,6 +36,7 @@ class Probes:
 
     def __init__(self, scene: Any) -> None:
         self.caster = make_caster(scene)
+        self.warmth = Warmth(self.caster)
         self._bodies = Bodies(self.caster.solids)
         self._pads: list[Any] = []
         self._light: Mapping[str, LightSample] = {}

@@ -15,7 +15,7 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from bpy.types import Collection, Object, PropertyGroup, Scene
+from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import Parameters, Spec, defaults, specs
@@ -25,11 +25,13 @@ OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
 # Units that Blender knows how to show and convert; others stand in the tooltip.
 SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
 
-POINTERS = {"Object": Object, "Collection": Collection}
+# What can have a temperature.
+WARM = (Object, Collection, Material)
+POINTERS = {"Object": Object, "Collection": Collection, "Text": Text}
 
 
 def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
-    state.CACHE.settings_changed()
+    state.CACHE.settings_changed(self.id_data)
 
 
 def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
@@ -40,6 +42,12 @@ def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
 
 def _load_changed(self: Any, context: bpy.types.Context) -> None:
     self.id_data.update_tag(refresh={"OBJECT"})
+    _settings_changed(self, context)
+
+
+def _warmth_changed(self: Any, context: bpy.types.Context) -> None:
+    # Materials and collections have no parts that could be told apart.
+    self.id_data.update_tag()
     _settings_changed(self, context)
 
 
@@ -186,6 +194,42 @@ def _load_group() -> type:
     return type("AngenLoad", (PropertyGroup,), {"__annotations__": annotations})
 
 
+def _warmth_group() -> type:
+    annotations = {
+        "use_temperature": BoolProperty(
+            name="Own temperature",
+            description="It has a temperature of its own, which pyroelectric motion detectors see. "
+            "A material's counts more than its object's, and that more than its collections'",
+            update=_warmth_changed,
+            override=OVERRIDABLE,
+        ),
+        "temperature": FloatProperty(
+            name="Temperature (°C)",
+            description="Temperature of the surface in degrees Celsius",
+            default=30.0,
+            min=-273.15,
+            soft_min=-20.0,
+            soft_max=100.0,
+            precision=1,
+            step=50,
+            update=_warmth_changed,
+            override=OVERRIDABLE,
+        ),
+        "emissivity": FloatProperty(
+            name="Emissivity",
+            description="How much of what a black body sends out its surface does; the rest is "
+            "reflection of what is around. Skin, cloth, paint, wood and glass 0.9 to 0.98, bare "
+            "metal 0.05 to 0.3",
+            default=0.95,
+            min=0.0,
+            max=1.0,
+            update=_warmth_changed,
+            override=OVERRIDABLE,
+        ),
+    }
+    return type("AngenWarmth", (PropertyGroup,), {"__annotations__": annotations})
+
+
 def _scene_properties() -> dict[str, Any]:
     return {
         "angen_seed": IntProperty(
@@ -216,6 +260,18 @@ def _scene_properties() -> dict[str, Any]:
             options=set(),
             update=_settings_changed,
         ),
+        "angen_ambient_temperature": FloatProperty(
+            name="Ambient temperature (°C)",
+            description="Temperature of everything that has none of its own, in degrees Celsius, "
+            "for pyroelectric motion detectors",
+            default=20.0,
+            min=-273.15,
+            soft_min=-20.0,
+            soft_max=45.0,
+            precision=1,
+            step=50,
+            update=_settings_changed,
+        ),
         "angen_ray_caster": EnumProperty(
             name="Ray caster",
             description="How rays meet the scene. Both give the same events",
@@ -244,12 +300,14 @@ def register() -> None:
         kind.attribute: _group_of(f"Angen{kind.parameters.__name__}", kind.parameters)
         for kind in KINDS.values()
     }
-    sensor, load = _sensor_group(groups), _load_group()
-    _classes.extend((*groups.values(), sensor, load))
+    sensor, load, warmth = _sensor_group(groups), _load_group(), _warmth_group()
+    _classes.extend((*groups.values(), sensor, load, warmth))
     for cls in _classes:
         bpy.utils.register_class(cls)
     Object.angen_sensor = PointerProperty(type=sensor, override=OVERRIDABLE)
     Object.angen_load = PointerProperty(type=load, override=OVERRIDABLE)
+    for owner in WARM:
+        owner.angen_warmth = PointerProperty(type=warmth, override=OVERRIDABLE)
     Object.angen_ignored = BoolProperty(
         name="Ignored by sensors",
         description="No sensor sees this object, e.g. a marker of a room's volume",
@@ -265,6 +323,8 @@ def unregister() -> None:
     for name in reversed(_scene_properties()):
         delattr(Scene, name)
     del Object.angen_ignored
+    for owner in WARM:
+        del owner.angen_warmth
     del Object.angen_load
     del Object.angen_sensor
     while _classes:

@@ -46,6 +46,13 @@ class Sensor:
         return str(self.object.get("room", ""))
 
     @property
+    def value_unit(self) -> str:
+        """Of its main reading."""
+        if self.kind.identifier == "PIR" and self.settings.pir.model == "PYROELECTRIC":
+            return "of threshold"
+        return self.kind.value_unit
+
+    @property
     def library(self) -> str:
         return self.object.library.filepath if self.object.library else ""
 
@@ -111,7 +118,7 @@ def read_parameters(sensor: Sensor, settings: Any) -> Any:
     group = getattr(settings, sensor.kind.attribute)
     values = tuple(
         # Objects are named, not kept: they would not outlive undo.
-        value.name_full if spec.pointer and value is not None else value
+        _pointed_at(value, spec.pointer) if spec.pointer and value is not None else value
         for name, spec in specs(sensor.kind.parameters).items()
         for value in (getattr(group, name),)
     )
@@ -119,6 +126,11 @@ def read_parameters(sensor: Sensor, settings: Any) -> Any:
     if problems:
         raise SensorError(f"'{sensor.name}': {problems[0]}")
     return parameters
+
+
+def _pointed_at(value: Any, kind: str) -> str:
+    """What a parameter that points at something holds: a text's content, else the name."""
+    return str(value.as_string() if kind == "Text" else value.name_full)
 
 
 def report_steps(sensor: Sensor) -> dict[str, float]:

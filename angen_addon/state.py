@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the add-on keeps in memory between calls: one object, emptied by undo and file load."""
+"""What the add-on keeps in memory between calls: one object, emptied by file load. Recordings
+outlive undo, as long as the scene is, or is again, the one that they were made of."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ import weakref
 from typing import Any, Protocol
 
 from ..sensor_logic.recording import Recording
+from .kept import Kept
 
 
 class Watching(Protocol):
@@ -16,18 +18,19 @@ class Watching(Protocol):
 
 
 class Cache:
-    """`recording`: the last run, by the scene's session uid; `running` while a run drives the
-    frames, so that handlers keep still; `live` is what follows the playhead without a recording;
-    `visible`: session uids of what the viewport showed when last looked, while a recording is kept;
-    `shown_at` when a frame was last shown, by the clock of `time.monotonic`.
+    """The last run of each scene, by its session uid; `running` while a run drives the frames, so
+    that handlers keep still; `live` is what follows the playhead without a recording; `shown_at`
+    when a frame was last shown, by the clock of `time.monotonic`; `notice` what the user should
+    know of a recording that a file had; `overlay` what the viewport draws of the sensors.
     """
 
     def __init__(self) -> None:
         self.running = False
         self.live: Any = None
-        self.visible: list[int] = []
         self.shown_at = 0.0
-        self._recordings: dict[int, Recording] = {}
+        self.notice = ""
+        self.overlay: Any = None
+        self._kept: dict[int, Kept] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
     def watch(self, probe: Watching) -> None:
@@ -39,36 +42,51 @@ class Cache:
             probe.note(depsgraph, edited)
 
     def recording(self, scene: Any) -> Recording | None:
-        return self._recordings.get(scene.session_uid)
+        """The last run, if the scene is as it was then."""
+        kept = self.kept(scene)
+        return kept.recording if kept is not None and not kept.stale else None
 
-    def keep_recording(self, scene: Any, recording: Recording) -> None:
-        self._recordings[scene.session_uid] = recording
+    def kept(self, scene: Any) -> Kept | None:
+        """The last run, stale or not."""
+        return self._kept.get(scene.session_uid)
+
+    def keep(self, scene: Any, kept: Kept) -> None:
+        self._kept[scene.session_uid] = kept
+        self.notice = ""
 
     def drop_recording(self, scene: Any) -> None:
-        self._recordings.pop(scene.session_uid, None)
+        self._kept.pop(scene.session_uid, None)
+        self.notice = ""
 
-    def settings_changed(self) -> None:
-        """A recording made with other settings would be a lie."""
+    def all_kept(self) -> dict[int, Kept]:
+        """By the session uid of the scene."""
+        return dict(self._kept)
+
+    def settings_changed(self, owner: Any) -> None:
+        """A recording made with other settings of `owner`, an object or scene, would be a lie."""
         if not self.running:
-            self._recordings.clear()
-            self._outdate_live()
+            for kept in self._kept.values():
+                kept.check(owner)
+            self.outdate_live()
 
-    def scene_edited(self, scene: Any) -> None:
-        """The same for a scene in which something was moved, reshaped, added, hidden or keyed."""
-        if not self.running:
-            self.drop_recording(scene)
-            self._outdate_live()
-
-    def _outdate_live(self) -> None:
+    def outdate_live(self) -> None:
         if self.live is not None:
             self.live.outdated = True
 
-    def clear(self) -> None:
-        """Forgets all that refers to the file's data, which undo and load make anew."""
+    def forget_references(self) -> None:
+        """Undo and redo make the file's data anew: whatever refers to the old is void."""
         self.running = False
         self.live = None
-        self._recordings.clear()
+        self.overlay = None
         self._watching = weakref.WeakSet()
+        for kept in self._kept.values():
+            kept.unsure = True
+
+    def clear(self) -> None:
+        """Another file takes the place of this one."""
+        self.forget_references()
+        self._kept.clear()
+        self.notice = ""
 
 
 CACHE = Cache()

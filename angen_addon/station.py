@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ..sensor_logic.clock import Clock, Schedule
-from ..sensor_logic.model import Array, PadContact, Pose, Reading, Update
+from ..sensor_logic.model import Array, Emission, PadContact, Pose, Reading, Update
 from ..sensor_logic.noise import generator
 from .probes import Probes
 from .scene_probe.light import LightRequest
@@ -75,6 +75,10 @@ class Station:
             in_units = origins / metres, directions, length / metres
             return probes.caster.cast(self.sensor.uid, bundle, *in_units) * metres
 
+        def warmth(bundle: int, origins: Array, directions: Array, length: Array) -> Emission:
+            in_units = origins / metres, directions, length / metres
+            return probes.warmth.see(depsgraph, self.sensor.uid, bundle, *in_units)
+
         def noise() -> np.random.Generator:
             return generator(scene.angen_seed, self.sensor.name, number)
 
@@ -98,6 +102,7 @@ class Station:
             part,
             contact,
             lambda: probes.light(self.sensor.name),
+            warmth,
         )
         request = None
         if self.sensor.kind.light:

@@ -1,65 +1,70 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks [--quick] [--only PART]`: measures, and writes the pages from the data:
-docs/benchmarks.md, and docs/pressure.md's tables and figure."""
+"""`python -m benchmarks [--quick] [--only PART]`: measures, and writes data, plots and pages.
+
+The data go to docs/data, the page docs/benchmarks.md and docs/pressure.md's tables are made from
+them. With --quick all goes to build/bench instead, and light, which has a program of its own, is
+left out.
+"""
 
 from __future__ import annotations
 
 import argparse
-import json
-import platform
+import subprocess
+import sys
+import time
+from importlib import import_module
 from pathlib import Path
-from typing import Any
-
-import bpy
 
 from angen_addon.standalone import load_extension
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
-PARTS = ("rays", "pressure")
+from . import page, pressure_report
+
+ROOT = Path(__file__).resolve().parent.parent
+LIGHT = "light"
+# The module that measures a part, where it is not called as the part is.
+MODULES = {"rays": "ray_benchmark"}
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="less of it; writes no file")
-    parser.add_argument("--only", choices=PARTS, help="this part alone; the other as last measured")
-    arguments = parser.parse_args()
-    quick, parts = arguments.quick, (arguments.only,) if arguments.only else PARTS
-    machine = (
-        f"{platform.processor() or platform.machine()}, Blender "
-        f"{bpy.app.version_string}, Python {platform.python_version()}"
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--quick", action="store_true", help="less of it, into build/bench")
+    parser.add_argument(
+        "--only",
+        choices=(*page.REPORTS, LIGHT),
+        help="this part alone; the others as last measured",
+    )
+    arguments = parser.parse_args()
+    docs = ROOT / "build" / "bench" if arguments.quick else ROOT / "docs"
+    (docs / "data").mkdir(parents=True, exist_ok=True)
+    for name in page.REPORTS:
+        if arguments.only in (None, name):
+            _measure(name, arguments.quick, docs)
+    print(page.write(docs))
+    if not arguments.quick:
+        pressure_report.write(page.known(docs / "data")["pressure"])
+        if arguments.only in (None, LIGHT):
+            subprocess.run([sys.executable, "-m", "benchmarks.light"], cwd=ROOT, check=True)
+
+
+def _measure(name: str, quick: bool, docs: Path) -> None:
+    """Measures a part and keeps its data at once, whatever becomes of the next part."""
     extension = load_extension()
     extension.register()
+    begin = time.perf_counter()
     try:
-        from . import pressure, pressure_report, ray_accuracy, ray_layer, report
-
-        rays = _known(DOCS / "benchmarks.json")
-        pads = _known(pressure_report.DATA)
-        if "rays" in parts:
-            rays = {
-                "machine": machine,
-                "ray_accuracy": ray_accuracy.measure(frames=12 if quick else 72),
-                "ray_layer": ray_layer.measure(
-                    frames=24 if quick else 72, rounds=1 if quick else 3
-                ),
-            }
-        if "pressure" in parts:
-            pads = {"machine": machine, **pressure.measure(quick)}
+        common = import_module("benchmarks.common")
+        found = import_module(f"benchmarks.{MODULES.get(name, name)}").measure(quick)
+        machine = common.machine()
     finally:
         extension.unregister()
-    text = report.markdown(rays) + pressure_report.section(pads)
-    print(text)
-    if quick:
-        print("\n".join(pressure_report.tables(pads).values()))
-        return
-    (DOCS / "benchmarks.json").write_text(json.dumps(rays, indent=1) + "\n")
-    (DOCS / "benchmarks.md").write_text(text)
-    pressure_report.write(pads)
-
-
-def _known(path: Path) -> dict[str, Any]:
-    """What was measured last."""
-    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.exists() else {}
+    took = time.perf_counter() - begin
+    data = {"machine": machine, "quick": quick, "took_s": took, **found}
+    (docs / "data" / f"{name}.json").write_text(pressure_report.dumped(data), encoding="utf-8")
+    print(f"{name}: {took:.0f} s", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
-# Okabe and Ito: told apart by the colour-blind too.
-BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
-YELLOW, SKY, BLACK = "#e69f00", "#56b4e9", "#000000"
+from sensor_logic.report.svg import (  # noqa: F401  (figures take their colours from here)
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    YELLOW,
+    place,
+    ticks,
+)
+from sensor_logic.report.svg import shown_number as number
+
 WIDTH, LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 860, 80, 118, 44, 46, 24
 STYLE = (
     "text{font-family:system-ui,sans-serif;font-size:13px;fill:#222}"
@@ -34,20 +44,25 @@ class Series:
 @dataclass(frozen=True)
 class Panel:
     """Series over one y axis, with its label and unit; `least`: the axis spans this much at
-    least to both sides of zero; `legend`: a line of text at the top."""
+    least to both sides of zero; `legend`: a line of text at the top; `log`: a logarithmic axis."""
 
     label: str
     series: Sequence[Series]
     height: float
     least: float = 0.0
     legend: str = ""
+    log: bool = False
 
 
-def figure(title: str, x_label: str, panels: Sequence[Panel], about: str = "") -> str:
+def figure(
+    title: str, x_label: str, panels: Sequence[Panel], about: str = "", log_x: bool = False
+) -> str:
     """The whole SVG; `about` is what a screen reader says of it."""
+    panels = [_logarithmic(panel, log_x) for panel in panels]
     height = TOP + BOTTOM + sum(p.height for p in panels) + BETWEEN * (len(panels) - 1)
     x_low, x_high = _span(x for p in panels for s in p.series for x in s.x)
-    ticks_x = [tick for tick in ticks(x_low, x_high, 10) if x_low <= tick <= x_high]
+    marks = decades(x_low, x_high) if log_x else ticks(x_low, x_high, 10)
+    ticks_x = [tick for tick in marks if x_low - 1e-9 <= tick <= x_high + 1e-9]
     right = WIDTH - RIGHT
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:g}" role="img" '
@@ -62,8 +77,8 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], about: str = "") -
         top += panel.height + BETWEEN
     base = top - BETWEEN
     for tick in ticks_x:
-        x = _place(tick, x_low, x_high, LEFT, right)
-        parts.append(_text(x, base + 18, number(tick), "middle"))
+        x = place(tick, x_low, x_high, LEFT, right)
+        parts.append(_text(x, base + 18, number(10.0**tick if log_x else tick), "middle"))
     parts.append(_text((LEFT + right) / 2, base + 38, x_label, "middle"))
     return "\n".join([*parts, "</svg>"]) + "\n"
 
@@ -73,24 +88,24 @@ def _panel(
 ) -> list[str]:
     right, bottom = float(WIDTH - RIGHT), top + panel.height
     low, high = _span((y for s in panel.series for y in s.y), panel.least)
-    steps = ticks(low, high, max(2, int(panel.height / 45)))
+    steps = decades(low, high) if panel.log else ticks(low, high, max(2, int(panel.height / 45)))
     low, high = min(low, steps[0]), max(high, steps[-1])
     parts = []
     for tick in steps:
-        y = _place(tick, low, high, bottom, top)
+        y = place(tick, low, high, bottom, top)
         parts.append(f'<path class="grid" d="M{LEFT} {y:.1f}H{right:g}"/>')
-        parts.append(_text(LEFT - 8, y + 4, number(tick), "end"))
+        parts.append(_text(LEFT - 8, y + 4, number(10.0**tick if panel.log else tick), "end"))
     for tick in ticks_x:
-        x = _place(tick, x_low, x_high, LEFT, right)
+        x = place(tick, x_low, x_high, LEFT, right)
         parts.append(f'<path class="grid" d="M{x:.1f} {top:g}V{bottom:g}"/>')
     ends: list[tuple[float, Series]] = []
     for series in panel.series:
         places = [
-            (_place(x, x_low, x_high, LEFT, right), _place(y, low, high, bottom, top))
+            (place(x, x_low, x_high, LEFT, right), place(y, low, high, bottom, top))
             for x, y in zip(series.x, series.y, strict=True)
         ]
         parts.append(_drawn(series, places))
-        if series.label:
+        if series.label and places:
             ends.append((places[-1][1], series))
     parts.append(
         f'<rect class="frame" x="{LEFT}" y="{top:g}" width="{right - LEFT:g}" '
@@ -125,29 +140,38 @@ def _drawn(series: Series, places: Sequence[tuple[float, float]]) -> str:
     return f'<path d="M{line}" fill="none" stroke="{series.colour}" stroke-width="{width}"/>'
 
 
-def ticks(low: float, high: float, count: int) -> list[float]:
-    """Round numbers (1, 2 or 5 times a power of ten) from at or below `low` to `high` or above,
-    about `count` of them."""
-    rough = (high - low) / max(count, 1)
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= rough * (1 - 1e-9))
-    first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
-    return [step * i for i in range(first, last + 1)]
+def decades(low: float, high: float) -> list[float]:
+    """Logarithms of 1, 2 and 5 times powers of ten, or of these alone where there are many, from
+    at or below `low` to at or above `high`."""
+    steps = (1.0, 2.0, 5.0) if high - low < 2.5 else (1.0,)
+    powers = range(math.floor(low) - 1, math.ceil(high) + 2)
+    marks = [math.log10(step) + power for power in powers for step in steps]
+    below = max(mark for mark in marks if mark <= low + 1e-9)
+    above = min(mark for mark in marks if mark >= high - 1e-9)
+    return [mark for mark in marks if below <= mark <= above]
 
 
-def number(value: float) -> str:
-    """With a real minus sign, and no noise of floats."""
-    return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
+def _logarithmic(panel: Panel, log_x: bool) -> Panel:
+    """The panel with the logarithms of its numbers; those that are not above zero go."""
+
+    def moved(series: Series) -> Series:
+        pairs = [
+            (math.log10(x) if log_x else x, math.log10(y) if panel.log else y)
+            for x, y in zip(series.x, series.y, strict=True)
+            if (x > 0.0 or not log_x) and (y > 0.0 or not panel.log)
+        ]
+        return replace(series, x=[x for x, _ in pairs], y=[y for _, y in pairs])
+
+    return replace(panel, series=[moved(series) for series in panel.series])
 
 
 def _span(values: Iterable[float], least: float = 0.0) -> tuple[float, float]:
     found = [value for value in values if math.isfinite(value)]
+    if not found:
+        # All of it was left out of a logarithmic axis.
+        return 0.0, 1.0
     low, high = min([*found, -least] if least else found), max([*found, least] if least else found)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
-
-
-def _place(value: float, low: float, high: float, first: float, last: float) -> float:
-    return first + (value - low) / (high - low) * (last - first)
 
 
 def _apart(ends: list[tuple[float, Series]]) -> list[tuple[float, Series]]:

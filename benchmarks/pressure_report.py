@@ -17,7 +17,7 @@ from .plot import BLACK, BLUE, GREEN, ORANGE, PURPLE, Panel, Series, figure
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 DOCS = Path(__file__).resolve().parent.parent / "docs"
-PAGE, DATA = DOCS / "pressure.md", DOCS / "pressure.json"
+PAGE, DATA = DOCS / "pressure.md", DOCS / "data" / "pressure.json"
 FIGURE = DOCS / "pictures" / "pressure_table.svg"
 MARKERS = "<!-- {name}: python -m benchmarks --only pressure -->", "<!-- end of {name} -->"
 GROUPS = {
@@ -38,7 +38,7 @@ def section(data: dict[str, Any]) -> str:
     resting = [row for row in rows if row["group"] in {"rest", "extremes"}]
     drops = [row for row in rows if row["group"] == "drop"]
     return (
-        "\n## The pressure sensor\n\n"
+        "## The pressure sensor\n\n"
         f"{len(rows)} scenes against closed forms: at rest within "
         f"{_percent(max(row['error'] for row in resting))}, impulses of drops within "
         f"{_percent(max(row['error'] for row in drops))}, legs of the sample's table within "

@@ -13,7 +13,8 @@ from angen_sensors.angen_addon.station import evaluated_depsgraph
 from angen_sensors.sensor_logic.pir import fan_directions
 from mathutils import Vector
 
-from .ray_layer import FIRST_FRAME, HOME
+from .common import open_home
+from .ray_layer import FIRST_FRAME
 
 # The look from close by that finds out which face a ray hit starts this far before it.
 LOOK_BACK_M = 0.01
@@ -23,9 +24,7 @@ STRIDE = 12
 
 def measure(frames: int) -> dict[str, Any]:
     """Worst errors in metres over all rays of the home's detectors at some frames."""
-    bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
-    scene = bpy.context.scene
-    scene.angen_live = False
+    scene = open_home()
     casters = {}
     for name in ("FAST", "SCENE"):
         scene.angen_ray_caster = name

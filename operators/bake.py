@@ -8,6 +8,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon import bake, state
 from ..angen_addon.sensors import all_sensors, simulated
+from .recording import has_fresh_recording, is_still_fresh
 
 
 class ANGEN_OT_bake_keyframes(Operator):
@@ -18,21 +19,22 @@ class ANGEN_OT_bake_keyframes(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.recording(context.scene) is None:
-            cls.poll_message_set("Simulate first")
-            return False
-        return True
+        return has_fresh_recording(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
+        if not is_still_fresh(self, context):
+            return {"CANCELLED"}
         recording = state.CACHE.recording(scene)
         assert recording is not None
-        count = bake.bake(simulated(all_sensors(context.view_layer)), recording)
-        # The new keys are no edit that voids the recording they were made from.
-        context.view_layer.update()
+        baked = bake.bake(simulated(all_sensors(context.view_layer)), recording)
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        state.CACHE.keep_recording(scene, recording)
-        self.report({"INFO"}, f"{count} sensors keyed")
+        for note in baked.notes:
+            self.report({"WARNING"}, note)
+        if not baked.count:
+            self.report({"ERROR"}, "No sensor could be keyed")
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{baked.count} sensors keyed")
         return {"FINISHED"}
 
 

@@ -14,15 +14,13 @@ from ..angen_addon import state
 from ..angen_addon.output_files import write
 from ..sensor_logic.event_log import events_csv, samples_csv
 from ..sensor_logic.files import OutputError, check_folder, file_names
+from .recording import has_fresh_recording, is_still_fresh
 
 
 class _Export:
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.recording(context.scene) is None:
-            cls.poll_message_set("Simulate first")  # type: ignore[attr-defined]
-            return False
-        return True
+        return has_fresh_recording(cls, context)
 
     def _write(self, texts: dict[Path, str], new_folder: Path | None) -> set[str]:
         try:
@@ -43,6 +41,8 @@ class ANGEN_OT_export_events(_Export, Operator, ExportHelper):
     filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
 
     def execute(self, context: Context) -> set[str]:
+        if not is_still_fresh(self, context):
+            return {"CANCELLED"}
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         path = Path(bpy.path.abspath(self.filepath))
@@ -66,6 +66,8 @@ class ANGEN_OT_export_samples(_Export, Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Context) -> set[str]:
+        if not is_still_fresh(self, context):
+            return {"CANCELLED"}
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         if not self.directory:

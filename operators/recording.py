@@ -1,23 +1,50 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forgets the recording, so that sensors follow the playhead again."""
+"""Forgets the recording; and what operators ask of it before its results leave."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import bpy
 from bpy.types import Context, Operator
 
 from ..angen_addon import state
 
+WAY_OUT = "Simulate again, or undo the change"
+
+
+def has_fresh_recording(operator: Any, context: Context) -> bool:
+    """Whether there is a recording, of the scene as it is; sets the poll message."""
+    kept = state.CACHE.kept(context.scene)
+    if kept is None:
+        operator.poll_message_set("Simulate first")
+    elif kept.stale:
+        operator.poll_message_set(f"The recording is stale, {kept.stale}. {WAY_OUT}")
+    else:
+        return True
+    return False
+
+
+def is_still_fresh(operator: Any, context: Context) -> bool:
+    """The same after a look at everything: some changes Blender tells nobody of."""
+    scene = context.scene
+    kept = state.CACHE.kept(scene)
+    assert kept is not None
+    kept.verify(scene, context.evaluated_depsgraph_get())
+    if kept.stale:
+        operator.report({"ERROR"}, f"The recording is stale, {kept.stale}. {WAY_OUT}")
+    return not kept.stale
+
 
 class ANGEN_OT_clear_recording(Operator):
     bl_idname = "angen.clear_recording"
     bl_label = "Clear Recording"
-    bl_description = "Forget what was recorded; sensors follow the playhead again"
+    bl_description = "Forget what was recorded, in the file too; sensors follow the playhead again"
     bl_options = {"REGISTER"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.recording(context.scene) is None:
+        if state.CACHE.kept(context.scene) is None:
             cls.poll_message_set("Nothing is recorded")
             return False
         return True

@@ -11,13 +11,16 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon import handlers, outputs, state
+from ..angen_addon import outputs, state
+from ..angen_addon.kept import keep
 from ..angen_addon.sensors import SensorError, all_sensors, simulated
 from ..angen_addon.simulation import Progress, simulate
 from ..sensor_logic.recording import Recording
 
 # Work done between two looks at the window's events.
 SLICE_S = 0.1
+# Before that, what is left is a guess.
+SURE_AFTER_S = 1.0
 SCENES_OWN = -(2**31)
 
 
@@ -37,6 +40,7 @@ class ANGEN_OT_simulate(Operator):
     _run: Iterator[Progress]
     _recording: Recording
     _timer: Any = None
+    _started = 0.0
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -74,8 +78,8 @@ class ANGEN_OT_simulate(Operator):
             outputs.show_recorded(self._recording, context.view_layer, frame)
             # What drivers make of it is no edit that voids the recording.
             context.view_layer.update()
-        state.CACHE.keep_recording(scene, self._recording)
-        state.CACHE.visible = handlers.visible(context.evaluated_depsgraph_get())
+        depsgraph = context.evaluated_depsgraph_get()
+        state.CACHE.keep(scene, keep(self._recording, scene, depsgraph))
         first, last = self._recording.frame_start, self._recording.frame_end
         self.report({"INFO"}, f"Recorded frames {first} to {last}: {self._updates()} updates")
 
@@ -98,6 +102,7 @@ class ANGEN_OT_simulate(Operator):
             return self.execute(context)
         if not self._begin(context):
             return {"CANCELLED"}
+        self._started = time.perf_counter()
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(0.01, window=context.window)
@@ -124,8 +129,10 @@ class ANGEN_OT_simulate(Operator):
             return {"FINISHED"}
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
         context.window_manager.progress_update(share)
+        left = time_left(progress, time.perf_counter() - self._started)
         context.workspace.status_text_set(
-            f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %. Esc keeps what is done"
+            f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %{left}. "
+            "Esc keeps what is done"
         )
         return {"RUNNING_MODAL"}
 
@@ -147,6 +154,21 @@ class ANGEN_OT_simulate(Operator):
 
     def cancel(self, context: Context) -> None:
         self._stop(context)
+
+
+def time_left(progress: Progress, elapsed: float) -> str:
+    """How long the rest will take if it goes on as it did for `elapsed` seconds; empty as long as
+    that cannot be told."""
+    if elapsed < SURE_AFTER_S or progress.seconds_done <= 0.0:
+        return ""
+    rest = progress.seconds_total - progress.seconds_done
+    seconds = round(elapsed * rest / progress.seconds_done)
+    if seconds < 60:
+        return f", {seconds} s left"
+    minutes, seconds = divmod(seconds, 60)
+    if minutes < 60:
+        return f", {minutes} min {seconds:02d} s left"
+    return f", {minutes // 60} h {minutes % 60:02d} min left"
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_simulate,))

@@ -3,9 +3,9 @@
 
 
 def _modules() -> tuple:
-    from . import load, physics_tab, presets, sidebar
+    from . import events, load, overlay, physics_tab, presets, sidebar, table, warmth
 
-    return (presets, physics_tab, sidebar, load)
+    return (presets, physics_tab, table, events, sidebar, overlay, load, warmth)
 
 
 def register() -> None:

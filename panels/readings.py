@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..angen_addon import state
+from ..angen_addon import outputs, state
 from ..angen_addon.sensors import Sensor
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
+UNKNOWN = "DOT"
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,14 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
         return Shown("Off", OFF)
     recorded = _recorded(sensor, scene)
     fields, problem = recorded or _live(sensor, scene)
-    value = quantity(settings.value, kind.value_unit)
+    value = quantity(settings.value, sensor.value_unit)
     if problem:
         icon = WRONG if fields is None else DOUBTFUL
         # What stands is the last known reading, if there was any.
         text = f"Invalid, {value}" if fields and settings.value else "Invalid"
         return Shown(text, icon, problem, fields, recorded is not None)
+    if fields is None and not outputs.output_curves(sensor.object):
+        return Shown("Not simulated", UNKNOWN)
     word, icon = (kind.active_label, ACTIVE) if settings.active else (kind.idle_label, IDLE)
     return Shown(f"{word}, {value}", icon, "", fields, recorded is not None)
 
@@ -63,7 +66,7 @@ def _recorded(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str
 def _live(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str]:
     """Fields and problem of the last live update."""
     live = state.CACHE.live
-    if live is None or live.scene_uid != scene.session_uid:
+    if live is None or live.scene_uid != scene.session_uid or not scene.angen_live:
         return None, ""
     problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
     return live.readings.get(sensor.name), problem
@@ -77,4 +80,6 @@ def quantity(value: float, unit: str) -> str:
         return f"{math.degrees(value):.0f}°"
     if unit == "N":
         return f"{value + 0.0:.2f} N".replace("-0.00", "0.00")
+    if unit == "%":
+        return f"{value:.1f} %"
     return f"{value:.3f} {unit}"

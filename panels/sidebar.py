@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 import bpy
-from bpy.types import Context, Panel
+from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon import state
-from ..angen_addon.sensors import all_sensors
+from .lines import draw_lines
 from .parameters import draw_sensor, sensor_of
 from .presets import draw_presets
-from .readings import shown
 
 
 class _Sidebar:
@@ -27,19 +26,11 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         layout.use_property_split = True
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("angen.simulate", icon="PLAY")
-        recording = state.CACHE.recording(scene)
-        if state.CACHE.running:
-            layout.label(text="Simulating: Esc keeps what is done", icon="TIME")
-        elif recording is None:
-            layout.label(text="Not recorded: live values", icon="INFO")
-        else:
-            layout.label(
-                text=f"Recorded: frames {recording.frame_start} to {recording.frame_end}",
-                icon="CHECKMARK",
-            )
+        draw_recording(layout, scene)
         row = layout.row(align=True)
         row.operator("angen.export_events", text="Events", icon="EXPORT")
         row.operator("angen.export_samples", text="Samples", icon="EXPORT")
+        row.operator("angen.export_report", text="Report", icon="EXPORT")
         row = layout.row(align=True)
         row.operator("angen.bake_keyframes", icon="KEYFRAME_HLT")
         row.operator("angen.clear_recording", text="", icon="TRASH")
@@ -51,21 +42,22 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         column.prop(scene, "angen_ray_caster")
 
 
-class ANGEN_PT_readings(_Sidebar, Panel):
-    bl_label = "Readings"
-
-    def draw(self, context: Context) -> None:
-        sensors = all_sensors(context.view_layer)
-        if not sensors:
-            self.layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
-        column = self.layout.column(align=True)
-        for sensor in sensors:
-            seen = shown(sensor, context.scene)
-            split = column.split(factor=0.56, align=True)
-            split.label(text=sensor.name, icon=seen.icon)
-            value = split.row()
-            value.alignment = "RIGHT"
-            value.label(text=seen.text)
+def draw_recording(layout: UILayout, scene: Scene) -> None:
+    """Whether there is a recording, and whether it still holds."""
+    kept = state.CACHE.kept(scene)
+    if state.CACHE.running:
+        layout.label(text="Simulating: Esc keeps what is done", icon="TIME")
+    elif kept is None:
+        layout.label(text="Not recorded: live values", icon="INFO")
+    elif kept.stale:
+        text = f"Recording is stale, {kept.stale}. Values are live. Simulate again, or undo"
+        draw_lines(layout, text, "ERROR")
+    else:
+        recording = kept.recording
+        text = f"Recorded: frames {recording.frame_start} to {recording.frame_end}"
+        layout.label(text=text, icon="CHECKMARK")
+    if state.CACHE.notice:
+        draw_lines(layout, state.CACHE.notice, "ERROR")
 
 
 class ANGEN_PT_active_sensor(_Sidebar, Panel):
@@ -90,5 +82,5 @@ class ANGEN_PT_active_sensor(_Sidebar, Panel):
 
 
 register, unregister = bpy.utils.register_classes_factory(
-    (ANGEN_PT_simulation, ANGEN_PT_readings, ANGEN_PT_active_sensor)
+    (ANGEN_PT_simulation, ANGEN_PT_active_sensor)
 )

@@ -70,14 +70,15 @@ def report(kind: str, changes: list[float], samples: list[str]) -> Report:
 
 
 def main() -> None:
-    events, samples = OUTPUT / "events.csv", OUTPUT / "samples"
+    events, samples, page = OUTPUT / "events.csv", OUTPUT / "samples", OUTPUT / "report.html"
     shutil.rmtree(OUTPUT, ignore_errors=True)
     samples.mkdir(parents=True)
 
     with angen_command() as command:
         print(f"Simulating {HOME.relative_to(ROOT)} ...", flush=True)
         started = time.perf_counter()
-        run(command, "simulate", "--events", str(events), "--samples", str(samples))
+        outputs = ["--events", str(events), "--samples", str(samples), "--report", str(page)]
+        run(command, "simulate", *outputs)
         wall = time.perf_counter() - started
         memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * RSS_UNIT
         sensors = sorted(json.loads(run(command, "list", "--json")), key=lambda s: s["room"])
@@ -96,6 +97,7 @@ def main() -> None:
     if memory > MEMORY_LIMIT:
         sys.exit(f"The run took more than {MEMORY_LIMIT / MIB:.0f} MiB of memory.")
     print(f"Event log: {events.relative_to(ROOT)}   samples: {samples.relative_to(ROOT)}/")
+    print(f"Timeline, floor plan and figures to read and print: {page.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

@@ -98,12 +98,20 @@ def events_csv(recording: Recording) -> str:
 
 def samples_csv(track: Track) -> str:
     """Every update of one sensor: time_s, frame and the fields of its kind."""
-    columns = [track.columns[f.name] for f in track.kind.samples]
+    fields = [
+        f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
+    ]
+    columns = [track.columns[f.name] for f in fields]
     rows = (
         (format_time(time), format_frame(frame), *(format_value(c[i]) for c in columns))
         for i, (time, frame) in enumerate(zip(track.times, track.frames, strict=True))
     )
-    return to_csv(("time_s", "frame", *(f.name for f in track.kind.samples)), rows)
+    return to_csv(("time_s", "frame", *(f.name for f in fields)), rows)
+
+
+def _is_empty(column: Any) -> bool:
+    """Whether a column of floats holds no number."""
+    return all(math.isnan(value) for value in column)
 
 
 def read_events(path: Path) -> list[Event]:

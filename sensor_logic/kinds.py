@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from .light import LightParameters, LightSensor
+from .motion_detector import MotionDetector
 from .optical_switch import OpticalSwitchParameters, SlottedSwitch
 from .parameters import Parameters
-from .pir import PirParameters, RangeScan
+from .pir import PirParameters
 from .pressure import PressurePad, PressureParameters
 
 NO_KIND = "NONE"
@@ -21,12 +22,13 @@ class Field:
     """A published quantity: its name in logs and its Python type (bool, float, int or str).
 
     `step` names the parameter that tells by how much it must change to be an event; else any
-    change is one.
+    change is one. `optional`: left out of a file in which it would be empty throughout.
     """
 
     name: str
     type: type
     step: str = ""
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,8 +75,12 @@ KINDS: dict[str, Kind] = {
             "Still",
             PirParameters,
             events=(Field("moved", bool),),
-            samples=(Field("angle_rad", float), Field("moved", bool)),
-            model=RangeScan,
+            samples=(
+                Field("angle_rad", float),
+                Field("moved", bool),
+                Field("signal", float, optional=True),
+            ),
+            model=MotionDetector,
         ),
         Kind(
             "OPTICAL_SWITCH",

@@ -40,6 +40,29 @@ class CastRays(Protocol):
 
 
 @dataclass(frozen=True)
+class Emission:
+    """What rays meet, as a source of heat: `temperature` in K and `emissivity` (n,) of the
+    surfaces, and the temperature of what is around, `ambient` in K. A ray that meets nothing sees
+    the ambient."""
+
+    temperature: Array
+    emissivity: Array
+    ambient: float
+
+
+class SeeWarmth(Protocol):
+    """As `CastRays`, but tells the warmth of what the rays meet."""
+
+    def __call__(
+        self, bundle: int, origins: Array, directions: Array, length: Array
+    ) -> Emission: ...
+
+
+def _no_warmth(bundle: int, origins: Array, directions: Array, length: Array) -> Emission:
+    raise LookupError("nobody told this update how warm things are")
+
+
+@dataclass(frozen=True)
 class PadContact:
     """What a pressure pad is told of its contacts: the `forces` at the update's frame, the pad's
     own weight (3,) in N, and session uids of the objects to measure alone (None: all)."""
@@ -54,7 +77,8 @@ class Update:
     """What a model gets at each of its updates, which follow each other without a gap.
 
     `noise` makes the update's random generator, `part` that of the device, the same each time.
-    `contact` tells a pressure pad what presses on it, `light` a light sensor what shines on it.
+    `contact` tells a pressure pad what presses on it, `light` a light sensor what shines on it,
+    `warmth` a pyroelectric detector how warm the things are that it sees.
     """
 
     number: int
@@ -65,6 +89,7 @@ class Update:
     part: Callable[[], np.random.Generator]
     contact: Callable[[], PadContact]
     light: Callable[[], LightSample]
+    warmth: SeeWarmth = _no_warmth
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 """The output stage of a motion detector module: warm-up, hold time and blocking time.
 
 Terms as in the HC-SR501's datasheet: after a trigger the output stays high for the delay (hold)
-time, each new trigger in it starting it anew; after it fell, triggers are ignored for the
-blocking time. During warm-up the output stays low.
+time, each new trigger in it starting it anew where the module is set to retrigger; after it fell,
+triggers are ignored for the blocking time. During warm-up the output stays low.
 """
 
 from __future__ import annotations
@@ -23,11 +23,18 @@ class OutputTiming:
         self._fell = -math.inf
 
     def update(
-        self, time: float, triggered: bool, hold: float, blocking: float, warm_up: float
+        self,
+        time: float,
+        triggered: bool,
+        hold: float,
+        blocking: float,
+        warm_up: float,
+        retrigger: bool = True,
     ) -> bool:
         """The output at `time`, given whether motion was seen at this update."""
         blocked = not self.active and time - self._fell < blocking - TIME_TOLERANCE_S
-        if triggered and not blocked and time >= warm_up - TIME_TOLERANCE_S:
+        listening = not blocked and (retrigger or not self.active)
+        if triggered and listening and time >= warm_up - TIME_TOLERANCE_S:
             self._last_trigger = time
             self.active = True
         elif self.active and time - self._last_trigger >= hold - TIME_TOLERANCE_S:

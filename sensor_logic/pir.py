@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passive infrared motion detector (PIR), modelled as a range scan.
+"""Passive infrared motion detector (PIR): the parameters of both its models, and the range scan.
 
-The model is the thesis's: a fan of rays, tilted a step further below the horizon at every update
-and back (a saw-tooth), each scan compared with the previous scan at the same tilt. Movement is
-any ray whose range changed by more than the threshold.
+The range scan is the thesis's: a fan of rays, tilted a step further below the horizon at every
+update and back (a saw-tooth), each scan compared with the previous scan at the same tilt.
+Movement is any ray whose range changed by more than the threshold.
 """
 
 from __future__ import annotations
@@ -11,26 +11,62 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .model import Array, Pose, Reading, Update
 from .output_timing import OutputTiming
 from .parameters import Choice, Parameters, parameter
+from .pyroelectric.lenses import LENSES
+from .pyroelectric.zones import LensError, read_table
 
 THESIS = "range scan of the thesis's Gazebo plugin"
+CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
 MAX_RAYS = 100_000
+SCAN: dict[str, Any] = {"used_when": ("model", "RANGE_SCAN")}
+PYRO: dict[str, Any] = {"used_when": ("model", "PYROELECTRIC")}
 
 
 @dataclass(frozen=True)
 class PirParameters(Parameters):
-    # PYROELECTRIC keeps number 1; it joins the choices when its model works.
     model: str = parameter(
         "RANGE_SCAN",
         "Model",
         "How motion is found",
-        choices=(Choice("RANGE_SCAN", "Range scan", "Compares the ranges of a fan of rays", 0),),
+        choices=(
+            Choice("RANGE_SCAN", "Range scan", "Compares the ranges of a fan of rays", 0),
+            Choice("PYROELECTRIC", "Pyroelectric", "Feels warm things move from zone to zone", 1),
+        ),
+    )
+    lens: str = parameter(
+        "THREE_TIERS",
+        "Lens",
+        "The zones that it sees. A preset sets the detection distance of the part too",
+        choices=tuple(
+            Choice(
+                lens.identifier, lens.label, f"{lens.source}. Assumed: {lens.assumed}", lens.number
+            )
+            for lens in LENSES.values()
+        ),
+        **PYRO,
+    )
+    lens_table: str | None = parameter(
+        None,
+        "Own lens",
+        "A text with a row for each zone in place of the lens: azimuth, elevation, width, height "
+        "(degrees), polarity (+ or -), gain",
+        pointer="Text",
+        **PYRO,
+    )
+    zone_rays: int = parameter(
+        12,
+        "Rays a zone",
+        "Rays in what one element sees through one lenslet. More feel small and far things more "
+        "smoothly and cost more time",
+        minimum=1,
+        maximum=1000,
+        **PYRO,
     )
     horizontal_fov: float = parameter(
         math.radians(120),
@@ -40,6 +76,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         maximum=2 * math.pi,
         source=THESIS,
+        **SCAN,
     )
     rays: int = parameter(
         120,
@@ -48,6 +85,7 @@ class PirParameters(Parameters):
         minimum=1,
         maximum=MAX_RAYS,
         source=THESIS,
+        **SCAN,
     )
     range_min: float = parameter(
         0.05,
@@ -60,8 +98,8 @@ class PirParameters(Parameters):
     range_max: float = parameter(
         4.0,
         "Range max",
-        "How far the sensor sees; a ray that meets nothing reads this. "
-        "Datasheets: detection distance",
+        "How far the sensor sees: a ray that meets nothing reads this; a pyroelectric detector "
+        "just notices the standard target there. Datasheets: detection distance",
         unit="m",
         minimum=0.0,
         above_minimum=True,
@@ -76,6 +114,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         maximum=math.pi,
         source=THESIS,
+        **SCAN,
     )
     vertical_step: float = parameter(
         math.radians(10),
@@ -86,6 +125,7 @@ class PirParameters(Parameters):
         above_minimum=True,
         maximum=math.pi,
         source=THESIS,
+        **SCAN,
     )
     sweep: str = parameter(
         "SAWTOOTH",
@@ -96,6 +136,7 @@ class PirParameters(Parameters):
             Choice("ALL", "All tilts", "Every tilt at every update: quicker to notice", 1),
         ),
         source=THESIS,
+        **SCAN,
     )
     threshold: float = parameter(
         0.05,
@@ -104,6 +145,7 @@ class PirParameters(Parameters):
         unit="m",
         minimum=0.0,
         source=THESIS,
+        **SCAN,
     )
     noise_sigma: float = parameter(
         0.0,
@@ -111,6 +153,66 @@ class PirParameters(Parameters):
         "Standard deviation of the noise on every range (Gaussian)",
         unit="m",
         minimum=0.0,
+        **SCAN,
+    )
+    target_contrast: float = parameter(
+        4.0,
+        "Target contrast",
+        "How much warmer than the room the standard target is that is just noticed at the "
+        "detection distance (a plate of 0.7 m by 0.25 m that passes at 1 m/s). "
+        "Datasheets: temperature difference",
+        unit="K",
+        minimum=0.0,
+        above_minimum=True,
+        source="Panasonic PaPIRs data sheets",
+        **PYRO,
+    )
+    signal_noise: float = parameter(
+        0.0,
+        "Signal noise",
+        "Standard deviation of the noise on the signal (Gaussian), against the threshold",
+        minimum=0.0,
+        **PYRO,
+    )
+    thermal_time: float = parameter(
+        0.15,
+        "Thermal time constant",
+        "How long the elements take to warm up; slows the signal",
+        unit="s",
+        minimum=0.0,
+        above_minimum=True,
+        source=CHOSEN,
+        **PYRO,
+    )
+    electrical_time: float = parameter(
+        1.0,
+        "Electrical time constant",
+        "How long the elements keep their charge; slow movement is lost",
+        unit="s",
+        minimum=0.0,
+        above_minimum=True,
+        source=CHOSEN,
+        **PYRO,
+    )
+    low_cut: float = parameter(
+        0.3,
+        "Low cut",
+        "Lowest frequency that the amplifier lets pass",
+        unit="Hz",
+        minimum=0.0,
+        above_minimum=True,
+        source=CHOSEN,
+        **PYRO,
+    )
+    high_cut: float = parameter(
+        8.0,
+        "High cut",
+        "Highest frequency that the amplifier lets pass",
+        unit="Hz",
+        minimum=0.0,
+        above_minimum=True,
+        source=CHOSEN,
+        **PYRO,
     )
     hold_time: float = parameter(
         0.0,
@@ -118,6 +220,11 @@ class PirParameters(Parameters):
         "How long the output stays on after the last movement. Datasheets: delay time",
         unit="s",
         minimum=0.0,
+    )
+    retrigger: bool = parameter(
+        True,
+        "Retrigger",
+        "Movement during the hold time starts it anew. Datasheets: repeatable trigger (H)",
     )
     blocking_time: float = parameter(
         0.0,
@@ -145,10 +252,26 @@ class PirParameters(Parameters):
                 f"range_min ({self.range_min:.6g} m) must be smaller than "
                 f"range_max ({self.range_max:.6g} m)"
             ]
+        if self.model == "PYROELECTRIC":
+            return self._wrong_lens()
         if self.rays * self.tilt_count > MAX_RAYS:
             return [
                 f"{self.rays} rays times {self.tilt_count} tilts are more than {MAX_RAYS}: "
                 "take fewer rays or a larger vertical_step"
+            ]
+        return []
+
+    def _wrong_lens(self) -> list[str]:
+        try:
+            zones = LENSES[self.lens].zones
+            if self.lens_table is not None:
+                zones = read_table(self.lens_table)
+        except LensError as error:
+            return [str(error)]
+        if self.zone_rays * len(zones) > MAX_RAYS:
+            return [
+                f"{self.zone_rays} rays in each of {len(zones)} zones are more than {MAX_RAYS}: "
+                "take fewer rays a zone"
             ]
         return []
 
@@ -217,8 +340,9 @@ class RangeScan:
             parameters.hold_time,
             parameters.blocking_time,
             parameters.warm_up_time,
+            parameters.retrigger,
         )
-        return Reading(moved, angle, {"angle_rad": angle, "moved": moved})
+        return Reading(moved, angle, {"angle_rad": angle, "moved": moved, "signal": None})
 
     def _scan(self, parameters: PirParameters, update: Update, bundle: int, fan: Array) -> Array:
         """Ranges (tilts, rays) in metres, within range_min … range_max."""

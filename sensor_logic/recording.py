@@ -20,7 +20,7 @@ def _column(of: type) -> Any:
     return array(_COLUMN_CODES[of]) if of in _COLUMN_CODES else []
 
 
-@dataclass
+@dataclass(eq=False)
 class Track:
     """One sensor's readings in time order, a column each; frames and times as floats (s).
 
@@ -57,6 +57,15 @@ class Track:
 
     def __len__(self) -> int:
         return len(self.frames)
+
+    def __eq__(self, other: object) -> bool:
+        """The same readings to the bit; what both did not measure is the same too."""
+        return isinstance(other, Track) and self._content() == other._content()
+
+    def _content(self) -> list[Any]:
+        columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
+        exact = [c.tobytes() if isinstance(c, array) else c for c in columns]
+        return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *exact]
 
     def at(self, frame: float) -> int | None:
         """Index of the last update at or before `frame`."""

@@ -30,7 +30,8 @@ class Piece:
 class Body:
     """A body as it is at one frame; what costs time is worked out when first asked for.
 
-    `lo`, `hi` (3,) are its bounds in metres; `stood`: what it stood on, and where that was.
+    `lo`, `hi` (3,) are its bounds in metres; `stood`: what it stood on, and where that was;
+    `beneath`: its underside as last looked at, and within which bounds that was.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class Body:
         self.closed = closed
         self.lo, self.hi = lo, hi
         self.stood: tuple[list[Any], list[Standing]] | None = None
+        self.beneath: tuple[list[Any], underside.Samples, Array] | None = None
         self._metres = metres
 
     @cached_property

@@ -20,13 +20,27 @@ FAR_FROM_OWN_ORIGIN = 8.0
 class Geometry:
     """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
 
-    `pivot` (3,) is the point of that space where the tree has its origin.
+    `pivot` (3,) is the point of that space where the tree has its origin. What nodes make is not
+    `lasting`: its source is gone once it was read.
     """
 
-    __slots__ = ("_corners", "_surface", "_tree", "_triangles", "hi", "lo", "pivot", "source")
+    __slots__ = (
+        "_by_triangle",
+        "_corners",
+        "_surface",
+        "_tree",
+        "_triangles",
+        "hi",
+        "lasting",
+        "lo",
+        "pivot",
+        "source",
+    )
 
     def __init__(self, source: Any) -> None:
         self.source = source
+        self.lasting = not source.is_evaluated
+        self._by_triangle = False
         self._surface: Surface | None = None
         self._tree: BVHTree | None = None
         self._corners: NDArray[np.int32] | None = None
@@ -77,6 +91,7 @@ class Geometry:
     def tree(self, depsgraph: Any) -> BVHTree:
         """The hierarchy over all faces, built when first asked for. Epsilon 0 leaks nowhere."""
         if self._tree is None:
+            self._by_triangle = False
             centre = (self.lo + self.hi) / 2
             size = float(np.linalg.norm(self.hi - self.lo))
             self.pivot = np.zeros(3)
@@ -93,6 +108,7 @@ class Geometry:
 
     def _tree_of_triangles(self, depsgraph: Any) -> BVHTree:
         """The slower way: through Python, about the pivot."""
+        self._by_triangle = True
         evaluated = self.source.evaluated_get(depsgraph)
         mesh = evaluated.to_mesh()
         mesh.calc_loop_triangles()
@@ -108,6 +124,24 @@ class Geometry:
             all_triangles=True,
             epsilon=0.0,
         )
+
+    def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
+        """The number (n,) of the material slot of each face, as the tree counts faces; only of a
+        lasting shape."""
+        evaluated = self.source.evaluated_get(depsgraph)
+        direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
+        mesh = evaluated.data if direct else evaluated.to_mesh()
+        slots = np.zeros(len(mesh.polygons), np.int32)
+        mesh.polygons.foreach_get("material_index", slots)
+        self.tree(depsgraph)
+        if self._by_triangle:
+            mesh.calc_loop_triangles()
+            polygons = np.empty(len(mesh.loop_triangles), np.int32)
+            mesh.loop_triangles.foreach_get("polygon_index", polygons)
+            slots = slots[polygons]
+        if not direct:
+            evaluated.to_mesh_clear()
+        return slots
 
 
 def _same(one: Surface, two: Surface) -> bool:

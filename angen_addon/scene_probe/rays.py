@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .solids import Solids
+from .solids import Solid, Solids
 
 Array = NDArray[np.float64]
 # A box test of more pairs of boxes and rays than this is split, to bound its memory.
@@ -94,12 +94,30 @@ class RayCaster:
 
         `sensor` is the session uid of the object whose own solids the rays pass through.
         """
+        return self.cast_met(sensor, bundle, origins, directions, length)[0]
+
+    def cast_met(
+        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
         rays = _Rays(origins, directions, length)
         own = self._own_solids(sensor)
         still = self._meet_still(sensor, bundle, rays, own)
         ranges, met = still.ranges.copy(), still.met.copy()
         self._meet(own.moving, rays, still.box, ranges, met)
-        return ranges
+        return ranges, met
+
+    def faces_met(
+        self, solid: Solid, origins: Array, directions: Array, ranges: Array
+    ) -> NDArray[np.intp]:
+        """The face (n,) of `solid`, as its tree counts them, that each of these rays meets at its
+        range."""
+        starts, ways, scale = self._into(solid, origins, directions)
+        ray_cast = solid.geometry.tree(self._depsgraph).ray_cast
+        limits = ranges * scale * LIMIT_SLACK
+        rays = zip(starts.tolist(), ways.tolist(), limits.tolist(), strict=True)
+        found = (ray_cast(start, way, limit)[2] for start, way, limit in rays)
+        return np.array([0 if face is None else face for face in found], np.intp)
 
     def first_met(
         self,
@@ -195,12 +213,8 @@ class RayCaster:
         met: NDArray[np.int64],
     ) -> None:
         solid = self.solids.solids[row]
+        starts, ways, scale = self._into(solid, rays.origins[which], rays.directions[which])
         ray_cast = solid.geometry.tree(self._depsgraph).ray_cast
-        inverse = self.solids.inverse[row]
-        turn = inverse[:3, :3].T
-        starts = rays.origins[which] @ turn + (inverse[:3, 3] - solid.geometry.pivot)
-        ways = rays.directions[which] @ turn
-        scale = np.linalg.norm(ways, axis=1)
         limits = ranges[which] * scale * LIMIT_SLACK
         for ray, start, way, limit, size in zip(
             which.tolist(),
@@ -214,6 +228,16 @@ class RayCaster:
             if distance is not None and distance / size < ranges[ray]:
                 ranges[ray] = distance / size
                 met[ray] = solid.number
+
+    def _into(self, solid: Solid, origins: Array, directions: Array) -> tuple[Array, Array, Array]:
+        """Starts and ways (n, 3) of rays in the space of a solid's tree; lengths of the ways."""
+        # Building the tree sets its pivot.
+        solid.geometry.tree(self._depsgraph)
+        inverse = self.solids.inverse[solid.row]
+        turn = inverse[:3, :3].T
+        starts = origins @ turn + (inverse[:3, 3] - solid.geometry.pivot)
+        ways = directions @ turn
+        return starts, ways, np.linalg.norm(ways, axis=1)
 
 
 def _slabs(lo: Array, hi: Array, origins: Array, directions: Array) -> tuple[Array, Array]:

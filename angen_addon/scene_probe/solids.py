@@ -29,14 +29,15 @@ Key = tuple[int, ...]
 class Solid:
     """One visible object or instance. `number` is never reused; `owners` are the session uids of
     the object `owner` (or of what instances it) and of its parents. `moving` once it was seen to
-    change."""
+    change. `name`: what people know it by."""
 
-    __slots__ = ("geometry", "key", "moving", "number", "owner", "owners", "row")
+    __slots__ = ("geometry", "key", "moving", "name", "number", "owner", "owners", "row")
 
     def __init__(self, key: Key, number: int, moving: bool) -> None:
         self.key = key
         self.number = number
         self.moving = moving
+        self.name = ""
         self.owner: Any = None
         self.owners: frozenset[int] = frozenset()
         self.geometry: Geometry
@@ -112,6 +113,10 @@ class Solids:
     def owned_by(self, uid: int) -> NDArray[np.bool_]:
         """Mask (n,) of the solids that belong to the object `uid`: itself and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
+
+    def name_of(self, number: int) -> str:
+        """What people know the solid `number` by; empty for one that is no more."""
+        return next((s.name for s in self.solids if s.number == number), "")
 
     def _follow(self, depsgraph: Any, count: int) -> None:
         """Nothing appeared or went: moves what moved, reads shapes again that may have changed."""
@@ -210,6 +215,7 @@ class Solids:
                 solid.moving = True
                 self.gone.append(solid.number)
             solid.geometry = geometry
+            solid.name = _name(original, owner, made_by_nodes)
             solid.owner = owner
             solid.owners = _owners(owner)
             self._by_key[key] = solid
@@ -263,6 +269,13 @@ class Solids:
             if np.isfinite(geometry.lo).all():
                 geometry.tree(depsgraph)
         return transient[pointer]
+
+
+def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
+    """The object's name, and for an instance also that of what brings it forth."""
+    if original == owner or made_by_nodes:
+        return str(owner.name)
+    return f"{original.name} in {owner.name}"
 
 
 def _matrices(flat: NDArray[np.float32]) -> Array:

@@ -80,13 +80,18 @@ def _look_below(
         return []
     tolerance = thing.tolerance
     reach = np.abs(up) * DEPTH + tolerance
-    area_lo = (solids.lo[rows] * metres - reach).min(axis=0)
-    area_hi = (solids.hi[rows] * metres + reach).max(axis=0)
-    samples = underside(body.triangles, body.closed, up, area_lo, area_hi)
+    # Beyond the body's own bounds it does not matter how far they reach.
+    area_lo = np.maximum((solids.lo[rows] * metres - reach).min(axis=0), body.lo)
+    area_hi = np.minimum((solids.hi[rows] * metres + reach).max(axis=0), body.hi)
+    caster = RayCaster(solids)
+    bounds = [area_lo, area_hi, up]
+    if body.beneath is None or not same_parts(body.beneath[0], bounds):
+        found = underside(body.triangles, body.closed, up, area_lo, area_hi)
+        above = _room_above(depsgraph, caster, thing, found.points, up, metres)
+        body.beneath = bounds, found, above
+    _, samples, height = body.beneath
     if not len(samples.points):
         return []
-    caster = RayCaster(solids)
-    height = _room_above(depsgraph, caster, thing, samples.points, up, metres)
     starts = samples.points + up * height[:, None]
     length = height + tolerance
 

@@ -137,11 +137,14 @@ def add_pressure_sensor() -> None:
 
 
 def add_masses() -> None:
-    """What weighs on the pad: the person, and the cushion between."""
+    """What weighs on the pad: the person, the cushion between, and what leans on both."""
     bpy.data.objects["Person"].angen_load.mass = plan.PERSON_MASS
     cushion = bpy.data.objects["Sofa seat cushion west"].angen_load
     cushion.mass = plan.CUSHION_MASS
     cushion.tolerance = plan.CUSHION_TOLERANCE
+    for name, mass in plan.LEANING_MASSES.items():
+        load = bpy.data.objects[name].angen_load
+        load.mass, load.tolerance = mass, plan.CUSHION_TOLERANCE
 
 
 def add_sensors() -> None:

@@ -432,6 +432,8 @@ LIGHT_SENSORS: dict[str, Mount] = {
 PERSON_MASS = 70.0
 CUSHION_MASS = 2.5
 CUSHION_TOLERANCE = 0.005
+# Kilograms of what rests on the cushion and takes part of the weight of who leans back.
+LEANING_MASSES = {"Pillow rust": 0.5, "Sofa back cushion west": 1.5}
 PRESSURE_THRESHOLD = 100.0
 # Centre of the pad's upper face and its size (x, y, thickness).
 PRESSURE_PAD_AT = (8.66, 6.44, 0.312)

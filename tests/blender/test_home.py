@@ -64,3 +64,23 @@ def test_every_ray_reads_what_scene_ray_cast_reads(home, frame):
             exact = exact_range(scene, depsgraph, starts[row], ways[row], slow[row])
             assert abs(fast[row] - exact) < TOLERANCE_M, (sensor.name, row)
             assert abs(slow[row] - exact) > abs(fast[row] - exact), (sensor.name, row)
+
+
+def test_the_sofa_knows_all_weights_as_the_person_sits_down_and_gets_up(home):
+    from bl_ext.user_default.angen_sensors.angen_addon import simulation
+    from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+
+    scene, _ = home
+    sofa = sensors.chosen(sensors.all_sensors(bpy.context.view_layer), ["Pressure sofa"])
+    clock = station.clock_of(scene)
+    forces = []
+    for second, last in ((46, 52), (81, 88)):
+        found = Recording()
+        frames = [scene.frame_start + round(s * clock.fps) for s in (second, last)]
+        for _ in simulation.simulate(scene, sofa, *frames, found):
+            pass
+        columns = found.tracks["Pressure sofa"].columns
+        assert not any(columns["problem"])
+        forces.append(list(columns["force_n"]))
+    assert forces[0][0] < 100 < 300 < forces[0][-1] < 700
+    assert forces[1][0] > 300 > 100 > forces[1][-1]

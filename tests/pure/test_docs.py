@@ -1,9 +1,54 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The docs say what the code says."""
 
+import json
+import re
+
+import hard_cases
 import parameter_tables
+from benchmarks import page
 
 
 def test_the_parameter_page_is_up_to_date():
     written = parameter_tables.PAGE.read_text(encoding="utf-8")
     assert written == parameter_tables.page(), "run: python scripts/parameter_tables.py"
+
+
+def test_the_benchmark_page_is_that_of_the_data():
+    parts = page.known(page.DOCS / "data")
+    assert set(parts) == set(page.REPORTS), "run: python -m benchmarks"
+    written = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    assert written == page.markdown(parts), "run: python -m benchmarks.page"
+
+
+def test_the_plots_of_the_benchmarks_are_those_of_the_data():
+    for name, drawn in page.figures(page.known(page.DOCS / "data")).items():
+        written = (page.DOCS / "pictures" / name).read_text(encoding="utf-8")
+        assert written == drawn, f"{name}: run: python -m benchmarks.page"
+
+
+def test_every_picture_and_page_that_the_benchmarks_name_is_there():
+    text = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)\)", text):
+        assert (page.DOCS / target).exists(), target
+
+
+def test_the_page_of_hard_cases_is_that_of_the_data():
+    data = json.loads(hard_cases.DATA.read_text(encoding="utf-8"))
+    written = hard_cases.PAGE.read_text(encoding="utf-8")
+    assert written == hard_cases.page(data), "run: python scripts/hard_cases.py --page"
+
+
+def test_every_hard_case_has_its_test():
+    data = json.loads(hard_cases.DATA.read_text(encoding="utf-8"))
+    tests = {row[4] for row in data["rows"]} | {row[3] for row in hard_cases.OTHERS}
+    for path, _, name in (test.partition("::") for test in tests):
+        source = (hard_cases.ROOT / path).read_text(encoding="utf-8")
+        assert f"def {name}(" in source, f"{path}::{name}: run: python scripts/hard_cases.py"
+
+
+def test_every_test_of_hard_cases_is_in_the_page():
+    source = (hard_cases.ROOT / hard_cases.OWN).read_text(encoding="utf-8")
+    written = hard_cases.PAGE.read_text(encoding="utf-8")
+    for name in re.findall(r"^def (test_\w+)", source, re.MULTILINE):
+        assert f"[{name}]" in written, "run: python scripts/hard_cases.py"

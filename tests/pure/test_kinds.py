@@ -83,7 +83,7 @@ EVENTS = {
     "LIGHT": ["luminance_percent", "illuminance_lux", "lit"],
 }
 SAMPLES = {
-    "PIR": "angle_rad,moved",
+    "PIR": "angle_rad,moved,signal",
     "OPTICAL_SWITCH": "open,range_m",
     "PRESSURE": "force_n,pressed,valid,residual,resistance_ohm,voltage_v,adc,partners,"
     "cop_x_m,cop_y_m,problem",

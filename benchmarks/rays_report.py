@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmark page, from the data."""
+"""The ray layer's section of the benchmark page, from data."""
 
 from __future__ import annotations
 
@@ -7,16 +7,12 @@ from collections.abc import Iterable
 from typing import Any
 
 INTRODUCTION = """\
-# Benchmarks
-
-Written by `make bench`; do not edit. Machine: {machine}.
-
 ## The ray layer
 
-The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames in one
-process: milliseconds a frame of sensing alone, median of {rounds} rounds (the last row: one), and
-their ratio with its spread. *Start* is what the fast layer's first second costs once,
-in milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
+The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames in one process:
+milliseconds a frame of sensing alone, median of the rounds ({rounds}; the last row: one), and
+their ratio with its spread. *Start* is what the fast layer's first second costs once, in
+milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
 need, is told beside it. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that
 differ* compares what every detector said at every update.
 
@@ -56,12 +52,13 @@ COLUMNS = (
 )
 
 
-def markdown(data: dict[str, Any]) -> str:
+def section(data: dict[str, Any]) -> str:
     layer = data["ray_layer"]
-    text = INTRODUCTION.format(machine=data["machine"], **layer)
+    text = INTRODUCTION.format(**layer)
     text += _line(name for name, _ in COLUMNS) + _line("---" for _ in COLUMNS)
     text += "".join(_line(form.format(**row) for _, form in COLUMNS) for row in layer["rows"])
-    text += "\n" + _cost_of_a_detector(layer["rows"])
+    if len({row["pirs"] for row in layer["rows"]}) > 1:
+        text += "\n" + _cost_of_a_detector(layer["rows"])
     return text + ACCURACY.format(**data["ray_accuracy"])
 
 

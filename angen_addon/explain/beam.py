@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why an optical switch is open or closed: what breaks its beam, or no longer does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...sensor_logic.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
+from .facts import Explanation, at_frame, metres, quoted
+from .replay import Replay
+
+RANGE_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Beam:
+    """One update: the nearest range (m) that the beam reads and what is there (empty: nothing),
+    the share of its rays that pass, and the rays' number."""
+
+    range: float
+    name: str
+    light: float
+    rays: int
+
+
+@dataclass(frozen=True)
+class BeamCause:
+    """The beam before, where that is known, and at the update."""
+
+    before: Beam | None
+    now: Beam
+    open: bool
+    threshold: float
+
+
+def explain_switch(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a switch. Raises SensorError."""
+    track, sensor = replay.track, replay.sensor
+    frame, time = track.frames[index], track.times[index]
+    earlier = replay.index_of(replay.number(index) - 1, index)
+    before = None if earlier is None else _look(replay, earlier)
+    found = _look(replay, index)
+    if found is None:
+        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+    parameters, now = found
+    is_open = bool(track.active[index])
+    cause = BeamCause(before[1] if before else None, now, is_open, parameters.threshold)
+    facts = [("Now", _beam_text(now, parameters))]
+    if before and earlier is not None:
+        when = at_frame(track.frames[earlier], track.times[earlier])
+        facts.append(("Before", f"{_beam_text(before[1], parameters)}, at {when}"))
+    facts.append(("Opens from", metres(parameters.threshold)))
+    if now.rays > 1:
+        half = parameters.hysteresis / 2
+        levels = (
+            f"opens from {SWITCHING_LEVEL + half:.3g}, closes below {SWITCHING_LEVEL - half:.3g}"
+        )
+        facts.append(("Light", f"{now.light:.3g} of the full light; {levels}"))
+    if parameters.noise_sigma > 0.0:
+        facts.append(("Noise", f"{parameters.noise_sigma:g} m (standard deviation) on the range"))
+    told = float(track.columns["range_m"][index])
+    doubt = ""
+    if abs(told - now.range) > RANGE_TOLERANCE:
+        doubt = (
+            f"{metres(told)} was recorded, the beam reads {metres(now.range)} now: something has "
+            "changed since. Simulate again"
+        )
+    return Explanation(
+        sensor.name, index, frame, time, _headline(cause, parameters), tuple(facts), doubt, cause
+    )
+
+
+def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
+    taken = replay.take(index)
+    if taken is None:
+        return None
+    parameters: OpticalSwitchParameters = taken.parameters
+    reading = replay.station.model.update(parameters, taken.update)
+    seen = replay.witness.seen
+    ahead = seen.ranges * replay.metres
+    reach = parameters.range_max - parameters.range_min
+    ranges = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
+    if parameters.noise_sigma > 0.0:
+        ranges = ranges + taken.update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
+    ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
+    nearest = int(np.argmin(ranges))
+    beam = Beam(
+        float(reading.value),
+        seen.names[nearest],
+        float(np.mean(ranges >= parameters.threshold)),
+        len(ranges),
+    )
+    return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")
+
+
+def _beam_text(beam: Beam, parameters: OpticalSwitchParameters) -> str:
+    if not beam.name:
+        return f"nothing within {parameters.range_max:g} m"
+    return f"{quoted(beam.name)} at {metres(beam.range)}"
+
+
+def _headline(cause: BeamCause, parameters: OpticalSwitchParameters) -> str:
+    now, before = cause.now, cause.before
+    broken = now.range < parameters.threshold
+    if not cause.open:
+        if not broken:
+            return f"Closed still: not enough of the light passes yet ({now.light:.3g})"
+        return (
+            f"Closed: {quoted(now.name) if now.name else 'noise'} breaks the beam "
+            f"{metres(now.range)} from the sensor"
+        )
+    if broken:
+        covers = quoted(now.name) if now.name else "noise"
+        return f"Open still: {covers} covers only part of the beam, {now.light:.3g} of it passes"
+    behind = f"it reaches {quoted(now.name)}" if now.name else "it meets nothing"
+    if before is not None and before.range < parameters.threshold and before.name:
+        return f"Open: {quoted(before.name)} no longer breaks the beam; {behind}"
+    return f"Open: nothing breaks the beam; {behind}"

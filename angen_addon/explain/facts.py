@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why a sensor reads what it reads, in words: what panels and the command line show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ...sensor_logic.event_log import format_frame
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """`index`: the update in the sensor's track; `headline`: a sentence; `facts`: names and
+    values; `doubt`: why this may not be what happened, empty where it is sure; `cause`: the same
+    as numbers, of the kind's own type."""
+
+    sensor: str
+    index: int
+    frame: float
+    time: float
+    headline: str
+    facts: tuple[tuple[str, str], ...]
+    doubt: str = ""
+    cause: Any = None
+
+    def as_text(self) -> str:
+        """Lines for a terminal."""
+        lines = [f"{self.sensor}, frame {format_frame(self.frame)} ({self.time:.3f} s)"]
+        lines.append(self.headline)
+        width = max((len(name) for name, _ in self.facts), default=0)
+        lines += [f"  {name:<{width}}  {text}" for name, text in self.facts]
+        if self.doubt:
+            lines.append(f"Doubtful: {self.doubt}")
+        return "\n".join(lines) + "\n"
+
+
+def metres(length: float) -> str:
+    return f"{length:.3f} m"
+
+
+def quoted(name: str) -> str:
+    return f"'{name}'"
+
+
+def at_frame(frame: float, time: float) -> str:
+    return f"frame {format_frame(frame)} ({time:.3f} s)"
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What each lamp adds to a light sensor's reading, by the closed forms of the direct preview."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.photometry import luminance
+from ..scene_probe.light_bake import face_size
+from ..scene_probe.light_direct import Direct
+from ..scene_probe.light_forms import shine
+from ..scene_probe.light_lamps import Lamp, lamps_of
+from ..scene_probe.light_rays import LightRays
+from ..scene_probe.light_scene import shown_objects
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LampShare:
+    """A lamp's part of a reading, in the reading's unit (lx, or percentage points before the
+    rounding of pixels): as it is, and as if nothing stood between; and the object that keeps
+    most of the rest away."""
+
+    name: str
+    light: float
+    unshaded: float
+    blocker: str
+
+
+@dataclass(frozen=True)
+class LightParts:
+    """The `lamps` by name; `rest`: what the room sends back, and the sky; `note`: what is in the
+    scene that the closed forms do not model."""
+
+    lamps: dict[str, LampShare]
+    rest: float
+    note: str
+
+    @property
+    def total(self) -> float:
+        return sum(lamp.light for lamp in self.lamps.values()) + self.rest
+
+
+def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> LightParts:
+    """The parts of what a sensor reads at the state that the solids were synced to."""
+    direct = Direct(solids)
+    direct.update(depsgraph)
+    scene = depsgraph.scene.original
+    view_layer = scene.view_layers[depsgraph.view_layer.name]
+    rays = LightRays(solids)
+    shown = shown_objects(view_layer)
+    rays.update(
+        depsgraph, frozenset(o.session_uid for o in shown if o.angen_sensor.kind == "LIGHT")
+    )
+    places = _places(rays, request, face_size(scene, [request.matrix]))
+    unit = 100.0 * request.exposure / 4.0 if request.method == "FOUR_WALL" else efficacy
+    total = unit * float(np.sum(luminance(direct.light(request))))
+    lamps: dict[str, LampShare] = {}
+    for lamp in lamps_of(depsgraph, view_layer):
+        light, unshaded = 0.0, 0.0
+        blocked: dict[str, float] = {}
+        for place, normal, colour in places:
+            passing, whole = _shine(rays, lamp, place, normal, blocked)
+            light += unit * float(luminance(colour * passing))
+            unshaded += unit * float(luminance(colour * whole))
+        blocker = max(sorted(blocked), key=lambda name: blocked[name], default="")
+        known = lamps.get(lamp.name)
+        if known is not None:
+            # Several instances of one lamp.
+            light, unshaded = light + known.light, unshaded + known.unshaded
+            blocker = known.blocker or blocker
+        lamps[lamp.name] = LampShare(lamp.name, light, unshaded, blocker)
+    rest = total - sum(share.light for share in lamps.values())
+    return LightParts(lamps, rest, direct.note)
+
+
+def _places(rays: LightRays, request: Any, size: float) -> list[tuple[Array, Array, Array]]:
+    """Where light counts: place, normal, and the share of the irradiance there that is read,
+    (3,) each. Four walls: where the views end; else the sensor's own face."""
+    matrix = request.matrix
+    if request.method != "FOUR_WALL":
+        normal = -matrix[:3, 2]
+        return [(matrix[:3, 3] + normal * size, normal, np.ones(3))]
+    x, z = matrix[:3, 0], matrix[:3, 2]
+    ways = np.array([-z, -x, z, x])
+    starts = matrix[:3, 3] + ways * request.clip_start
+    reach = np.full(len(ways), request.clip_end - request.clip_start)
+    hits = rays.nearest("walls", starts, ways, reach)
+    found = []
+    for i in hits.some:
+        normal, colour, _ = hits.surface(i)
+        normal = -normal if float(normal @ ways[i]) > 0.0 else normal
+        place = starts[i] + ways[i] * float(hits.ranges[i]) + normal * size
+        found.append((place, normal, colour / math.pi))
+    return found
+
+
+def _shine(
+    rays: LightRays, lamp: Lamp, place: Array, normal: Array, blocked: dict[str, float]
+) -> tuple[Array, Array]:
+    """W/m² (3,) that reach a place, and that would if nothing stood between; adds the names of
+    what does to `blocked`."""
+    points, parts = shine(lamp, place, normal)
+    points, parts = points[parts > 0.0], parts[parts > 0.0]
+    whole = parts.sum() * lamp.power
+    if not lamp.shadow or not len(parts):
+        return whole, whole
+    starts, none = np.tile(place, (len(parts), 1)), np.zeros(len(parts))
+    passed = rays.passed("lamp", starts, points, none)
+    passing = (parts[:, None] * passed).sum(axis=0) * lamp.power
+    dark = np.flatnonzero(passed.max(axis=1) <= 0.0)
+    if len(dark):
+        for ray, name in _in_the_way(rays, starts[dark], points[dark]):
+            blocked[name] = blocked.get(name, 0.0) + float(parts[dark[ray]])
+    return passing, whole
+
+
+def _in_the_way(rays: LightRays, starts: Array, ends: Array) -> list[tuple[int, str]]:
+    """The first thing on each way that lets no light pass; found by its number."""
+    ways = ends - starts
+    lengths = np.linalg.norm(ways, axis=1)
+    ways = ways / lengths[:, None]
+    found = []
+    on = np.arange(len(starts))
+    begins, left = starts.copy(), lengths.copy()
+    for _ in range(16):
+        if not len(on):
+            break
+        hits = rays.nearest("between", begins[on], ways[on], left[on])
+        going = []
+        for row in hits.some:
+            ray = int(on[row])
+            if hits.surface(row)[2].any():
+                gone = float(hits.ranges[row]) + 1e-4
+                begins[ray] += ways[ray] * gone
+                left[ray] -= gone
+                going.append(ray)
+            else:
+                found.append((ray, rays.solids.name_of(int(hits.met[row]))))
+        on = np.array([ray for ray in going if left[ray] > 0.0], np.intp)
+    return found

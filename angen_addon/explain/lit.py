@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which lamps a light sensor's reading comes from, and which of them changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .facts import Explanation, at_frame, quoted
+from .lamps import LampShare, LightParts, light_parts
+from .replay import Replay
+
+LAMPS_SHOWN = 6
+SHADOWED_SHOWN = 3
+# Of the whole: what is less is not worth a line.
+LITTLE = 1e-3
+UNITS = {"FOUR_WALL": "%", "ILLUMINANCE": "lx"}
+
+
+@dataclass(frozen=True)
+class LightCause:
+    """The parts at the update, and at the one before where there is one; `unit`: % or lx."""
+
+    now: LightParts
+    before: LightParts | None
+    unit: str
+
+
+def explain_light(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a light sensor, by the closed forms. Raises SensorError."""
+    track, sensor = replay.track, replay.sensor
+    frame, time = track.frames[index], track.times[index]
+    before = _parts(replay, index - 1) if index > 0 else None
+    now = _parts(replay, index)
+    if now is None:
+        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+    unit = UNITS[sensor.settings.light.method]
+    cause = LightCause(now, before, unit)
+    engine = sensor.settings.light.bl_rna.properties["engine"].enum_items
+    used = engine[sensor.settings.light.engine].name
+    if sensor.settings.light.engine == "DIRECT" and now.note:
+        # What the closed forms do not model, the run leaves to Cycles.
+        used = "Cycles"
+    facts = [
+        ("Reading", f"{track.value[index] + 0.0:.3g} {unit} ({used})"),
+        ("Estimate", f"{now.total:.3g} {unit} (direct light and one mean for the walls)"),
+    ]
+    if index > 0:
+        when = at_frame(track.frames[index - 1], track.times[index - 1])
+        facts.append(("Before", f"{track.value[index - 1] + 0.0:.3g} {unit}, at {when}"))
+    facts += _lamp_facts(cause)
+    if now.note:
+        facts.append(("Not estimated", now.note))
+    word = sensor.kind.active_label if track.active[index] else sensor.kind.idle_label
+    headline = f"{word}: {_headline(cause)}"
+    return Explanation(sensor.name, index, frame, time, headline, tuple(facts), "", cause)
+
+
+def _parts(replay: Replay, index: int) -> LightParts | None:
+    taken = replay.take(index)
+    if taken is None:
+        return None
+    depsgraph = replay.go(replay.step(index))
+    efficacy = replay.scene.angen_luminous_efficacy
+    return light_parts(replay.witness.solids, depsgraph, taken.request, efficacy)
+
+
+def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
+    now, unit = cause.now, cause.unit
+    whole = max(now.total, 1e-9)
+    ordered = sorted(now.lamps.values(), key=lambda lamp: (-lamp.light, lamp.name))
+    giving = [lamp for lamp in ordered if lamp.light > LITTLE * whole]
+    facts = [
+        (lamp.name, f"{lamp.light / whole:.0%}: {lamp.light:.3g} {unit}{_shade(lamp)}")
+        for lamp in giving[:LAMPS_SHOWN]
+    ]
+    if len(giving) > LAMPS_SHOWN:
+        left = sum(lamp.light for lamp in giving[LAMPS_SHOWN:])
+        facts.append((f"{len(giving) - LAMPS_SHOWN} more", f"{left / whole:.0%}"))
+    if abs(now.rest) > LITTLE * whole:
+        facts.append(("Walls and sky", f"{now.rest / whole:.0%}: {now.rest:.3g} {unit}"))
+    dark = [
+        lamp
+        for lamp in sorted(ordered, key=lambda lamp: (-lamp.unshaded, lamp.name))
+        if lamp not in giving and lamp.unshaded > LITTLE * whole
+    ]
+    for lamp in dark[:SHADOWED_SHOWN]:
+        facts.append((lamp.name, f"nothing: shadowed by {quoted(lamp.blocker)}"))
+    if len(dark) > SHADOWED_SHOWN:
+        facts.append((f"{len(dark) - SHADOWED_SHOWN} more", "shadowed"))
+    return facts
+
+
+def _shade(lamp: LampShare) -> str:
+    kept = 1.0 - lamp.light / lamp.unshaded if lamp.unshaded > 0.0 else 0.0
+    if kept < 0.01:
+        return ""
+    by = f" by {quoted(lamp.blocker)}" if lamp.blocker else ""
+    return f", {kept:.0%} of it kept away{by}"
+
+
+def _headline(cause: LightCause) -> str:
+    now, whole = cause.now, max(cause.now.total, 1e-9)
+    changed = _most_changed(cause)
+    if changed:
+        name, before, after = changed
+        unit = cause.unit
+        return f"{quoted(name)} changed from {before:.3g} to {after:.3g} {unit} of the estimate"
+    most = max(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
+    if most is None or most.light <= LITTLE * whole:
+        return "no lamp shines on it directly"
+    return f"{quoted(most.name)} gives {most.light / whole:.0%} of the estimated light"
+
+
+def _most_changed(cause: LightCause) -> tuple[str, float, float] | None:
+    """The lamp whose part changed most since the update before: name, then and now."""
+    if cause.before is None:
+        return None
+    then, now = cause.before.lamps, cause.now.lamps
+    changes = [
+        (name, then[name].light if name in then else 0.0, now[name].light if name in now else 0.0)
+        for name in sorted({*then, *now})
+    ]
+    best = max(changes, key=lambda change: abs(change[2] - change[1]), default=None)
+    least = LITTLE * max(cause.now.total, cause.before.total, 1e-9)
+    return best if best and abs(best[2] - best[1]) > 10 * least else None

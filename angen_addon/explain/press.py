@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who presses on a pad, and with how much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...sensor_logic.pressure import PressureParameters, pad_reading
+from .facts import Explanation, at_frame, capital, quoted
+from .replay import Replay
+
+# Of the recorded force, or of a newton where that is less.
+FORCE_TOLERANCE = 5e-3
+# N: less than this is nobody.
+LEAST_FORCE = 5e-3
+
+
+@dataclass(frozen=True)
+class PadCause:
+    """Newtons by name, the greatest first; force, own weight along the pad's −Z and threshold in
+    N; the centre of pressure in m along the pad's axes; why the forces are not sure."""
+
+    partners: tuple[tuple[str, float], ...]
+    force: float
+    own_weight: float
+    threshold: float
+    centre: tuple[float, float]
+    problem: str
+
+
+def explain_pad(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a pad. Raises SensorError."""
+    track, sensor = replay.track, replay.sensor
+    frame, time = track.frames[index], track.times[index]
+    clock = replay.station.clock
+    whole = clock.frame_and_subframe(replay.step(index))[0]
+    # The forces at a frame follow from the motion through it: from the frames beside it.
+    for beside in (whole - 1, whole):
+        if beside >= clock.frame_start and (beside < whole or replay.step(index) % clock.substeps):
+            depsgraph = replay.go((beside - clock.frame_start) * clock.substeps)
+            due = [sensor.object] if beside == whole else []
+            replay.probes.look(depsgraph, beside, due)
+    subframe = replay.step(index) % clock.substeps
+    taken = replay.take(index, None if subframe else whole)
+    if taken is None:
+        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+    replay.probes.look(replay.go((whole + 1 - clock.frame_start) * clock.substeps), whole + 1, [])
+    contact = taken.update.contact()
+    reading = replay.station.model.update(
+        taken.parameters, replace(taken.update, contact=lambda: contact)
+    )
+    parameters: PressureParameters = taken.parameters
+    pose = taken.update.pose
+    weightless = replace(contact, weight=np.zeros(3))
+    shares: dict[str, float] = {}
+    for partner in contact.forces.partners:
+        alone = replace(weightless, forces=replace(contact.forces, partners=(partner,)))
+        force = pad_reading(parameters, pose, alone).force
+        if abs(force) > LEAST_FORCE:
+            shares[partner.name] = shares.get(partner.name, 0.0) + force
+    own = 0.0
+    if not parameters.subtract_own_weight:
+        own = float(contact.weight @ -pose.axes[:, 2])
+    cause = PadCause(
+        tuple(sorted(shares.items(), key=lambda item: (-item[1], item[0]))),
+        float(reading.value),
+        own,
+        parameters.threshold,
+        (reading.fields["cop_x_m"], reading.fields["cop_y_m"]),
+        reading.fields["problem"],
+    )
+    told = float(track.value[index])
+    doubt = ""
+    if abs(told - cause.force) > FORCE_TOLERANCE * max(1.0, abs(told)):
+        doubt = (
+            f"{told:.2f} N was recorded, {cause.force:.2f} N is found now: something has changed "
+            "since, or the reading depends on frames long before. Simulate again"
+        )
+    elif cause.problem:
+        doubt = cause.problem
+    facts = _facts(cause)
+    if index > 0:
+        names = track.columns["partners"][index - 1].replace(";", ", ")
+        by = f", {names}" if names else ""
+        when = at_frame(track.frames[index - 1], track.times[index - 1])
+        facts.append(("Before", f"{track.value[index - 1] + 0.0:.2f} N{by}, at {when}"))
+    headline = _headline(cause, sensor.kind.active_label, sensor.kind.idle_label)
+    return Explanation(sensor.name, index, frame, time, headline, tuple(facts), doubt, cause)
+
+
+def _facts(cause: PadCause) -> list[tuple[str, str]]:
+    facts = [(name, f"{force:.2f} N") for name, force in cause.partners]
+    if cause.own_weight:
+        facts.append(("Own weight", f"{cause.own_weight:.2f} N"))
+    facts.append(("Force", f"{cause.force + 0.0:.2f} N, threshold {cause.threshold:g} N"))
+    x, y = cause.centre
+    if np.isfinite((x, y)).all():
+        facts.append(("Centre", f"X {x * 100:.1f} cm, Y {y * 100:.1f} cm from the pad's origin"))
+    return facts
+
+
+def _headline(cause: PadCause, pressed: str, free: str) -> str:
+    by = " and ".join(f"{quoted(name)} with {force:.1f} N" for name, force in cause.partners[:3])
+    more = len(cause.partners) - 3
+    by += f" and {more} more" if more > 0 else ""
+    if cause.force > cause.threshold:
+        return f"{pressed} by {by}" if by else f"{pressed}: {cause.force:.2f} N"
+    if by:
+        return f"{free}: {by} is not more than the threshold of {cause.threshold:g} N"
+    return capital(f"{free}: nothing presses on it")

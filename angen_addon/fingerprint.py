@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the readings of a run depend on, as digests by which a later state of the scene is told to
+be the same or another, and what differs.
+
+Not looked at: the pixels of image files, simulations baked to disk, what other add-ons' handlers
+and the functions in drivers look up elsewhere.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+
+from .digests import animation_facts, custom_facts, facts_of, part_facts
+
+SCENE, SHOWN = "scene", "shown"
+# Told by what uses them, or of no sensor's interest.
+PASSED_OVER = (
+    bpy.types.Action, bpy.types.Brush, bpy.types.Camera, bpy.types.FreestyleLineStyle,
+    bpy.types.Mask, bpy.types.MovieClip, bpy.types.PaintCurve, bpy.types.Palette,
+    bpy.types.Scene, bpy.types.Screen, bpy.types.Sound, bpy.types.Speaker, bpy.types.Text,
+    bpy.types.WindowManager, bpy.types.WorkSpace,
+)  # fmt: skip
+# What only light sensors see.
+SHADING = (
+    bpy.types.Image, bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree,
+    bpy.types.Texture, bpy.types.World,
+)  # fmt: skip
+OF_SCENE = (
+    "frame_start", "angen_seed", "angen_substeps", "angen_luminous_efficacy", "angen_ray_caster",
+    "use_gravity",
+)  # fmt: skip
+OF_RENDER = (
+    "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
+)  # fmt: skip
+# A camera that nothing but these uses moves no reading.
+HARMLESS_USERS = (
+    bpy.types.Collection, bpy.types.Scene, bpy.types.Screen, bpy.types.WindowManager,
+    bpy.types.WorkSpace,
+)  # fmt: skip
+
+
+@dataclass
+class Fingerprint:
+    """`digests` by kind and name of what was looked at, in the view layer of that name; `light`:
+    whether what only light sensors see was too."""
+
+    view_layer: str
+    light: bool
+    digests: dict[str, str] = field(default_factory=dict)
+
+    def differences(self, other: Fingerprint) -> dict[str, str]:
+        """In words, by key, what is otherwise in the `other`."""
+        found = {}
+        for key in sorted(self.digests.keys() | other.digests.keys()):
+            text = _difference(key, self.digests.get(key), other.digests.get(key))
+            if text:
+                found[key] = text
+        return found
+
+    def difference(self, key: str, digest: str | None) -> str:
+        """In words, how one datablock is otherwise; empty where it is not."""
+        return _difference(key, self.digests.get(key), digest)
+
+
+def take(scene: Any, depsgraph: Any, light: bool) -> Fingerprint:
+    """The fingerprint of an evaluated scene."""
+    view_layer = scene.view_layers[depsgraph.view_layer.name]
+    made = Fingerprint(view_layer.name, light)
+    originals = [evaluated.original for evaluated in depsgraph.ids]
+    read_by_drivers = {key_of(target) for target in _driver_targets(originals)}
+    harmless = set(_harmless_cameras(originals))
+    for original in originals:
+        key = key_of(original)
+        if original in harmless or not is_looked_at(original):
+            continue
+        if light or not isinstance(original, SHADING) or key in read_by_drivers:
+            made.digests[key] = digest_of(original)
+    made.digests.update(surroundings(scene, view_layer, light))
+    return made
+
+
+def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
+    """Digests of the scene's own settings and of what is shown; cheap."""
+    own: list[Any] = [
+        _value(scene, OF_SCENE),
+        _value(scene.render, OF_RENDER),
+        tuple(scene.gravity),
+    ]
+    units = scene.unit_settings
+    own += [units.system, units.scale_length, animation_facts(scene), custom_facts(scene)]
+    own += [scene.world.name_full if scene.world and light else None]
+    own += [part_facts(scene, scene.rigidbody_world)]
+    if light and hasattr(scene, "cycles"):
+        own += [part_facts(scene, scene.cycles)]
+    shown = [
+        (obj.name_full, obj.hide_get(view_layer=view_layer))
+        for obj in view_layer.objects
+        if obj.type != "CAMERA"
+    ]
+    layers = list(_layers(view_layer.layer_collection))
+    return {SCENE: _digest(own), SHOWN: _digest([sorted(shown), layers])}
+
+
+def key_of(original: Any) -> str:
+    return f"{original.bl_rna.identifier} {original.name_full}"
+
+
+def digest_of(original: Any) -> str:
+    return _digest(facts_of(original))
+
+
+def is_looked_at(original: Any) -> bool:
+    return not isinstance(original, PASSED_OVER) and not original.is_embedded_data
+
+
+def _digest(facts: Any) -> str:
+    return hashlib.blake2b(repr(facts).encode(), digest_size=9).hexdigest()
+
+
+def _value(owner: Any, names: Iterable[str]) -> list[Any]:
+    return [getattr(owner, name) for name in names]
+
+
+def _layers(layer: Any) -> Iterator[tuple[Any, ...]]:
+    yield layer.name, layer.exclude, layer.hide_viewport, layer.collection.hide_viewport
+    for child in layer.children:
+        yield from _layers(child)
+
+
+def _driver_targets(originals: Iterable[Any]) -> Iterator[Any]:
+    for original in originals:
+        animation = getattr(original, "animation_data", None)
+        for curve in animation.drivers if animation else ():
+            for variable in curve.driver.variables:
+                yield from (target.id for target in variable.targets if target.id)
+
+
+def _harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
+    cameras = {
+        original
+        for original in originals
+        if isinstance(original, bpy.types.Object)
+        and original.type == "CAMERA"
+        and original.angen_sensor.kind == "NONE"
+    }
+    if cameras:
+        for camera, users in bpy.data.user_map(subset=cameras).items():
+            if camera in cameras and all(isinstance(user, HARMLESS_USERS) for user in users):
+                yield camera
+
+
+def _difference(key: str, before: str | None, now: str | None) -> str:
+    if before == now:
+        return ""
+    if key in {SCENE, SHOWN}:
+        return "the scene's settings" if key == SCENE else "what is shown or hidden"
+    name = key.partition(" ")[2]
+    return f"'{name}' (new)" if before is None else f"'{name}'{' (gone)' if now is None else ''}"

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording that is kept, and whether the scene is still the one that it was made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.recording import Recording
+from .fingerprint import Fingerprint, digest_of, is_looked_at, key_of, surroundings, take
+
+NAMED = 3
+HERE = tuple(bpy.app.version[:2])
+
+
+class Kept:
+    """`unsure` after undo or load, until `verify`; `stored` is how a file holds it, once made;
+    `blender` the version whose properties the fingerprint is of."""
+
+    def __init__(
+        self, recording: Recording, fingerprint: Fingerprint, blender: tuple[int, ...] = ()
+    ) -> None:
+        self.recording = recording
+        self.fingerprint = fingerprint
+        self.blender = blender or HERE
+        self.unsure = False
+        self.stored = ""
+        # What differs from the fingerprint, in words, by its key there.
+        self._changed: dict[str, str] = {}
+        # Animated things that the user moved: they are back in place at the next frame.
+        self._touched: dict[str, str] = {}
+        self._elsewhere = False
+
+    @property
+    def stale(self) -> str:
+        """What makes the recording stale, in a few words; empty while it is fresh."""
+        if self.blender != HERE:
+            return f"it was made in Blender {'.'.join(map(str, self.blender))}"
+        if self._elsewhere:
+            return f"it is of the view layer '{self.fingerprint.view_layer}'"
+        if self.unsure:
+            return "it is not known whether the scene is still the same"
+        names = list((self._changed | self._touched).values())
+        if not names:
+            return ""
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        return f"changed since: {', '.join(names[:NAMED])}{more}"
+
+    def verify(self, scene: Any, depsgraph: Any) -> None:
+        """Looks at everything; to be called after undo and load, and before results leave."""
+        if self._is_elsewhere(depsgraph):
+            return
+        now = take(scene, depsgraph, self.fingerprint.light)
+        self._changed = self.fingerprint.differences(now)
+        self._touched.clear()
+        self.unsure = False
+
+    def note_edit(self, scene: Any, depsgraph: Any, playing: bool) -> None:
+        """Looks at what was just evaluated for another reason than a change of frame."""
+        if self._is_elsewhere(depsgraph):
+            return
+        if self.unsure:
+            self.verify(scene, depsgraph)
+            return
+        self._note_surroundings(scene, depsgraph)
+        updates = list(depsgraph.updates)
+        originals = {update.id.original: update for update in updates}
+        if any(isinstance(o, bpy.types.Action) or o.is_embedded_data for o in originals):
+            # Keys and nodes count as part of what they belong to, which may not be told of.
+            originals.update(dict.fromkeys(_owners(depsgraph, originals)))
+        for original, update in originals.items():
+            self.check(original)
+            if playing or not isinstance(original, bpy.types.Object) or update is None:
+                continue
+            moved = update.is_updated_transform or update.is_updated_geometry
+            if moved and original.animation_data is not None:
+                self._touched[key_of(original)] = f"'{original.name}'"
+
+    def note_frame(self, scene: Any, depsgraph: Any) -> None:
+        """The playhead moved: what is animated is where its keys say."""
+        self._touched.clear()
+        if self._is_elsewhere(depsgraph):
+            return
+        if self.unsure:
+            self.verify(scene, depsgraph)
+        else:
+            self._note_surroundings(scene, depsgraph)
+
+    def check(self, original: Any) -> None:
+        """Looks at one datablock."""
+        if isinstance(original, bpy.types.Scene):
+            layer = original.view_layers.get(self.fingerprint.view_layer)
+            if layer is not None:
+                self._compare(surroundings(original, layer, self.fingerprint.light))
+            return
+        key = key_of(original)
+        if is_looked_at(original) and key in self.fingerprint.digests:
+            self._compare({key: digest_of(original)})
+
+    def _note_surroundings(self, scene: Any, depsgraph: Any) -> None:
+        layer = scene.view_layers[depsgraph.view_layer.name]
+        self._compare(surroundings(scene, layer, self.fingerprint.light))
+
+    def _compare(self, now: dict[str, str]) -> None:
+        for key, digest in now.items():
+            text = self.fingerprint.difference(key, digest)
+            if text:
+                self._changed[key] = text
+            else:
+                self._changed.pop(key, None)
+
+    def _is_elsewhere(self, depsgraph: Any) -> bool:
+        """Whether another view layer is looked at; what happens there is not followed."""
+        self._elsewhere = depsgraph.view_layer.name != self.fingerprint.view_layer
+        self.unsure |= self._elsewhere
+        return self._elsewhere
+
+
+def keep(recording: Recording, scene: Any, depsgraph: Any) -> Kept:
+    """The recording of a run that has just ended, with the scene as it is."""
+    light = any(KINDS[track.kind_name].light for track in recording.tracks.values())
+    return Kept(recording, take(scene, depsgraph, light))
+
+
+def _owners(depsgraph: Any, changed: Any) -> list[Any]:
+    """What is animated by actions, or holds node trees, that changed."""
+    actions = {o for o in changed if isinstance(o, bpy.types.Action)}
+    embedded = any(o.is_embedded_data for o in changed)
+    found = []
+    for evaluated in depsgraph.ids:
+        original = evaluated.original
+        animation = getattr(original, "animation_data", None)
+        holds_nodes = isinstance(original, (bpy.types.Light, bpy.types.Material, bpy.types.World))
+        if (actions and animation is not None) or (embedded and holds_nodes):
+            found.append(original)
+    return found

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the viewport draws of the sensors: their fields of view as they are, and their states.
+
+`sight`, `field` and `views` ask each sensor for its rays and cast them; `figures` makes lines and
+surfaces of what they meet; `picture` colours these by the sensors' readings; `draw` and `labels`
+put them on the screen. Only `draw` and `labels` know the GPU.
+"""
+
+from __future__ import annotations
+
+from .refresh import follow, note_edit
+
+__all__ = ("follow", "note_edit", "register", "unregister")
+
+
+def _modules() -> tuple:
+    from . import draw, settings
+
+    return (settings, draw)
+
+
+def register() -> None:
+    for module in _modules():
+        module.register()
+
+
+def unregister() -> None:
+    for module in reversed(_modules()):
+        module.unregister()

@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all sensors of a scene see at its present frame, kept from frame to frame.
+
+A sensor's rays are asked for again only where its pose or parameters changed, and cast again only
+where something moved near them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.clock import Clock
+from ...sensor_logic.model import Array, Pose
+from ...sensor_logic.parameters import specs
+from .. import outputs, state
+from ..animation import is_animated
+from ..live import Live
+from ..scene_probe.rays import RayCaster
+from ..sensors import Sensor, SensorError, all_sensors, unit_scale
+from ..station import Station
+from .figures import Figure, figure_of, surface_outline, sweep_figure
+from .movers import Movers
+from .sight import Rays, Sight, sight_of
+from .sweep import NO_TILTS, Sweep
+from .views import four_views, zones
+
+NEVER = -(2**31)
+
+
+class Caster(RayCaster):
+    """A caster of its own over the live sensors' solids: what it remembers of rays is apart from
+    what theirs does."""
+
+    def look(self, depsgraph: Any, sync: bool) -> None:
+        self._depsgraph = depsgraph
+        if sync:
+            self.solids.sync(depsgraph)
+
+
+class Seen:
+    """One sensor with what is drawn of it.
+
+    `matrix`: its place in the world; `rays` and their `ranges`, in Blender units, both None where
+    it does not look; `outline` (n, 3): of a pad; `figure`, to be made anew where None, and `extra`,
+    what changes with every update; `problem`: why it cannot sense.
+    """
+
+    def __init__(self, sensor: Sensor, clock: Clock) -> None:
+        self.sensor = sensor
+        self.uid = sensor.uid
+        self.station = Station(sensor, clock)
+        self.matrix: Any = None
+        self.parameters: Any = None
+        self.pose: Pose | None = None
+        self.rays: Rays | None = None
+        self.ranges: Array | None = None
+        self.outline: Array | None = None
+        # Rows whose ranges may not be those of the present frame.
+        self.stale = np.zeros(0, bool)
+        self.number: int | None = None
+        self.figure: Figure | None = None
+        self.extra: Figure | None = None
+        self._parts: dict[int, tuple[Array, Array, Array]] = {}
+        self.problem = ""
+        self.sweep = Sweep()
+        self.animated = _is_animated(sensor)
+
+    def keep(self, before: Seen) -> None:
+        """Takes over what is known of the same sensor."""
+        self.matrix, self.parameters, self.pose = before.matrix, before.parameters, before.pose
+        self.rays, self.ranges, self.outline = before.rays, before.ranges, before.outline
+        self.figure, self.extra, self.problem = before.figure, before.extra, before.problem
+        self.sweep, self.stale, self._parts = before.sweep, before.stale, before._parts
+
+    def aim(self, rays: Rays | None) -> None:
+        """New rays: nothing is known of what they meet."""
+        self.rays, self.ranges, self.figure, self.extra = rays, None, None, None
+        self._parts = {}
+        self.stale = np.zeros(rays.bundles if rays else 0, bool)
+
+    def parts(self, part: slice, row: int) -> tuple[Array, Array, Array]:
+        """Origins, directions and reach of a row, the same arrays each time: the caster knows them
+        again by that."""
+        if row not in self._parts:
+            assert self.rays is not None
+            rays = self.rays
+            self._parts[row] = rays.origins[part], rays.directions[part], rays.reach[part]
+        return self._parts[row]
+
+    @property
+    def selected(self) -> bool:
+        return bool(self.sensor.object.select_get())
+
+
+def _is_animated(sensor: Sensor) -> bool:
+    """Whether its parameters must be read anew at each frame."""
+    if sensor.object.animation_data is None:
+        return False
+    names = [f"{sensor.kind.attribute}.{name}" for name in specs(sensor.kind.parameters)]
+    return any(is_animated(sensor.object, f"angen_sensor.{n}") for n in ["enabled", *names])
+
+
+class Field:
+    """The sensors of one scene. `version` grows whenever a figure changes, `extras` when what is
+    drawn of an update does; `frame` is that at which they were looked at; `outdated` after an edit
+    since then; `unseen`: something is as sensors saw it at earlier updates."""
+
+    def __init__(self, scene: Any) -> None:
+        self.scene_uid = scene.session_uid
+        self.version = self.extras = 0
+        self.unseen = False
+        # By the clock of time.monotonic.
+        self.followed_at = 0.0
+        self.frame = NEVER
+        self.outdated = True
+        self.metres = 1.0
+        self.seen: list[Seen] = []
+        # What the GPU was given; only draw.py knows what is in it.
+        self.drawn: dict[str, Any] = {}
+        self._clock: Clock | None = None
+        self._caster: Caster | None = None
+        self._boxes: tuple[Array, Array] = (np.empty((0, 3)), np.empty((0, 3)))
+        self._movers = Movers()
+        self._outputs: list[bool] = []
+        self._driven: bool | None = None
+
+    def fail(self, scene: Any) -> None:
+        """Keeps still until the next edit."""
+        self.seen, self.drawn = [], {}
+        self.frame, self.outdated = scene.frame_current, False
+        self.version += 1
+
+    def follow(self, scene: Any, view_layer: Any, depsgraph: Any, in_handler: bool = False) -> None:
+        """Brings everything to the scene as it is evaluated; `in_handler`: of a frame change, where
+        the live sensors came first."""
+        clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
+        edited = self.outdated or clock != self._clock
+        self.frame, self.outdated, self._clock = scene.frame_current, False, clock
+        self.metres = unit_scale(scene)
+        if edited:
+            self._list(view_layer, clock)
+            self._driven = None
+        aimed = [seen for seen in self.seen if self._aim(seen, depsgraph, edited)]
+        if edited or aimed:
+            self._bound()
+        caster = self._look(scene, depsgraph, in_handler)
+        self._movers.follow(caster.solids)
+        near = self._movers.near(*self._boxes).tolist()
+        step = scene.frame_current - scene.frame_start
+        self.unseen = False
+        for number, seen in enumerate(self.seen):
+            if seen.rays is not None:
+                if _is_drawn(scene, seen):
+                    self._see(seen, caster, near[number], step, not in_handler)
+                elif near[number]:
+                    seen.stale[:] = True
+                self.unseen |= bool(seen.stale.any())
+        if not in_handler or state.CACHE.live.looked_at is None:
+            self._forget_driven(scene, caster)
+        state.CACHE.live.looked_at = None
+
+    def _list(self, view_layer: Any, clock: Clock) -> None:
+        """Finds the sensors anew; what is known of those that stay is kept."""
+        known = {seen.uid: seen for seen in self.seen}
+        listed = [Seen(sensor, clock) for sensor in all_sensors(view_layer)]
+        for seen in listed:
+            before = known.get(seen.uid)
+            if before is not None and before.sensor.kind is seen.sensor.kind:
+                seen.keep(before)
+        if [seen.uid for seen in listed] != list(known):
+            self.version += 1
+        self.seen = listed
+
+    def _bound(self) -> None:
+        boxes = [s.rays.box() if s.rays is not None else (np.inf, -np.inf) for s in self.seen]
+        lo = np.array([np.broadcast_to(box[0], 3) for box in boxes]).reshape(-1, 3)
+        hi = np.array([np.broadcast_to(box[1], 3) for box in boxes]).reshape(-1, 3)
+        self._boxes = lo, hi
+
+    def _aim(self, seen: Seen, depsgraph: Any, edited: bool) -> bool:
+        """Asks a sensor for its rays where they can have changed; whether they did."""
+        evaluated = seen.sensor.object.evaluated_get(depsgraph)
+        matrix = evaluated.matrix_world
+        if not edited and not seen.animated and matrix == seen.matrix:
+            return False
+        seen.matrix = matrix.copy()
+        problem, sight, rays = "", None, None
+        try:
+            sight = sight_of(seen.station, depsgraph)
+        except SensorError as error:
+            problem = str(error)
+        if sight is not None:
+            rays = _rays(sight, self.metres)
+            seen.parameters, seen.pose = sight.parameters, sight.pose
+        outline = surface_outline(evaluated) if seen.sensor.kind.motion and rays else None
+        if problem == seen.problem and _same(rays, seen.rays) and _equal(outline, seen.outline):
+            # Parameters that bear on no ray can show too, as a threshold does.
+            if edited or seen.animated:
+                seen.figure = None
+            return False
+        seen.problem, seen.outline = problem, outline
+        seen.aim(rays)
+        self.version += 1
+        return True
+
+    def _look(self, scene: Any, depsgraph: Any, in_handler: bool) -> Caster:
+        """The caster, over the solids of the live sensors."""
+        live = state.CACHE.live
+        if live is None or live.scene_uid != scene.session_uid:
+            live = state.CACHE.live = Live(scene)
+        if self._caster is None or self._caster.solids is not live.solids:
+            self._caster = Caster(live.solids)
+            self._movers = Movers()
+        # Where the live sensors looked at this very frame, looking again could hide from them what
+        # Blender evaluates only after the handlers.
+        looked = in_handler and live.looked_at == scene.frame_current
+        if not looked:
+            live.looked_at = None
+        self._caster.look(depsgraph, sync=not looked)
+        return self._caster
+
+    def _see(self, seen: Seen, caster: Caster, near: bool, step: int, all_now: bool) -> None:
+        """Casts what a sensor casts at this frame, where something moved near it since; and all
+        that it sees where `all_now`, or where it does not follow from the frame before."""
+        rays = seen.rays
+        assert rays is not None
+        if seen.ranges is None:
+            seen.ranges, seen.stale = rays.reach.copy(), np.ones(rays.bundles, bool)
+        seen.stale |= near
+        scans = getattr(seen.parameters, "model", "") == "RANGE_SCAN"
+        due, follows = NO_TILTS, False
+        if scans:
+            due, follows = seen.sweep.due(seen.station.schedule, step, seen.parameters, rays.rows)
+        elif rays.rows > 1:
+            # Views and zones: wide; once an update is enough while the playhead moves.
+            number = seen.station.schedule.last_update(max(step, 0))
+            follows, seen.number = number == seen.number, number
+        asked = due if follows and not all_now else range(rays.bundles)
+        rows = [row for row in asked if seen.stale[row]]
+        if rows and self._cast(seen, caster, rows):
+            seen.figure = None
+        if due:
+            seen.sweep.compare(
+                seen.ranges.reshape(rays.rows, -1) * self.metres, seen.parameters.threshold
+            )
+        if seen.figure is None:
+            seen.figure = figure_of(seen, self.metres)
+            self.version += 1
+            seen.extra = None
+        if scans and (due or seen.extra is None):
+            seen.extra = sweep_figure(seen, self.metres)
+            self.extras += 1
+
+    def _cast(self, seen: Seen, caster: Caster, rows: list[int]) -> bool:
+        """Casts some rows of a sensor's rays; whether any range changed."""
+        rays, ranges = seen.rays, seen.ranges
+        assert rays is not None and ranges is not None
+        changed = False
+        for row in rows:
+            part = rays.bundle(row)
+            seen.stale[row] = False
+            if part.stop > part.start:
+                found = caster.cast(seen.uid, row, *seen.parts(part, row))
+                changed |= not np.array_equal(found, ranges[part])
+                ranges[part] = found
+        return changed
+
+    def _forget_driven(self, scene: Any, caster: Caster) -> None:
+        """What drivers make of recorded readings, Blender tells nobody."""
+        values = [bool(seen.sensor.settings.active) for seen in self.seen]
+        if values != self._outputs:
+            self._outputs = values
+            if self._driven is None:
+                self._driven = outputs.are_driven()
+            if self._driven:
+                caster.solids.forget()
+
+
+def _is_drawn(scene: Any, seen: Seen) -> bool:
+    settings = scene.angen_overlay
+    return settings.fields and (settings.which == "ALL" or seen.selected)
+
+
+def _rays(sight: Sight, metres: float) -> Rays:
+    if getattr(sight.parameters, "model", "") == "PYROELECTRIC":
+        return zones(sight.parameters, sight.pose, metres)
+    if sight.request is not None and sight.request.method == "FOUR_WALL":
+        return four_views(sight.request)
+    return sight.rays
+
+
+def _same(one: Rays | None, two: Rays | None) -> bool:
+    return one is two or (one is not None and one.same(two))
+
+
+def _equal(one: Array | None, two: Array | None) -> bool:
+    if one is None or two is None:
+        return one is two
+    return np.array_equal(one, two)

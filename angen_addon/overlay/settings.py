@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of the sensors the viewport draws: settings of the scene."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, PointerProperty
+from bpy.types import Context, PropertyGroup, Scene
+
+
+def redraw_views() -> None:
+    """Asks Blender to draw every 3D view again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def _changed(self: PropertyGroup, context: Context) -> None:
+    redraw_views()
+
+
+def _group() -> type:
+    annotations = {
+        "show": BoolProperty(
+            name="Show Sensors",
+            description="Draw sensors in the viewport: what they see and what they read. "
+            "Off: costs nothing",
+            default=True,
+            options=set(),
+            update=_changed,
+        ),
+        "which": EnumProperty(
+            name="Fields Of",
+            description="Whose fields of view are drawn",
+            items=[
+                ("ALL", "All", "Those of all sensors that the viewport shows", 0),
+                ("SELECTED", "Selected", "Those of the selected sensors", 1),
+            ],
+            options=set(),
+            update=_changed,
+        ),
+        "fields": BoolProperty(
+            name="Fields of View",
+            description="Draw what each sensor sees: its own rays, to where they end",
+            default=True,
+            options=set(),
+            update=_changed,
+        ),
+        "names": BoolProperty(
+            name="Names",
+            description="Write each sensor's name beside it",
+            default=True,
+            options=set(),
+            update=_changed,
+        ),
+        "values": BoolProperty(
+            name="Readings",
+            description="Write what each sensor reads beside it",
+            default=True,
+            options=set(),
+            update=_changed,
+        ),
+    }
+    return type("AngenOverlay", (PropertyGroup,), {"__annotations__": annotations})
+
+
+# Lives from register() to unregister() only, as the classes in properties.py, which see.
+_classes: list[type] = []
+
+
+def register() -> None:
+    _classes.append(_group())
+    bpy.utils.register_class(_classes[0])
+    Scene.angen_overlay = PointerProperty(type=_classes[0])
+
+
+def unregister() -> None:
+    del Scene.angen_overlay
+    cls = _classes.pop()
+    bpy.utils.unregister_class(cls)
+    cls.__annotations__.clear()

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keeps recordings in the blend file: as texts, which are there only while the file is on disk.
+
+They are put in just before saving and taken out after it and after loading. So they are no part of
+what undo goes through and of what is copied when the scene is evaluated, and a Blender without the
+extension has nothing but a text that it does not look at.
+"""
+
+from __future__ import annotations
+
+import base64
+import sys
+from typing import Any
+
+import bpy
+
+from ..sensor_logic.recording_file import RecordingFileError, from_bytes, to_bytes
+from . import state
+from .fingerprint import Fingerprint
+from .kept import Kept
+
+# A leading dot hides it from lists.
+TEXT = ".angen_recording"
+SCENE = "angen_scene"
+TITLE = "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it"
+LINE = 4096
+
+
+def put_into_file() -> None:
+    """The recordings of all scenes as texts, each encoded once."""
+    scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
+    for uid, kept in state.CACHE.all_kept().items():
+        if uid in scenes:
+            text = bpy.data.texts.new(TEXT)
+            text.use_fake_user = True
+            text[SCENE] = scenes[uid]
+            kept.stored = kept.stored or _encoded(kept)
+            text.from_string(kept.stored)
+
+
+def take_out_of_file() -> None:
+    for text in _texts():
+        bpy.data.texts.remove(text)
+
+
+def restore() -> None:
+    """Takes the recordings out of a file that was just opened; what cannot be read is told."""
+    for text in _texts():
+        scene = text.get(SCENE)
+        try:
+            kept = _decoded(text.as_string())
+        except RecordingFileError as error:
+            state.CACHE.notice = (
+                f"The recording in this file could not be read: {error}. Simulate again"
+            )
+            print(f"Ängen Sensors: {state.CACHE.notice}", file=sys.stderr)
+        else:
+            if isinstance(scene, bpy.types.Scene):
+                find_sensors(kept, scene)
+                state.CACHE.keep(scene, kept)
+        bpy.data.texts.remove(text)
+
+
+def find_sensors(kept: Kept, scene: Any) -> None:
+    """Tracks know objects by their number in this session: it is another after loading."""
+    objects = {obj.name: obj for obj in scene.objects if obj.angen_sensor.kind != "NONE"}
+    for name, track in kept.recording.tracks.items():
+        track.uid = objects[name].session_uid if name in objects else 0
+
+
+def _texts() -> list[Any]:
+    """Ours, not those of libraries."""
+    return [t for t in bpy.data.texts if t.name.startswith(TEXT) and t.library is None]
+
+
+def _encoded(kept: Kept) -> str:
+    made = kept.fingerprint
+    facts = {
+        "blender": kept.blender,
+        "view_layer": made.view_layer,
+        "light": made.light,
+        "digests": made.digests,
+    }
+    data = base64.b64encode(to_bytes(kept.recording, facts)).decode()
+    lines = [data[i : i + LINE] for i in range(0, len(data), LINE)]
+    return "\n".join([TITLE, *lines])
+
+
+def _decoded(text: str) -> Kept:
+    """Raises RecordingFileError."""
+    title, _, data = text.partition("\n")
+    if title != TITLE:
+        raise RecordingFileError("it is damaged")
+    try:
+        recording, facts = from_bytes(base64.b64decode(data.replace("\n", ""), validate=True))
+        made = Fingerprint(facts["view_layer"], facts["light"], dict(facts["digests"]))
+    except RecordingFileError:
+        raise
+    except (ValueError, KeyError, TypeError):
+        raise RecordingFileError("it is damaged") from None
+    kept = Kept(recording, made, tuple(facts["blender"]))
+    kept.stored = text
+    kept.unsure = True
+    return kept

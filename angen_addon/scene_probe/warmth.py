@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How warm the things are that rays meet.
+
+A temperature is set on a material, an object or a collection: the first of these counts, and of
+collections the nearest. What has none is as warm as the scene's ambient temperature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.model import Emission
+from ...sensor_logic.pyroelectric.radiance import ZERO_CELSIUS
+from ..animation import is_animated
+from .rays import NOTHING, RayCaster
+from .reference_rays import SceneRayCaster
+from .solids import Solid, Solids
+
+Array = NDArray[np.float64]
+TEMPERATURE, EMISSIVITY = "angen_warmth.temperature", "angen_warmth.emissivity"
+DEFAULT_EMISSIVITY = 0.95
+# Kelvin and emissivity of what has no temperature of its own.
+AMBIENT = (np.nan, DEFAULT_EMISSIVITY)
+
+
+@dataclass
+class _Patches:
+    """A solid whose faces are not all equally warm: kelvin and emissivity of each material slot,
+    and the slot of each face."""
+
+    solid: Solid
+    temperature: Array
+    emissivity: Array
+    slots: NDArray[np.int32] | None = None
+    state: Any = None
+
+
+class Warmth:
+    """The temperatures of the solids of a ray caster."""
+
+    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
+        self._reference = not isinstance(caster, RayCaster)
+        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
+        self._listing = -1
+        self._temperature = np.empty(0)
+        self._emissivity = np.empty(0)
+        self._patches: dict[int, _Patches] = {}
+        self._changing: list[Solid] = []
+
+    @property
+    def _solids(self) -> Solids:
+        return self._rays.solids
+
+    def see(
+        self,
+        depsgraph: Any,
+        sensor: int,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+    ) -> Emission:
+        """What a sensor's rays see, in Blender units, after the caster was brought up to date;
+        arguments as of `RayCaster.cast`."""
+        if self._reference:
+            self._rays.update(depsgraph)
+        self._follow(depsgraph)
+        ranges, met = self._rays.cast_met(sensor, bundle, origins, directions, length)
+        temperature, emissivity = self._temperature[met], self._emissivity[met]
+        for number in np.unique(met).tolist():
+            patches = self._patches.get(number)
+            if patches is not None:
+                which = np.flatnonzero(met == number)
+                rays = origins[which], directions[which], ranges[which]
+                slot = self._slots_met(depsgraph, patches, *rays)
+                temperature[which] = patches.temperature[slot]
+                emissivity[which] = patches.emissivity[slot]
+        ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
+        return Emission(np.where(np.isnan(temperature), ambient, temperature), emissivity, ambient)
+
+    def _slots_met(
+        self, depsgraph: Any, patches: _Patches, origins: Array, directions: Array, ranges: Array
+    ) -> NDArray[np.intp]:
+        geometry = patches.solid.geometry
+        faces = self._rays.faces_met(patches.solid, origins, directions, ranges)
+        # Faces may come and go with the surface, as under a modifier.
+        if patches.slots is None or patches.state is not geometry.state:
+            patches.slots, patches.state = geometry.material_slots(depsgraph), geometry.state
+        found: NDArray[np.intp] = np.clip(
+            patches.slots[np.clip(faces, 0, len(patches.slots) - 1)],
+            0,
+            len(patches.temperature) - 1,
+        )
+        return found
+
+    def _follow(self, depsgraph: Any) -> None:
+        """Reads all again where the scene was edited, else what is animated."""
+        solids = self._solids
+        if self._listing == solids.listing:
+            for solid in self._changing:
+                self._read(depsgraph, solid, {}, {})
+            return
+        self._listing = solids.listing
+        size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
+        self._temperature = np.full(size, AMBIENT[0])
+        self._emissivity = np.full(size, AMBIENT[1])
+        self._patches.clear()
+        by_uid = {obj.session_uid: obj for obj in bpy.data.objects}
+        parents = collection_parents()
+        self._changing = [s for s in solids.solids if self._read(depsgraph, s, by_uid, parents)]
+
+    def _read(
+        self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
+    ) -> bool:
+        """Takes down how warm a solid is; whether that is animated."""
+        if not by_uid:
+            by_uid = {obj.session_uid: obj for obj in bpy.data.objects}
+            parents = collection_parents()
+        original = by_uid[solid.key[0]]
+        whole = own_warmth(original.evaluated_get(depsgraph))
+        if whole is None:
+            inherited = inherited_warmth(original, parents)
+            whole = AMBIENT if inherited is None else inherited
+        self._temperature[solid.number], self._emissivity[solid.number] = whole
+        animated = _is_animated(original)
+        if not solid.geometry.lasting:
+            return animated
+        materials = list(evaluated_materials(original.evaluated_get(depsgraph)))
+        each = [own_warmth(material) if material else None for material in materials]
+        animated |= any(_is_animated(m.original) for m in materials if m)
+        if any(warmth is not None for warmth in each):
+            values = np.array([whole if warmth is None else warmth for warmth in each])
+            known = self._patches.setdefault(
+                solid.number, _Patches(solid, values[:, 0], values[:, 1])
+            )
+            known.temperature, known.emissivity = values[:, 0], values[:, 1]
+        else:
+            self._patches.pop(solid.number, None)
+        return animated
+
+
+def kelvin(celsius: float) -> float:
+    """Single precision, as Blender stores it, is undone."""
+    return float(f"{celsius:.7g}") + ZERO_CELSIUS
+
+
+def own_warmth(owner: Any) -> tuple[float, float] | None:
+    """Kelvin and emissivity that are set on an object, collection or material itself."""
+    settings = owner.angen_warmth
+    if not settings.use_temperature:
+        return None
+    return kelvin(settings.temperature), float(f"{settings.emissivity:.7g}")
+
+
+def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, float] | None:
+    """Of the nearest collection with a temperature that an object is in, by the collections' names
+    where several are equally near."""
+    level = sorted(obj.users_collection, key=lambda c: c.name_full)
+    seen = set(level)
+    while level:
+        found = next((w for w in map(own_warmth, level) if w is not None), None)
+        if found is not None:
+            return found
+        above = {p for collection in level for p in parents.get(collection, ())} - seen
+        seen |= above
+        level = sorted(above, key=lambda c: c.name_full)
+    return None
+
+
+def collection_parents() -> dict[Any, list[Any]]:
+    """The collections that each collection is directly in."""
+    found: dict[Any, list[Any]] = {}
+    tops = [scene.collection for scene in bpy.data.scenes]
+    for collection in [*tops, *bpy.data.collections]:
+        for child in collection.children:
+            found.setdefault(child, []).append(collection)
+    return found
+
+
+def evaluated_materials(evaluated: Any) -> Iterator[Any]:
+    """The material of each slot of an evaluated object; None where there is none."""
+    slots = evaluated.material_slots
+    # Modifiers can bring materials that the object has no slots for.
+    of_data = evaluated.data.materials if evaluated.type == "MESH" else ()
+    for i in range(max(len(slots), len(of_data))):
+        own = i < len(slots) and (slots[i].link == "OBJECT" or i >= len(of_data))
+        yield slots[i].material if own else of_data[i]
+
+
+def _is_animated(owner: Any) -> bool:
+    return is_animated(owner, TEMPERATURE) or is_animated(owner, EMISSIVITY)

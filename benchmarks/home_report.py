@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The thesis's own figures: the section of the page and its plots, from data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .plot import BLACK, BLUE, ORANGE, Panel, Series, figure
+from .plot_bars import bars
+from .tables import percent, short, spread, table
+
+# The thesis's figures 8.1 and 8.3, read off: speed of the home with PIRs alone and with all.
+THESIS_FIRST, THESIS_LAST = 70, 10
+
+TEXT = """\
+## The thesis's own figures
+
+The Ängen home and its story, {seconds:.0f} s of it, simulated as `angen simulate` does it, with
+Blender's evaluation of every frame included. *Speed* is simulated over real time. Rates are the
+thesis's: PIRs 10 Hz with 120 rays, one tilt an update; switches, pads and light 1 Hz.
+
+**The whole home** (the thesis's figure 8.3, where Gazebo fell from {first} to {last} times real
+time)
+
+{cases}
+Where the time goes, one run each under a stopwatch that costs some percent itself. *Evaluation of
+the scene* is Blender's, and no sensor can save it but by looking at fewer frames; with light it
+holds the frames that a picture makes Blender evaluate again. *Alone* is the same frames stepped
+through with nothing sensed.
+
+![Where the time of a run goes](pictures/bench_home.svg)
+
+{parts}
+**The rays of a fan** (figure 8.1: 160 rays ten times as fast as 640, 90 % kept). *Kept*: of the
+{motion} updates (of {updates}) at which a fan of {dense} rays at the same tilt saw movement, those
+at which this one did too; *extra*: of this one's, those at which the dense one did not.
+
+![Speed and what is kept, over the number of rays](pictures/bench_rays.svg)
+
+{rays}
+**The number of detectors** (figure 8.2), 120 rays each:
+
+![Speed over the number of detectors](pictures/bench_pirs.svg)
+
+{counts}
+**The far plane of a light sensor** (four walls). What a path tracer does is decided by its
+paths, not by how far they reach; the thesis's rasteriser draws what is nearer than the plane.
+
+{far}"""
+
+
+def section(data: dict[str, Any]) -> str:
+    dense = data["rays"][-1]
+    return TEXT.format(
+        seconds=data["seconds"],
+        first=THESIS_FIRST,
+        last=THESIS_LAST,
+        motion=dense["updates_with_motion"],
+        updates=dense["updates"],
+        dense=dense["rays"],
+        cases=table(
+            ("sensors", "count", "updates", "real time s", "speed"),
+            (
+                (
+                    row["name"],
+                    f"{row['sensors']}",
+                    f"{row['updates']}",
+                    spread(row["wall_s"]),
+                    spread(row["speed"]),
+                )
+                for row in data["cases"]
+            ),
+        ),
+        parts=table(
+            ("seconds", *data["cases"][0]["parts_s"], "alone"),
+            (
+                (
+                    row["name"],
+                    *(f"{value:.2f}" for value in row["parts_s"].values()),
+                    f"{row['evaluation_alone_s']:.2f}",
+                )
+                for row in data["cases"]
+            ),
+        ),
+        rays=table(
+            ("rays", "speed", "kept", "extra"),
+            (
+                (f"{r['rays']}", spread(r["speed"]), percent(r["kept"]), percent(r["extra"]))
+                for r in data["rays"]
+            ),
+        ),
+        counts=table(
+            ("PIRs", "speed"),
+            ((f"{row['pirs']}", spread(row["speed"])) for row in data["counts"]),
+        ),
+        far=table(
+            ("far plane m", "ms an update", "luminance (median)"),
+            (
+                (f"{row['far_m']:g}", spread(row["ms"]), f"{row['percent']:.2f} %")
+                for row in data["far"]
+            ),
+        ),
+    )
+
+
+def headline(data: dict[str, Any]) -> list[str]:
+    """What it comes to, in sentences, with the aims and whether they are reached."""
+    cases = data["cases"]
+    found = []
+    for row, aim in ((cases[-2], 70), (cases[-1], 10)):
+        speed = row["speed"]["median"]
+        verdict = "reached" if speed >= aim else "not reached"
+        found.append(
+            f"The Ängen home with {row['sensors']} sensors runs at {short(speed)} times real time "
+            f"(aim {aim}: {verdict})."
+        )
+    by_rays = {row["rays"]: row for row in data["rays"]}
+    ratio = by_rays[160]["speed"]["median"] / by_rays[640]["speed"]["median"]
+    found.append(
+        f"160 rays instead of 640: {ratio:.1f} times the speed, "
+        f"{percent(by_rays[160]['kept'])} of the updates with movement kept (640: "
+        f"{percent(by_rays[640]['kept'])})."
+    )
+    return found
+
+
+def figures(data: dict[str, Any]) -> dict[str, str]:
+    rays = [row["rays"] for row in data["rays"]]
+    counts = [row["pirs"] for row in data["counts"]]
+    return {
+        "bench_home.svg": bars(
+            f"Where {data['seconds']:.0f} s of the Ängen home go",
+            "seconds of real time",
+            [
+                (row["name"], row["parts_s"], f"{short(row['speed']['median'])} ×")
+                for row in data["cases"]
+            ],
+        ),
+        "bench_rays.svg": figure(
+            "Speed and accuracy over the rays of a fan, seven detectors",
+            "rays",
+            [
+                Panel("times real time", _ranged(rays, data["rays"], "seven PIRs"), 200, log=True),
+                Panel(
+                    "updates kept, %",
+                    [Series("kept", rays, [100 * row["kept"] for row in data["rays"]], BLUE)],
+                    160,
+                ),
+            ],
+            log_x=True,
+        ),
+        "bench_pirs.svg": figure(
+            "Speed over the number of motion detectors, 120 rays each",
+            "motion detectors",
+            [Panel("times real time", _ranged(counts, data["counts"], "home"), 220, log=True)],
+            log_x=True,
+        ),
+    }
+
+
+def _ranged(x: list[int], rows: list[dict[str, Any]], label: str) -> list[Series]:
+    """The median as a line, the least and the greatest as dots."""
+    found = [Series(label, x, [row["speed"]["median"] for row in rows], ORANGE)]
+    if rows[0]["speed"]["runs"] > 1:
+        for bound in ("low", "high"):
+            found.append(Series("", x, [row["speed"][bound] for row in rows], BLACK, "dots"))
+    return found

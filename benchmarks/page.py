@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""docs/benchmarks.md and its plots, from the data in docs/data; it needs no Blender.
+
+`python -m benchmarks.page` writes them anew from what was measured last.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from . import (
+    growth_report,
+    home_report,
+    peers_report,
+    pir_report,
+    pressure_report,
+    rays_report,
+    switch_report,
+)
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+# In the order of the page. The light sensor has a page of its own.
+REPORTS: Mapping[str, ModuleType] = {
+    "home": home_report,
+    "rays": rays_report,
+    "pir": pir_report,
+    "switch": switch_report,
+    "pressure": pressure_report,
+    "peers": peers_report,
+    "growth": growth_report,
+}
+HEAD = """\
+# Benchmarks
+
+Written by `make bench` from the data in [data/](data/); do not edit. `make bench ARGS=--quick` is
+a glance in under two minutes, written to `build/bench`; `ARGS="--only PART"` measures one part of
+it. Numbers are medians, the least and the greatest of repeated runs in brackets. Ratios are of
+figures of one run, which took turns, so that a busy machine meets both.
+
+{headlines}
+| part | command | machine | took |
+| --- | --- | --- | --- |
+{parts}
+The light sensor has a page of its own: [light_benchmarks.md](light_benchmarks.md). Hard cases and
+the tests that hold them: [hard_cases.md](hard_cases.md).
+"""
+GLANCE = "*A glance with `--quick`, one run: not the full measurement.*\n\n"
+
+
+def known(folder: Path) -> dict[str, dict[str, Any]]:
+    """The data of the parts that were measured."""
+    return {
+        name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+        for name in REPORTS
+        if (folder / f"{name}.json").exists()
+    }
+
+
+def markdown(parts: Mapping[str, dict[str, Any]]) -> str:
+    headlines = [
+        f"- {line}\n"
+        for name, data in parts.items()
+        if hasattr(REPORTS[name], "headline")
+        for line in REPORTS[name].headline(data)
+    ]
+    lines = [
+        f"| {name} | `python -m benchmarks --only {name}{' --quick' if data['quick'] else ''}` "
+        f"| {data['machine']} | {_took(data['took_s'])} |\n"
+        for name, data in parts.items()
+    ]
+    text = HEAD.format(headlines="".join(headlines), parts="".join(lines))
+    for name, data in parts.items():
+        section = REPORTS[name].section(data)
+        if data["quick"]:
+            title, _, rest = section.partition("\n\n")
+            section = f"{title}\n\n{GLANCE}{rest}"
+        text += f"\n{section.strip()}\n"
+    return text
+
+
+def _took(seconds: float | None) -> str:
+    return "" if seconds is None else f"{seconds:.0f} s"
+
+
+def figures(parts: Mapping[str, dict[str, Any]]) -> dict[str, str]:
+    """SVGs by file name."""
+    found: dict[str, str] = {}
+    for name, data in parts.items():
+        if hasattr(REPORTS[name], "figures"):
+            found.update(REPORTS[name].figures(data))
+    return found
+
+
+def write(docs: Path) -> str:
+    """Writes the page and the plots beside the data in `docs`; the page."""
+    parts = known(docs / "data")
+    text = markdown(parts)
+    (docs / "benchmarks.md").write_text(text, encoding="utf-8")
+    pictures = docs / "pictures"
+    pictures.mkdir(exist_ok=True)
+    for name, drawn in figures(parts).items():
+        (pictures / name).write_text(drawn, encoding="utf-8")
+    return text
+
+
+if __name__ == "__main__":
+    print(write(DOCS))

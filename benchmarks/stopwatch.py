@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the time of a run goes: exclusive seconds of its parts, by wrapping what does them."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any
+
+from angen_sensors.angen_addon import simulation, state
+from angen_sensors.angen_addon.probes import Probes
+from angen_sensors.angen_addon.scene_probe.bodies import Bodies
+from angen_sensors.angen_addon.scene_probe.rays import RayCaster
+from angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
+from angen_sensors.angen_addon.station import Station, Taken
+
+EVALUATION = "evaluation of the scene"
+# What is wrapped: owner, name, and the part that its own time counts for.
+WRAPPED = (
+    (type(state.CACHE), "note", "what moved"),
+    (RayCaster, "update", "what moved"),
+    (SceneRayCaster, "update", "what moved"),
+    (RayCaster, "cast", "rays"),
+    (SceneRayCaster, "cast", "rays"),
+    (Bodies, "look", "contact forces"),
+    (Probes, "forces", "contact forces"),
+    (Probes, "measure", "light"),
+    (Station, "take", "sensor models"),
+    (Taken, "reading", "sensor models"),
+    (simulation, "_record", "recording"),
+)
+PARTS = (EVALUATION, *dict.fromkeys(part for *_, part in WRAPPED))
+
+
+class Stopwatch:
+    """Seconds by part: nested parts are not counted twice. What no part takes is Blender's
+    evaluation of the frames, and the loop itself."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = defaultdict(float)
+        self.calls: dict[str, list[float]] = defaultdict(list)
+        self._inner: list[float] = []
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        before = [(owner, name, getattr(owner, name)) for owner, name, _ in WRAPPED]
+        begin = time.perf_counter()
+        for (owner, name, old), (*_, part) in zip(before, WRAPPED, strict=True):
+            setattr(owner, name, self._wrapped(old, part))
+        try:
+            yield
+        finally:
+            for owner, name, old in before:
+                setattr(owner, name, old)
+        total = time.perf_counter() - begin
+        self.seconds[EVALUATION] += total - sum(self.seconds.values())
+
+    def _wrapped(self, work: Any, part: str) -> Any:
+        @wraps(work)
+        def measured(*arguments: Any, **named: Any) -> Any:
+            self._inner.append(0.0)
+            start = time.perf_counter()
+            try:
+                return work(*arguments, **named)
+            finally:
+                taken = time.perf_counter() - start
+                self.seconds[part] += taken - self._inner.pop()
+                self.calls[part].append(taken)
+                if self._inner:
+                    self._inner[-1] += taken
+
+        return measured

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Moves the playhead to the next or previous event of the active sensor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty
+from bpy.types import Context, Operator
+
+from ..angen_addon import state
+from ..angen_addon.sensors import Sensor
+from ..angen_addon.timeline.events import log_indices, switch_indices
+from ..sensor_logic.event_log import format_frame
+from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.recording import Recording, Track
+
+
+def active_sensor(context: Context) -> Sensor | None:
+    obj = context.view_layer.objects.active
+    if obj is None or obj.angen_sensor.kind == NO_KIND:
+        return None
+    return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
+
+
+def recorded(context: Context) -> tuple[Recording, Track] | None:
+    """The recording and the active sensor's track in it, with one update at least."""
+    sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
+    track = recording.track_of(sensor.uid) if sensor and recording else None
+    return (recording, track) if recording and track and len(track) else None
+
+
+def poll_recorded(cls: Any, context: Context) -> bool:
+    """Whether there is a recorded active sensor; else tells what to do."""
+    if state.CACHE.running:
+        cls.poll_message_set("A simulation is running")
+    elif active_sensor(context) is None:
+        cls.poll_message_set("Make a sensor the active object: click it")
+    elif recorded(context) is None:
+        cls.poll_message_set("Nothing is recorded of this sensor: switch it on and simulate")
+    else:
+        return True
+    return False
+
+
+class ANGEN_OT_event_jump(Operator):
+    bl_idname = "angen.event_jump"
+    bl_label = "Jump to Event"
+    bl_description = "Move the playhead to the active sensor's next or previous event"
+    bl_options = {"REGISTER"}
+
+    direction: EnumProperty(
+        name="Direction",
+        items=[
+            ("NEXT", "Next", "The first event after the playhead", 0),
+            ("PREVIOUS", "Previous", "The last event before the playhead", 1),
+        ],
+    )
+    values: BoolProperty(
+        name="Also values",
+        description="Also where a measured value changed by its report step",
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return poll_recorded(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        found = recorded(context)
+        assert found is not None
+        recording, track = found
+        scene = context.scene
+        now = scene.frame_current + scene.frame_subframe
+        indices = log_indices(track) if self.values else switch_indices(track)
+        frames = [track.frames[i] for i in indices.tolist()]
+        # Frames between whole ones come back from Blender in single precision.
+        later = [f for f in frames if f > now + 1e-4]
+        earlier = [f for f in frames if f < now - 1e-4]
+        ahead = later[:1] if self.direction == "NEXT" else earlier[-1:]
+        if not ahead:
+            side = "after" if self.direction == "NEXT" else "before"
+            self.report({"INFO"}, f"'{track.sensor}' has no event {side} this frame")
+            return {"CANCELLED"}
+        substeps = recording.clock.substeps if recording.clock else 1
+        step = round(ahead[0] * substeps)
+        scene.frame_set(step // substeps, subframe=step % substeps / substeps)
+        number = frames.index(ahead[0]) + 1
+        self.report(
+            {"INFO"},
+            f"'{track.sensor}': event {number} of {len(frames)}, frame {format_frame(ahead[0])}",
+        )
+        return {"FINISHED"}
+
+
+# In every editor that plays. Ctrl+Alt+arrows turn the screen or change the workspace on some
+# systems; with Shift and Alt, arrows are free in all of Blender's keymaps but those of editors of
+# text and clips, which come first there.
+KEYS = (("RIGHT_ARROW", "NEXT"), ("LEFT_ARROW", "PREVIOUS"))
+_items: list[tuple[Any, Any]] = []
+
+
+def _register_keys() -> None:
+    config = bpy.context.window_manager.keyconfigs.addon
+    if config is None:
+        return
+    keymap = config.keymaps.new(name="Frames", space_type="EMPTY")
+    for key, direction in KEYS:
+        item = keymap.keymap_items.new(
+            ANGEN_OT_event_jump.bl_idname, key, "PRESS", shift=True, alt=True, repeat=True
+        )
+        item.properties.direction = direction
+        _items.append((keymap, item))
+
+
+def register() -> None:
+    bpy.utils.register_class(ANGEN_OT_event_jump)
+    _register_keys()
+
+
+def unregister() -> None:
+    while _items:
+        keymap, item = _items.pop()
+        keymap.keymap_items.remove(item)
+    bpy.utils.unregister_class(ANGEN_OT_event_jump)

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds out why the active sensor reads what it does at the playhead's event."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Operator
+
+from ..angen_addon.explain import MEMORY, explain
+from ..angen_addon.sensors import SensorError
+from ..angen_addon.station import clock_of
+from ..angen_addon.timeline.events import log_indices
+from ..sensor_logic.recording import Track
+from .event_jump import active_sensor, poll_recorded, recorded
+
+
+def event_at(track: Track, frame: float) -> int | None:
+    """The update of the last event at or before a frame."""
+    found = [i for i in log_indices(track).tolist() if track.frames[i] <= frame + 1e-4]
+    return found[-1] if found else None
+
+
+class ANGEN_OT_explain(Operator):
+    bl_idname = "angen.explain"
+    bl_label = "Explain"
+    bl_description = (
+        "Find which object made the active sensor report its last event at or before the playhead, "
+        "and by how much"
+    )
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return poll_recorded(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        scene, found, sensor = context.scene, recorded(context), active_sensor(context)
+        assert found is not None and sensor is not None
+        recording, track = found
+        if recording.clock != clock_of(scene):
+            self.report({"ERROR"}, "The scene's frame rate or start has changed: simulate again")
+            return {"CANCELLED"}
+        index = event_at(track, scene.frame_current + scene.frame_subframe)
+        if index is None:
+            first = track.frames[0]
+            self.report({"INFO"}, f"No event yet: the recording starts at frame {first:g}")
+            return {"CANCELLED"}
+        try:
+            explanation = explain(scene, sensor, recording, index)
+        except SensorError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        MEMORY.keep(recording, sensor.uid, explanation)
+        self.report({"WARNING" if explanation.doubt else "INFO"}, explanation.headline)
+        return {"FINISHED"}
+
+
+def unregister() -> None:
+    MEMORY.clear()
+    bpy.utils.unregister_class(ANGEN_OT_explain)
+
+
+def register() -> None:
+    bpy.utils.register_class(ANGEN_OT_explain)

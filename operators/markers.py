@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Timeline markers for events: one for each, replaced when made again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty
+from bpy.types import Context, Operator
+
+from ..angen_addon import state
+from ..angen_addon.sensors import Sensor, all_sensors
+from ..angen_addon.timeline.events import log_indices, switch_indices
+from ..sensor_logic.event_log import format_value
+from ..sensor_logic.recording import Recording, Track
+from .event_jump import active_sensor
+
+# Blender draws each marker at each redraw: with more its window gets slow.
+MOST_MARKERS = 5000
+
+
+def marked(scene: Any) -> set[str]:
+    """Names of the markers that were made for events."""
+    return set(scene.angen_timeline.marked.splitlines())
+
+
+def clear(scene: Any, prefixes: tuple[str, ...] = ("",)) -> int:
+    """Removes the markers of events whose names begin like that; returns how many."""
+    names = {name for name in marked(scene) if name.startswith(prefixes)}
+    gone = [marker for marker in scene.timeline_markers if marker.name in names]
+    for marker in gone:
+        scene.timeline_markers.remove(marker)
+    scene.angen_timeline.marked = "\n".join(sorted(marked(scene) - names))
+    return len(gone)
+
+
+def prefix(sensor: str) -> str:
+    return f"{sensor}: "
+
+
+def event_name(track: Track, index: int) -> str:
+    """What happened at an update, in the words of panels."""
+    kind, texts = track.kind, []
+    for published in kind.events:
+        column = track.columns[published.name]
+        if index and format_value(column[index]) == format_value(column[index - 1]):
+            continue
+        value = column[index]
+        if published.type is str:
+            texts.append(value.replace(";", ", ") or "nobody")
+        elif published.name == "valid":
+            texts.append("valid" if value else "not valid")
+        elif published.type is bool:
+            texts.append(kind.active_label if value else kind.idle_label)
+    return ", ".join(texts) or f"{track.value[index]:.4g} {kind.value_unit}"
+
+
+def _selected(context: Context) -> list[Sensor]:
+    """The selected sensors; without any, the active one."""
+    chosen = [s for s in all_sensors(context.view_layer) if s.object.select_get()]
+    active = active_sensor(context)
+    return chosen or ([active] if active else [])
+
+
+class ANGEN_OT_markers_add(Operator):
+    bl_idname = "angen.markers_add"
+    bl_label = "Mark Events"
+    bl_description = "A timeline marker for each event of the selected sensors, in place of earlier"
+    bl_options = {"REGISTER", "UNDO"}
+
+    values: BoolProperty(
+        name="Also values",
+        description="Also where a measured value changed by its report step",
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if state.CACHE.recording(context.scene) is None:
+            cls.poll_message_set("Simulate first")
+            return False
+        if not _selected(context):
+            cls.poll_message_set("Select sensors first")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        scene = context.scene
+        recording = state.CACHE.recording(scene)
+        assert recording is not None
+        sensors = _selected(context)
+        events = list(self._events(recording, sensors))
+        if len(events) > MOST_MARKERS:
+            self.report(
+                {"ERROR"},
+                f"{len(events)} events are more than {MOST_MARKERS} markers: select fewer sensors",
+            )
+            return {"CANCELLED"}
+        clear(scene, tuple(prefix(sensor.name) for sensor in sensors))
+        for name, frame in events:
+            scene.timeline_markers.new(name, frame=frame)
+        names = marked(scene) | {name for name, _ in events}
+        scene.angen_timeline.marked = "\n".join(sorted(names))
+        if not events:
+            self.report({"WARNING"}, "The selected sensors have no events in the recording")
+            return {"FINISHED"}
+        self.report({"INFO"}, f"{len(events)} markers")
+        return {"FINISHED"}
+
+    def _events(self, recording: Recording, sensors: list[Sensor]) -> Iterator[tuple[str, int]]:
+        """Name and frame of each marker to be; markers stand at whole frames."""
+        for sensor in sensors:
+            track = recording.track_of(sensor.uid)
+            if track is None:
+                continue
+            indices = log_indices(track) if self.values else switch_indices(track)
+            for index in indices.tolist():
+                name = prefix(sensor.name) + event_name(track, index)
+                # Blender's limit is 63 bytes, and a name must be found again.
+                short = name.encode()[:63].decode(errors="ignore")
+                yield short, int(track.frames[index])
+
+
+class ANGEN_OT_markers_clear(Operator):
+    bl_idname = "angen.markers_clear"
+    bl_label = "Clear Event Markers"
+    bl_description = "Remove all timeline markers that were made for sensors' events"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not context.scene.angen_timeline.marked:
+            cls.poll_message_set("There are no markers of events")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        self.report({"INFO"}, f"{clear(context.scene)} markers removed")
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_markers_add, ANGEN_OT_markers_clear)
+)

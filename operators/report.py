@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the report of the last run: as a page to read and print, or as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Operator
+from bpy_extras.io_utils import ExportHelper
+
+from ..angen_addon import state
+from ..angen_addon.output_files import write
+from ..angen_addon.report import check_name, report_text
+from ..angen_addon.sensors import SensorError, all_sensors
+from ..sensor_logic.files import OutputError, check_folder
+from .recording import has_fresh_recording, is_still_fresh
+
+
+class ANGEN_OT_export_report(Operator, ExportHelper):
+    bl_idname = "angen.export_report"
+    bl_label = "Export Report"
+    bl_description = (
+        "Write timeline, floor plan and figures of the recording: .html to read and print, "
+        ".svg for the pictures alone"
+    )
+
+    # The name may end in .html or .svg: the file browser is to leave it as it is.
+    filename_ext = ".html"
+    check_extension = None
+    filter_glob: StringProperty(default="*.html;*.svg", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return has_fresh_recording(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        if not is_still_fresh(self, context):
+            return {"CANCELLED"}
+        recording = state.CACHE.recording(context.scene)
+        assert recording is not None
+        path = Path(bpy.path.abspath(self.filepath))
+        try:
+            check_name(path, "Export")
+            check_folder(path.parent, "Export")
+            sensors = all_sensors(context.view_layer)
+            write({path: report_text(path, context.scene, sensors, recording)}, None)
+        except (OutputError, SensorError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Written: {path}"[:200])
+        return {"FINISHED"}
+
+
+class ANGEN_MT_export(bpy.types.Menu):
+    bl_idname = "ANGEN_MT_export"
+    bl_label = "Sensors"
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.operator("angen.export_report", text="Report (.html, .svg)")
+        layout.operator("angen.export_events", text="Events (.csv)")
+        layout.operator("angen.export_samples", text="Samples (.csv)")
+
+
+def draw_menu(self: bpy.types.Menu, context: Context) -> None:
+    self.layout.menu(ANGEN_MT_export.bl_idname)
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_export_report, ANGEN_MT_export)
+)
+
+
+def register() -> None:
+    _register()
+    bpy.types.TOPBAR_MT_file_export.append(draw_menu)
+
+
+def unregister() -> None:
+    bpy.types.TOPBAR_MT_file_export.remove(draw_menu)
+    _unregister()

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gives things the temperatures they usually have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty
+from bpy.types import Context, Operator
+
+from ..angen_addon.warmth import USUAL, warm
+from ..sensor_logic.pyroelectric.lenses import LENSES
+from ..sensor_logic.pyroelectric.zones import write_table
+
+ITEMS = [(u.identifier, u.label, u.tip) for u in USUAL.values()]
+
+
+class ANGEN_OT_warmth_set(Operator):
+    bl_idname = "angen.warmth_set"
+    bl_label = "Set Usual Temperature"
+    bl_description = "Give the selected objects, with all that hangs on them, a usual temperature"
+    bl_options = {"REGISTER", "UNDO"}
+
+    sort: EnumProperty(name="Sort", items=ITEMS)
+
+    @classmethod
+    def description(cls, context: Context, properties: Any) -> str:
+        return f"{cls.bl_description}.\n{USUAL[properties.sort].tip}"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not context.selected_objects and context.object is None:
+            cls.poll_message_set("Select what is warm")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        chosen = context.selected_objects or [context.object]
+        usual = USUAL[self.sort]
+        surfaces, skins = [], []
+        for obj in chosen:
+            some, skin = warm(obj, usual, context.view_layer)
+            surfaces += [surface for surface in some if surface not in surfaces]
+            skins += [material for material in skin if material not in skins]
+        if not surfaces:
+            self.report(
+                {"ERROR"},
+                "None of the selected objects has a surface that could be warm and edited",
+            )
+            return {"CANCELLED"}
+        names = ", ".join(sorted(f"'{surface.name}'" for surface in surfaces)[:4])
+        text = f"{usual.celsius:g} °C: {names}{' …' if len(surfaces) > 4 else ''}"
+        if usual.identifier == "PERSON":
+            bare = ", ".join(sorted(f"'{material.name}'" for material in skins))
+            text += (
+                f"; skin 33 °C: {bare}"
+                if bare
+                else ("; no material is named as skin: set that of bare skin in the Material tab")
+            )
+        self.report({"INFO"}, text)
+        return {"FINISHED"}
+
+
+class ANGEN_OT_lens_table(Operator):
+    bl_idname = "angen.lens_table"
+    bl_label = "Lens as Text"
+    bl_description = (
+        "Write the zones of the active detector's lens into a text, to be edited in the Text "
+        "Editor, and let the detector use it"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        obj = context.object
+        if obj is None or obj.angen_sensor.kind != "PIR":
+            cls.poll_message_set("Select a motion detector")
+            return False
+        if not obj.is_editable:
+            cls.poll_message_set("The sensor is linked: make it local or a library override")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        pir = context.object.angen_sensor.pir
+        text = bpy.data.texts.new(f"Lens of {context.object.name}")
+        text.write(write_table(LENSES[pir.lens].zones))
+        pir.lens_table = text
+        self.report(
+            {"INFO"}, f"The lens is in the text '{text.name}': degrees, a row for each zone"
+        )
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_warmth_set, ANGEN_OT_lens_table)
+)

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The active sensor's events and why they happened (sidebar), and the timeline's settings."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+import bpy
+from bpy.types import Context, DOPESHEET_HT_header, Panel
+
+from ..angen_addon import state
+from ..angen_addon.explain import MEMORY, Explanation
+from ..angen_addon.sensors import all_sensors
+from ..angen_addon.timeline.history import HISTORIES, Row
+from ..operators.markers import event_name
+from ..sensor_logic.event_log import format_frame
+from ..sensor_logic.recording import Recording, Track
+from .lines import (
+    LABEL_SHARE,
+    MARGIN_LETTERS,
+    USUAL_WIDTH,
+    WIDTH_OF_LETTER,
+    draw_lines,
+    draw_row,
+)
+from .parameters import sensor_of
+
+
+class ANGEN_PT_events(Panel):
+    bl_label = "Events"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return sensor_of(context.object) is not None
+
+    def draw(self, context: Context) -> None:
+        layout, scene = self.layout, context.scene
+        recording = state.CACHE.recording(scene)
+        sensor = sensor_of(context.object)
+        if sensor is None:
+            return
+        track = recording.track_of(sensor.uid) if recording else None
+        if recording is None or track is None or not len(track):
+            layout.label(text="Not recorded: simulate", icon="INFO")
+            return
+        history = HISTORIES.get(recording, all_sensors(context.view_layer))
+        row = history.row_of(sensor.uid)
+        if row is not None:
+            _draw_events(layout, scene, recording, track, row)
+
+
+def _draw_events(layout: Any, scene: Any, recording: Recording, track: Track, row: Row) -> None:
+    frame = scene.frame_current + scene.frame_subframe + 1e-4
+    frames = [track.frames[i] for i in row.switches.tolist()]
+    passed = sum(f <= frame for f in frames)
+    text = f"{track.sensor}: {passed} of {len(frames)} events passed"
+    layout.label(text=text, icon="PREVIEW_RANGE", translate=False)
+    line = layout.row(align=True)
+    line.operator("angen.event_jump", text="Previous", icon="PREV_KEYFRAME").direction = "PREVIOUS"
+    line.operator("angen.event_jump", text="Next", icon="NEXT_KEYFRAME").direction = "NEXT"
+    line = layout.row(align=True)
+    line.operator("angen.markers_add", icon="MARKER_HLT")
+    line.operator("angen.markers_clear", text="", icon="TRASH")
+    told = [i for i in row.log.tolist() if track.frames[i] <= frame]
+    if not told:
+        return
+    index = told[-1]
+    text = f"Explain {event_name(track, index)}, Frame {format_frame(track.frames[index])}"
+    layout.operator("angen.explain", text=text, icon="QUESTION", translate=False)
+    explanation = MEMORY.recall(recording, track.uid, index)
+    if explanation is not None:
+        _draw_explanation(layout, explanation)
+
+
+def _draw_explanation(layout: Any, explanation: Explanation) -> None:
+    if explanation.doubt:
+        draw_lines(layout, f"Doubtful: {explanation.doubt}", "ERROR")
+    draw_lines(layout, explanation.headline, "INFO")
+    column = layout.column(align=True)
+    region = bpy.context.region
+    scale = bpy.context.preferences.system.ui_scale or 1.0
+    wide = (1.0 - LABEL_SHARE) * (region.width if region else USUAL_WIDTH) / scale
+    letters = max(12, int(wide / WIDTH_OF_LETTER) - MARGIN_LETTERS // 2)
+    for name, text in explanation.facts:
+        for line in textwrap.wrap(text, letters, break_on_hyphens=False):
+            draw_row(column, name, line)
+            name = ""
+
+
+class ANGEN_PT_timeline(Panel):
+    bl_label = "Sensor History"
+    bl_space_type = "DOPESHEET_EDITOR"
+    bl_region_type = "HEADER"
+    bl_description = "What the timeline shows of the sensors"
+
+    def draw(self, context: Context) -> None:
+        layout, settings = self.layout, context.scene.angen_timeline
+        layout.prop(settings, "show")
+        column = layout.column()
+        column.active = settings.show
+        column.prop(settings, "rows", expand=True)
+        column.prop(settings, "names")
+        if state.CACHE.recording(context.scene) is None:
+            layout.label(text="Nothing is recorded: simulate", icon="INFO")
+        layout.separator()
+        line = layout.row(align=True)
+        line.operator("angen.markers_add", icon="MARKER_HLT")
+        line.operator("angen.markers_clear", text="", icon="TRASH")
+
+
+def draw_in_timeline_header(self: Any, context: Context) -> None:
+    if context.space_data.mode not in {"TIMELINE", "DOPESHEET"}:
+        return
+    row = self.layout.row(align=True)
+    row.prop(context.scene.angen_timeline, "show", text="", icon="SEQ_HISTOGRAM")
+    row.popover(ANGEN_PT_timeline.__name__, text="Sensors")
+
+
+CLASSES = (ANGEN_PT_events, ANGEN_PT_timeline)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    DOPESHEET_HT_header.append(draw_in_timeline_header)
+
+
+def unregister() -> None:
+    DOPESHEET_HT_header.remove(draw_in_timeline_header)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of the sensors the 3D view draws: in the sidebar and in the popover of overlays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Panel
+
+from .readings import ACTIVE, IDLE, OFF, UNKNOWN, WRONG
+
+# Words for the signs, which are those that the table has too.
+SIGNS = (
+    (ACTIVE, "Motion, open, pressed, lit"),
+    (IDLE, "Still, closed, free, dark"),
+    (WRONG, "Not valid"),
+    (UNKNOWN, "Not simulated"),
+    (OFF, "Off"),
+)
+
+
+class ANGEN_PT_overlay(Panel):
+    bl_label = "Show in View"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(context.scene.angen_overlay, "show", text="")
+
+    def draw(self, context: Context) -> None:
+        layout, settings = self.layout, context.scene.angen_overlay
+        layout.use_property_split = True
+        layout.active = settings.show
+        column = layout.column(heading="Show")
+        column.prop(settings, "names")
+        column.prop(settings, "values")
+        column.prop(settings, "fields")
+        row = layout.row()
+        row.active = settings.fields
+        row.prop(settings, "which", expand=True)
+        column = layout.box().column(align=True)
+        for icon, words in SIGNS:
+            column.label(text=words, icon=icon)
+
+
+def draw_in_popover(self: Any, context: Context) -> None:
+    """At the end of Blender's own overlays."""
+    settings = context.scene.angen_overlay
+    column = self.layout.column()
+    column.active = context.space_data.overlay.show_overlays
+    column.label(text="Sensors")
+    row = column.row(align=True)
+    row.prop(settings, "show", text="Show")
+    part = row.row(align=True)
+    part.active = settings.show
+    part.prop(settings, "fields")
+
+
+_register, _unregister = bpy.utils.register_classes_factory((ANGEN_PT_overlay,))
+
+
+def register() -> None:
+    _register()
+    bpy.types.VIEW3D_PT_overlay.append(draw_in_popover)
+
+
+def unregister() -> None:
+    bpy.types.VIEW3D_PT_overlay.remove(draw_in_popover)
+    _unregister()

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All sensors in a table: sorted, searched, with what they read; a click shows one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
+from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
+
+from ..angen_addon.sensors import Sensor, all_sensors
+from ..operators.show import show, why_hidden
+from ..sensor_logic.kinds import NO_KIND
+from .parameters import sensor_of
+from .readings import ACTIVE, DOUBTFUL, IDLE, OFF, UNKNOWN, WRONG, Shown, shown
+
+# What wants to be looked at comes first.
+ORDER_OF_STATES = (WRONG, DOUBTFUL, ACTIVE, IDLE, UNKNOWN, OFF)
+ROWS, MOST_ROWS = 4, 12
+# In a region wider than this many pixels at a scale of 1 there is a column for rooms.
+WIDE = 330
+NAME_SHARE, ROOM_SHARE = 0.55, 0.45
+
+
+def sort_key(sensor: Sensor, seen: Shown | None, by: str) -> tuple[Any, ...]:
+    """Sensors that are alike are in the order of their names."""
+    if by == "ROOM":
+        # Those without a room come last.
+        return (not sensor.room, sensor.room.lower(), sensor.name.lower())
+    if by == "KIND":
+        return (sensor.kind.number, sensor.name.lower())
+    if by == "STATE" and seen is not None:
+        return (ORDER_OF_STATES.index(seen.icon), sensor.name.lower())
+    return (sensor.name.lower(),)
+
+
+def matches(sensor: Sensor, seen: Shown | None, words: str) -> bool:
+    """Whether every word is in the sensor's name, room, kind or state."""
+    state = seen.text if seen else ""
+    text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()
+    return all(word in text for word in words.lower().split())
+
+
+class ANGEN_UL_sensors(UIList):
+    """The objects of a view layer; those that are no sensors are left out."""
+
+    def draw_item(
+        self,
+        context: Context,
+        layout: Any,
+        data: Any,
+        item: Any,
+        icon: int,
+        active_data: Any,
+        active_property: str,
+        index: int = 0,
+        flt_flag: int = 0,
+    ) -> None:
+        sensor = sensor_of(item)
+        if sensor is None:
+            return
+        seen = shown(sensor, context.scene)
+        row = layout.row(align=True)
+        row.active = sensor.settings.enabled
+        split = row.split(factor=NAME_SHARE, align=True)
+        split.label(text=sensor.name, icon=seen.icon)
+        if _is_wide(context):
+            split = split.split(factor=ROOM_SHARE, align=True)
+            split.label(text=sensor.room)
+        value = split.row()
+        value.alignment = "RIGHT"
+        value.label(text=seen.text)
+        if item == context.view_layer.objects.active:
+            again = row.operator("angen.sensor_show", text="", icon="ZOOM_SELECTED", emboss=False)
+            again.name, again.library = sensor.name, sensor.library
+
+    def filter_items(self, context: Context, data: Any, name: str) -> tuple[list[int], list[int]]:
+        settings = context.window_manager.angen_table
+        return arranged(
+            list(getattr(data, name)), context.scene, settings, self.bitflag_filter_item
+        )
+
+    def draw_filter(self, context: Context, layout: Any) -> None:
+        """Search and order stand above the table."""
+
+
+def arranged(
+    objects: list[Any], scene: Any, settings: Any, show: int
+) -> tuple[list[int], list[int]]:
+    """For a list of objects: a flag each, `show` or 0, and the place of each."""
+    by, words = settings.sort, settings.search
+    flags, keys = [0] * len(objects), []
+    for number, obj in enumerate(objects):
+        sensor = None if obj.angen_sensor.kind == NO_KIND else sensor_of(obj)
+        if sensor is None:
+            continue
+        seen = shown(sensor, scene) if words or by == "STATE" else None
+        if matches(sensor, seen, words):
+            flags[number] = show
+            keys.append((sort_key(sensor, seen, by), number))
+    keys.sort(reverse=settings.reverse)
+    order = [number for _, number in keys]
+    kept = set(order)
+    order += [number for number in range(len(objects)) if number not in kept]
+    places = [0] * len(objects)
+    for place, number in enumerate(order):
+        places[number] = place
+    return flags, places
+
+
+def _is_wide(context: Context) -> bool:
+    region = context.region
+    scale = context.preferences.system.ui_scale or 1.0
+    return region is not None and region.width > WIDE * scale
+
+
+class ANGEN_PT_table(Panel):
+    bl_label = "Sensors"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+    def draw(self, context: Context) -> None:
+        layout, settings = self.layout, context.window_manager.angen_table
+        sensors = all_sensors(context.view_layer)
+        if not sensors:
+            layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
+            return
+        layout.prop(settings, "search", text="", icon="VIEWZOOM")
+        row = layout.row(align=True)
+        row.prop(settings, "sort", expand=True)
+        row.prop(
+            settings,
+            "reverse",
+            text="",
+            icon="SORT_ASC" if settings.reverse else "SORT_DESC",
+        )
+        rows = min(max(len(sensors), ROWS), MOST_ROWS)
+        layout.template_list(
+            ANGEN_UL_sensors.__name__,
+            "",
+            context.view_layer,
+            "objects",
+            settings,
+            "index",
+            rows=rows,
+            maxrows=rows,
+            sort_lock=True,
+        )
+
+
+def _active_index(self: PropertyGroup) -> int:
+    layer = bpy.context.view_layer
+    active = layer.objects.active if layer else None
+    return -1 if active is None else layer.objects.find(active.name)
+
+
+def _show_index(self: PropertyGroup, index: int) -> None:
+    """A click on a row selects the sensor and shows it."""
+    context = bpy.context
+    objects = context.view_layer.objects
+    sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None
+    if sensor is not None and context.mode == "OBJECT" and not why_hidden(sensor.object, context):
+        show(sensor, context)
+        bpy.ops.ed.undo_push(message="Show Sensor")
+
+
+def _group() -> type:
+    annotations = {
+        "search": StringProperty(
+            name="Search",
+            description="Show only sensors with these words in name, room, kind or state",
+            options={"TEXTEDIT_UPDATE"},
+        ),
+        "sort": EnumProperty(
+            name="Sort By",
+            description="What the table is sorted by",
+            items=[
+                ("NAME", "Name", "By name", 0),
+                ("ROOM", "Room", "By room (the custom property 'room'), then name", 1),
+                ("KIND", "Kind", "By kind, then name", 2),
+                ("STATE", "State", "What is not valid first, then what is active", 3),
+            ],
+        ),
+        "reverse": BoolProperty(name="Reverse", description="The other way round"),
+        "index": IntProperty(
+            name="Active Sensor", get=_active_index, set=_show_index, options=set()
+        ),
+    }
+    return type("AngenTable", (PropertyGroup,), {"__annotations__": annotations})
+
+
+_register, _unregister = bpy.utils.register_classes_factory((ANGEN_UL_sensors, ANGEN_PT_table))
+# Lives from register() to unregister() only, as the classes in angen_addon/properties.py.
+_groups: list[type] = []
+
+
+def register() -> None:
+    _groups.append(_group())
+    bpy.utils.register_class(_groups[0])
+    WindowManager.angen_table = PointerProperty(type=_groups[0])
+    _register()
+
+
+def unregister() -> None:
+    _unregister()
+    del WindowManager.angen_table
+    cls = _groups.pop()
+    bpy.utils.unregister_class(cls)
+    cls.__annotations__.clear()

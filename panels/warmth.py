@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Temperatures that pyroelectric detectors see: Physics, Material and Collection tabs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Menu, Panel
+
+from ..angen_addon import warmth
+from ..angen_addon.scene_probe.solids import SURFACE_TYPES
+from ..angen_addon.scene_probe.warmth import (
+    ZERO_CELSIUS,
+    collection_parents,
+    evaluated_materials,
+    inherited_warmth,
+)
+from ..angen_addon.sensors import Sensor
+from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
+from .lines import draw_lines
+
+
+class ANGEN_MT_warmth(Menu):
+    bl_idname = "ANGEN_MT_warmth"
+    bl_label = "Set Usual"
+    bl_description = "Temperatures that things usually have"
+
+    def draw(self, context: Context) -> None:
+        for usual in warmth.USUAL.values():
+            item = self.layout.operator(ANGEN_OT_warmth_set.bl_idname, text=usual.label)
+            item.sort = usual.identifier
+
+
+class _Warmth:
+    bl_label = "Temperature"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+
+    @staticmethod
+    def owner(context: Context) -> Any:
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return cls.owner(context) is not None
+
+    def draw_header(self, context: Context) -> None:
+        owner = self.owner(context)
+        self.layout.prop(owner.angen_warmth, "use_temperature", text="")  # type: ignore[attr-defined]
+
+    def draw(self, context: Context) -> None:
+        draw_own(self.layout, self.owner(context))  # type: ignore[attr-defined]
+
+
+class ANGEN_PT_physics_warmth(_Warmth, Panel):
+    bl_context = "physics"
+    bl_parent_id = "ANGEN_PT_physics"
+
+    @staticmethod
+    def owner(context: Context) -> Any:
+        obj = context.object
+        return obj if obj is not None and obj.type in SURFACE_TYPES | {"ARMATURE"} else None
+
+    def draw(self, context: Context) -> None:
+        obj, layout = context.object, self.layout
+        if obj.type in SURFACE_TYPES:
+            draw_own(layout, obj)
+        layout.menu(ANGEN_MT_warmth.bl_idname)
+        if obj.type in SURFACE_TYPES:
+            _draw_others(layout, obj)
+        column = layout.column()
+        column.use_property_split = True
+        column.prop(context.scene, "angen_ambient_temperature")
+
+
+class ANGEN_PT_material_warmth(_Warmth, Panel):
+    bl_context = "material"
+
+    @staticmethod
+    def owner(context: Context) -> Any:
+        return context.material
+
+
+class ANGEN_PT_collection_warmth(_Warmth, Panel):
+    bl_context = "collection"
+
+    @staticmethod
+    def owner(context: Context) -> Any:
+        collection = context.collection
+        return None if collection == context.scene.collection else collection
+
+
+def draw_own(layout: Any, owner: Any) -> None:
+    """Temperature and emissivity of an object, material or collection."""
+    column = layout.column()
+    column.use_property_split = True
+    column.active = owner.angen_warmth.use_temperature
+    column.prop(owner.angen_warmth, "temperature")
+    column.prop(owner.angen_warmth, "emissivity")
+
+
+def _draw_others(layout: Any, obj: Any) -> None:
+    """What else says how warm the object is."""
+    for material in evaluated_materials(obj):
+        if material is not None and material.angen_warmth.use_temperature:
+            celsius = material.angen_warmth.temperature
+            layout.label(text=f"Material '{material.name}': {celsius:.1f} °C", icon="MATERIAL")
+    if not obj.angen_warmth.use_temperature:
+        inherited = inherited_warmth(obj, collection_parents())
+        if inherited is not None:
+            celsius = inherited[0] - ZERO_CELSIUS
+            layout.label(text=f"As its collection: {celsius:.1f} °C", icon="OUTLINER_COLLECTION")
+
+
+def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
+    """What keeps a pyroelectric detector from feeling what its user expects."""
+    if not warmth.pyroelectric([sensor]):
+        return
+    for text in (warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)):
+        if text:
+            draw_lines(layout, text, "INFO")
+    layout.operator(ANGEN_OT_lens_table.bl_idname, icon="TEXT")
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        ANGEN_MT_warmth,
+        ANGEN_PT_physics_warmth,
+        ANGEN_PT_material_warmth,
+        ANGEN_PT_collection_warmth,
+    )
+)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sets up Blender's window for the picture of the sensors' history and an explanation.
+
+    blender --addons bl_ext.user_default.angen_sensors sample_blends/angen.blend \\
+        --python scripts/pictures/timeline_history.py
+
+It prints READY when the timeline shows the first half minute of the home, simulated.
+"""
+
+from collections.abc import Iterator
+
+import bpy
+
+FRAMES = 1, 700
+SENSOR = "PIR hall"
+EVENT = 71
+CAMERA = "Camera living"
+# Share of the window's height that the timeline gets.
+TIMELINE = 0.45
+
+
+def only_the_active_sensor() -> None:
+    """Takes other panels off the sidebar, so that the explanation is in sight."""
+    for cls in bpy.types.Panel.__subclasses__():
+        mine = cls.__name__.startswith("ANGEN_PT") and cls.bl_space_type == "VIEW_3D"
+        if mine and cls.__name__ != "ANGEN_PT_events":
+            bpy.utils.unregister_class(cls)
+
+
+def steps() -> Iterator[None]:
+    """One step a tick, so that Blender draws in between."""
+    bpy.context.preferences.view.show_splash = False
+    window = bpy.context.window_manager.windows[0]
+    scene = bpy.context.scene
+    areas = {area.type: area for area in window.screen.areas}
+    # A higher timeline in place of the low one at the bottom.
+    with bpy.context.temp_override(window=window, area=areas["DOPESHEET_EDITOR"]):
+        bpy.ops.screen.area_close()
+    yield
+    with bpy.context.temp_override(window=window, area=areas["VIEW_3D"]):
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=TIMELINE)
+    yield
+    views = [area for area in window.screen.areas if area.type == "VIEW_3D"]
+    timeline, view = sorted(views, key=lambda area: area.y)
+    timeline.ui_type = "TIMELINE"
+    yield
+    timeline.spaces.active.show_region_ui = False
+    only_the_active_sensor()
+    yield
+    for obj in bpy.data.objects:
+        if obj.angen_sensor.kind == "LIGHT":
+            obj.angen_sensor.light.engine = "DIRECT"
+    scene.frame_end = FRAMES[1]
+    yield
+    sensor = bpy.data.objects[SENSOR]
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
+    bpy.context.view_layer.objects.active = sensor
+    sensor.select_set(True)
+    yield
+    bpy.ops.angen.simulate("EXEC_DEFAULT")
+    scene.frame_set(EVENT)
+    bpy.ops.angen.explain()
+    space = view.spaces[0]
+    space.show_region_ui = True
+    space.shading.color_type = "MATERIAL"
+    yield
+    for area in (view, timeline):
+        region = next(r for r in area.regions if r.type == "WINDOW")
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            if area is view:
+                scene.camera = bpy.data.objects[CAMERA]
+                space.region_3d.view_perspective = "CAMERA"
+            else:
+                bpy.ops.action.view_all()
+    sidebar = next(region for region in view.regions if region.type == "UI")
+    sidebar.active_panel_category = "Sensors"
+    yield
+    for area in window.screen.areas:
+        area.tag_redraw()
+    yield
+    yield
+    print("READY", flush=True)
+
+
+FINISHED = object()
+_steps = steps()
+
+
+def tick() -> float | None:
+    return None if next(_steps, FINISHED) is FINISHED else 0.3
+
+
+bpy.app.timers.register(tick, first_interval=1.5)
+bpy.context.preferences.view.show_splash = False

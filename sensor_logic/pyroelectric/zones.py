@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a detector sees through its lens: zones, as a table that people can write, and as rays."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import Array
+
+COLUMNS = ("azimuth", "elevation", "width", "height", "polarity", "gain")
+POLARITIES = {"+": 1, "+1": 1, "1": 1, "-": -1, "−": -1, "-1": -1}
+WIDEST = math.radians(90.0)
+MAX_ZONES = 2000
+# Zones this near to straight ahead tell what a lens sees upright.
+BEFORE = math.radians(15.0)
+# Places in a zone: a lattice in which no two share a column or a row.
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+class LensError(ValueError):
+    """A lens table cannot be used; the text names the row, what is wrong and what is right."""
+
+
+@dataclass(frozen=True)
+class Zone:
+    """What one element sees through one lenslet: a rectangle of angles (radians).
+
+    `azimuth` of its middle is counter-clockwise seen from +Y, 0 along −Z; `elevation` is above
+    the sensor's horizon; `polarity` +1 or −1, that of the element; `gain` the area of the
+    lenslet against the lens's others.
+    """
+
+    azimuth: float
+    elevation: float
+    width: float
+    height: float
+    polarity: int
+    gain: float = 1.0
+
+    @property
+    def axis(self) -> Array:
+        """(3,) unit vector to its middle, in the sensor's frame (looks along −Z, +Y up)."""
+        level = math.cos(self.elevation)
+        return np.array(
+            [
+                -math.sin(self.azimuth) * level,
+                math.sin(self.elevation),
+                -math.cos(self.azimuth) * level,
+            ]
+        )
+
+    @property
+    def right(self) -> Array:
+        """(3,) unit vector to its right, level."""
+        return np.array([math.cos(self.azimuth), 0.0, -math.sin(self.azimuth)])
+
+    @property
+    def solid_angle(self) -> float:
+        """sr, of a pyramid with these two angles at its apex."""
+        return 4.0 * math.asin(math.sin(self.width / 2) * math.sin(self.height / 2))
+
+
+Zones = tuple[Zone, ...]
+
+
+class ZoneRays(NamedTuple):
+    """Unit `directions` (n, 3) in the sensor's frame; their signed `weights` (n,) in sr; and the
+    number of the `zone` (n,) that each belongs to."""
+
+    directions: Array
+    weights: Array
+    zone: NDArray[np.intp]
+
+
+@lru_cache(maxsize=64)
+def zone_rays(zones: Zones, count: int) -> ZoneRays:
+    """`count` rays in each zone, spread evenly."""
+    i = np.arange(count) + 0.5
+    across, along = 2.0 * i / count - 1.0, 2.0 * ((i * GOLDEN) % 1.0) - 1.0
+    directions = np.empty((len(zones), count, 3))
+    weights = np.empty((len(zones), count))
+    for row, zone in enumerate(zones):
+        x = across * math.tan(zone.width / 2)
+        y = along * math.tan(zone.height / 2)
+        up = np.cross(zone.right, zone.axis)
+        there = zone.axis + np.outer(x, zone.right) + np.outer(y, up)
+        directions[row] = there / np.linalg.norm(there, axis=1)[:, None]
+        weights[row] = zone.polarity * zone.gain * zone.solid_angle / count
+    flat = directions.reshape(-1, 3)
+    made = ZoneRays(flat, weights.reshape(-1), np.repeat(np.arange(len(zones)), count))
+    for array in made:
+        array.flags.writeable = False
+    return made
+
+
+@lru_cache(maxsize=64)
+def read_table(text: str) -> Zones:
+    """The zones of a table: a row each with azimuth, elevation, width, height (degrees), polarity
+    (+ or -) and, if it is not 1, gain. Empty rows, a header and what follows # do not count.
+
+    Raises LensError.
+    """
+    zones: list[Zone] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        cells = next(csv.reader([line.partition("#")[0]]), [])
+        cells = [cell.strip() for cell in cells]
+        if not any(cells) or (not zones and cells[0].lower() == COLUMNS[0]):
+            continue
+        zones.append(_read_row(number, cells))
+    if not zones:
+        raise LensError(f"the lens table is empty: give a row for each zone: {', '.join(COLUMNS)}")
+    if len(zones) > MAX_ZONES:
+        raise LensError(f"the lens table has {len(zones)} zones: at most {MAX_ZONES} are possible")
+    return tuple(zones)
+
+
+def _read_row(number: int, cells: list[str]) -> Zone:
+    here = f"row {number} of the lens table"
+    if len(cells) == len(COLUMNS) - 1:
+        cells = [*cells, "1"]
+    if len(cells) != len(COLUMNS):
+        raise LensError(f"{here} has {len(cells)} columns: it must have {', '.join(COLUMNS)}")
+    polarity = POLARITIES.get(cells[4])
+    if polarity is None:
+        raise LensError(f"{here}: polarity is '{cells[4]}': it must be + or -")
+    numbers = {}
+    for name, cell in zip(COLUMNS, cells, strict=True):
+        if name != "polarity":
+            try:
+                numbers[name] = float(cell)
+            except ValueError:
+                numbers[name] = math.nan
+            if not math.isfinite(numbers[name]):
+                raise LensError(f"{here}: {name} is '{cell}': it must be a number")
+    azimuth, elevation, width, height, gain = numbers.values()
+    if abs(azimuth) > 180.0 or abs(elevation) > 90.0:
+        name, value, most = (
+            ("azimuth", azimuth, 180) if abs(azimuth) > 180.0 else ("elevation", elevation, 90)
+        )
+        raise LensError(f"{here}: {name} is {value:g}°: it must be from −{most}° to {most}°")
+    for name, value in (("width", width), ("height", height)):
+        if not 0.0 < math.radians(value) <= WIDEST:
+            raise LensError(f"{here}: {name} is {value:g}°: it must be above 0° and at most 90°")
+    if gain <= 0.0:
+        raise LensError(f"{here}: gain is {gain:g}: it must be above 0")
+    return Zone(
+        math.radians(azimuth),
+        math.radians(elevation),
+        math.radians(width),
+        math.radians(height),
+        polarity,
+        gain,
+    )
+
+
+def write_table(zones: Zones) -> str:
+    """The table that `read_table` reads, in degrees."""
+    out = io.StringIO()
+    out.write(",".join(COLUMNS) + "\n")
+    for zone in zones:
+        angles = (zone.azimuth, zone.elevation, zone.width, zone.height)
+        cells = [f"{math.degrees(angle):.3f}".replace("-0.000", "0.000") for angle in angles]
+        out.write(",".join([*cells, "+" if zone.polarity > 0 else "-", f"{zone.gain:g}"]) + "\n")
+    return out.getvalue()
+
+
+class WallGeometry(NamedTuple):
+    """Along the floor from the wall, in m: where the zones begin (`blind`), where the middle of
+    what the lens sees upright meets the floor (`aim`; infinite: it does not)."""
+
+    blind: float
+    aim: float
+
+
+def wall_geometry(zones: Zones, height: float) -> WallGeometry:
+    """What a lens on a wall at `height` m, looking level, leaves out before it, and where it
+    aims."""
+    before = [zone for zone in zones if abs(zone.azimuth) <= BEFORE] or list(zones)
+    low = min(zone.elevation - zone.height / 2 for zone in before)
+    high = max(zone.elevation + zone.height / 2 for zone in before)
+    return WallGeometry(_along_floor(height, low), _along_floor(height, (low + high) / 2))
+
+
+def _along_floor(height: float, elevation: float) -> float:
+    if elevation >= 0.0:
+        return math.inf
+    return max(0.0, height / math.tan(-elevation))

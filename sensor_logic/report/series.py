@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A track in as many columns as the drawing has: nothing that is narrower than one is lost.
+
+A reading holds until the next one, but no longer than the sensor's period where that does not come.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import Array
+from ..recording import Track
+from .figures import invalid, quantity
+
+# Of a column's time, less than this share is rounding.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Equal parts of the time, n of them. `known`: the share in which the sensor was simulated;
+    `active`, `invalid`: the shares of that in which it was; `low`, `high`, `last` (n,): the least,
+    the greatest and the last value in each, NaN where there is none; `top`, the greatest valid
+    value of all, has the unit of the field `quantity`."""
+
+    known: Array
+    active: Array
+    invalid: Array
+    low: Array
+    high: Array
+    last: Array
+    quantity: str
+    top: float
+
+    @property
+    def some(self) -> NDArray[np.bool_]:
+        """Where it was active, however shortly."""
+        return self.active > ROUNDING
+
+    @property
+    def all(self) -> NDArray[np.bool_]:
+        """Where it was active throughout."""
+        return self.active > 1.0 - ROUNDING
+
+
+def columns(track: Track, period: float, step: float, span: tuple[float, float], n: int) -> Columns:
+    """The track over `span` (s) in `n` columns; `period` (s) between updates, which come at most a
+    `step` (s) of the run late."""
+    times = np.array(track.times, np.float64)
+    if not len(times):
+        none, unmeasured = np.zeros(n), np.full(n, np.nan)
+        return Columns(none, none, none, unmeasured, unmeasured, unmeasured, "", np.nan)
+    ends = np.append(times[1:], np.inf)
+    held = np.where(ends - times > 1.5 * period + step, times + period, ends)
+    held = np.minimum(held, max(span[1], float(times[-1])))
+    edges = np.linspace(*span, n + 1)
+    width = (span[1] - span[0]) / n
+
+    def share(mask: NDArray[np.bool_]) -> Array:
+        """Of each column, how much the masked readings hold."""
+        durations = np.where(mask, held - times, 0.0)
+        total = np.concatenate([[0.0], np.cumsum(durations)])
+        moments = np.stack([times, held], axis=1).ravel()
+        amounts = np.stack([total[:-1], total[1:]], axis=1).ravel()
+        return np.diff(np.interp(edges, moments, amounts)) / width
+
+    known = share(np.ones(len(times), bool))
+    of = np.maximum(known, ROUNDING)
+    bad = invalid(track)
+    name, values = quantity(track)
+    low = high = last = np.full(n, np.nan)
+    top = np.nan
+    if name:
+        low, high, last = _envelope(times, held, values, edges)
+        good = values[~bad & np.isfinite(values)]
+        top = float(good.max()) if len(good) else np.nan
+    active = np.asarray(track.active, dtype=np.int8) != 0
+    return Columns(known, share(active) / of, share(bad) / of, low, high, last, name, top)
+
+
+def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
+    """Least, greatest and last value (n,) between `edges` (n + 1,)."""
+    n = len(edges) - 1
+
+    def at(moments: Array, side: str) -> Array:
+        """The value that holds at each moment, or just before it (side "left")."""
+        index = np.searchsorted(times, moments, "right" if side == "right" else "left") - 1
+        there = index >= 0
+        reaches = held[index] > moments if side == "right" else held[index] >= moments
+        return np.where(there & reaches, values[index], np.nan)
+
+    carried, last = at(edges[:-1], "right"), at(edges[1:], "left")
+    low, high = np.fmin(carried, last), np.fmax(carried, last)
+    where = np.searchsorted(edges, times, "right") - 1
+    inside = (where >= 0) & (where < n) & np.isfinite(values)
+    np.fmin.at(low, where[inside], values[inside])
+    np.fmax.at(high, where[inside], values[inside])
+    return low, high, last
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and one past the last column of each stretch where the mask holds."""
+    change = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in change.reshape(-1, 2)]

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The timeline: a row for each sensor, by room; when it was active, and what it measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+
+from ..kinds import KINDS
+from ..recording import Track
+from . import time_axis
+from .facts import Report, SensorFacts
+from .figures import UNITS
+from .series import ROUNDING, Columns, columns, runs
+from .svg import coordinate, fitting, place, safe, shown_number, text_width
+from .theme import hue, mark
+
+WIDTH = 880
+ROOM, MARK, NAME = 0.0, 100.0, 116.0
+LEFT, RIGHT = 272.0, 812.0
+TOP, ROW, BOTTOM = 22.0, 22.0, 36.0
+# A bar between these heights of its row means active; from the middle down where it changes within
+# the column; a curve stands above a low bar.
+HIGH, LOW, MIDDLE = 5.0, 18.0, 11.5
+CURVE_TOP, CURVE_BASE = 3.0, 16.0
+# The narrowest column (px), and in how many columns a whole report is drawn at most.
+FINEST, COLUMNS = 0.5, 90_000
+MOST_TICKS = 9
+LEGEND_HEIGHT = 48.0
+
+
+def timeline(
+    report: Report, numbered: Sequence[tuple[int, SensorFacts]], name: str
+) -> tuple[str, float]:
+    """The rows of some sensors, with their numbers, and the height of the drawing; `name` makes
+    its ids its own."""
+    first, last = report.span
+    rooms = any(sensor.room for sensor in report.sensors)
+    bottom = TOP + ROW * len(numbered)
+    parts = [_patterns(name), *_grid(first, last, bottom)]
+    top = TOP
+    for room, group in groupby(numbered, key=lambda row: row[1].room):
+        members = list(group)
+        shown_room = fitting(room or "no room", MARK - 22, 12)
+        if rooms:
+            parts.append(
+                f'<text class="strong" x="{ROOM:g}" y="{top + 15:g}">{safe(shown_room)}'
+                f"<title>{safe(room)}</title></text>"
+            )
+        for number, sensor in members:
+            parts += _row(report, number, sensor, top, name, rooms)
+            top += ROW
+        parts.append(f'<path class="rule" d="M0 {top:g}H{RIGHT:g}"/>')
+    return "\n".join(parts), bottom + BOTTOM
+
+
+def column_width(sensors: int) -> float:
+    """Px: the narrowest that divides the row and keeps all rows together within COLUMNS."""
+    most = round((RIGHT - LEFT) / FINEST)
+    whole = [k for k in range(1, most + 1) if most % k == 0]
+    return FINEST * next((k for k in whole if sensors * most // k <= COLUMNS), most)
+
+
+def _patterns(name: str) -> str:
+    return (
+        f'<defs><pattern id="{name}-invalid" width="5" height="5" patternUnits="userSpaceOnUse" '
+        f'patternTransform="rotate(45)"><path class="hatch" d="M0 0V5"/></pattern>'
+        f'<pattern id="{name}-off" width="6" height="6" patternUnits="userSpaceOnUse">'
+        f'<circle class="dot" cx="3" cy="3" r=".9"/></pattern></defs>'
+    )
+
+
+def _grid(first: float, last: float, bottom: float) -> list[str]:
+    span = last - first
+    parts = [f'<path class="rule" d="M0 {TOP:g}H{RIGHT:g}"/>']
+    for moment in time_axis.moments(first, last, MOST_TICKS):
+        x = coordinate(place(moment, first, last, LEFT, RIGHT))
+        label = time_axis.label(moment, span)
+        parts.append(f'<path class="grid" d="M{x} {TOP:g}V{bottom:g}"/>')
+        parts.append(f'<text class="small quiet mid" x="{x}" y="{TOP - 7:g}">{label}</text>')
+        parts.append(f'<text class="small quiet mid" x="{x}" y="{bottom + 15:g}">{label}</text>')
+    middle = (LEFT + RIGHT) / 2
+    parts.append(
+        f'<text class="small quiet mid" x="{middle:g}" y="{bottom + 30:g}">'
+        f"{time_axis.unit(span)}</text>"
+    )
+    return parts
+
+
+def _row(
+    report: Report, number: int, sensor: SensorFacts, top: float, name: str, rooms: bool
+) -> list[str]:
+    at_mark, at_name = (MARK, NAME) if rooms else (12.0, 28.0)
+    shown = fitting(sensor.name, LEFT - at_name - 12, 12)
+    kind = KINDS[sensor.kind_name]
+    parts = [
+        mark(sensor.kind_name, at_mark, top + ROW / 2, str(number)),
+        f'<text x="{at_name:g}" y="{top + 15:g}">{safe(shown)}'
+        f"<title>{safe(sensor.name)}: {safe(kind.label)}</title></text>",
+    ]
+    track = report.recording.tracks.get(sensor.name) or Track(sensor.name, sensor.kind_name)
+    clock = report.recording.clock
+    assert clock is not None
+    width = column_width(len(report.sensors))
+    n = round((RIGHT - LEFT) / width)
+    seen = columns(track, sensor.period, clock.step_time(1), report.span, n)
+    body = [*_spans(seen, width, name, hue(sensor.kind_name))]
+    parts.append(f'<g transform="translate({LEFT:g} {top:g})">{"".join(body)}</g>')
+    if np.isfinite(seen.top) and seen.top > 0.0:
+        text = f"{shown_number(float(f'{seen.top:.3g}'))} {_unit(seen)}"
+        parts.append(f'<text class="small" x="{RIGHT + 8:g}" y="{top + 11:g}">{text}</text>')
+    return parts
+
+
+def _unit(seen: Columns) -> str:
+    return safe(UNITS.get(seen.quantity, ""))
+
+
+def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
+    """A row's drawing from its left top corner."""
+    parts = []
+    measured = bool(seen.quantity)
+    if measured:
+        parts.append(_curve(seen, width, colour))
+    high, low = (LOW - 2.0, LOW + 1.0) if measured else (HIGH, LOW)
+    middle = (high + low) / 2 if measured else MIDDLE
+    parts.append(_bars(seen.all, width, high, low, colour))
+    parts.append(_bars(seen.some & ~seen.all, width, middle, low, colour))
+    for a, b in runs(seen.invalid > ROUNDING):
+        parts.append(_box(a, b, width, f"{name}-invalid"))
+    for a, b in runs(seen.known < 1.0 - ROUNDING):
+        parts.append(_box(a, b, width, f"{name}-off"))
+    return parts
+
+
+def _bars(mask: np.typing.NDArray[np.bool_], width: float, high: float, low: float, k: int) -> str:
+    """The stretches of a mask as strokes, which take fewer letters than boxes."""
+    found = runs(mask)
+    if not found:
+        return ""
+    pen, steps = 0, []
+    for a, b in found:
+        steps.append(f"m{coordinate((a - pen) * width)} 0h{coordinate((b - a) * width)}")
+        pen = b
+    middle = coordinate((high + low) / 2)
+    return (
+        f'<path class="bar{k}" stroke-width="{coordinate(low - high)}" '
+        f'd="M0 {middle}{"".join(steps)}"/>'
+    )
+
+
+def _box(a: int, b: int, width: float, pattern: str) -> str:
+    return (
+        f'<rect x="{coordinate(a * width)}" y="2" width="{coordinate((b - a) * width)}" '
+        f'height="{ROW - 4:g}" fill="url(#{pattern})"/>'
+    )
+
+
+def _curve(seen: Columns, width: float, colour: int) -> str:
+    """The value as steps over a base of zero; within a column from its least to its greatest."""
+    top = seen.top if np.isfinite(seen.top) and seen.top > 0.0 else 1.0
+
+    def level(values: np.typing.NDArray[np.float64]) -> np.typing.NDArray[np.float64]:
+        """Height above the base in half pixels; what is not valid may be above the top."""
+        return np.round(np.clip(values / top, 0.0, 1.1) * (CURVE_BASE - CURVE_TOP) * 2)
+
+    low, high, last = level(seen.low), level(seen.high), level(seen.last)
+    parts = []
+    for a, b in runs(np.isfinite(seen.high)):
+        path, pen, x = [f"M{coordinate(a * width)} {CURVE_BASE:g}"], 0.0, a
+        for i in range(a, b):
+            ends = [low[i], high[i], low[i] if np.isnan(last[i]) else last[i]]
+            if all(e == pen for e in ends):
+                continue
+            if i > x:
+                path.append(f"h{coordinate((i - x) * width)}")
+                x = i
+            for end in ends:
+                if end != pen:
+                    path.append(f"v{coordinate((pen - end) / 2)}")
+                    pen = end
+        path.append(f"h{coordinate((b - x) * width)}v{coordinate(pen / 2)}")
+        parts.append("".join(path))
+    return f'<path class="curve{colour}" d="{"".join(parts)}"/>' if parts else ""
+
+
+def legend(report: Report, name: str, y: float) -> str:
+    """What the signs of the rows mean, in a line."""
+    named = {sensor.kind_name for sensor in report.sensors}
+    kinds = [kind for kind in KINDS.values() if kind.identifier in named]
+    parts, x = [], 4.0
+    for kind in kinds:
+        parts.append(mark(kind.identifier, x + 8, y - 4, ""))
+        parts.append(f'<text class="small" x="{x + 22:g}" y="{y:g}">{safe(kind.label)}</text>')
+        x += 22 + text_width(kind.label, 10.5) + 14
+    x = 4.0
+    y += 20
+    signs = (
+        ('<path class="bar1" stroke-width="12" d="M0 6h22"/>', "active"),
+        ('<path class="bar1" stroke-width="6" d="M0 9h22"/>', "on and off within a moment"),
+        (f'<rect width="22" height="12" fill="url(#{name}-invalid)"/>', "reading not valid"),
+        (f'<rect width="22" height="12" fill="url(#{name}-off)"/>', "not simulated"),
+        (
+            '<path class="curve1" d="M0 12V8H6V2H14V7H22V12"/>',
+            "measured, from 0 to the value at the right",
+        ),
+    )
+    for sign, text in signs:
+        parts.append(f'<g transform="translate({coordinate(x)} {y - 10:g})">{sign}</g>')
+        parts.append(f'<text class="small" x="{coordinate(x + 28)}" y="{y:g}">{text}</text>')
+        x += 28 + text_width(text, 10.5) + 12
+    return "\n".join(parts)

@@ -1,0 +1,420 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why a sensor fired: the facts are those of its own rays, noise and threshold."""
+
+import math
+import random
+
+import bpy
+import numpy as np
+import pytest
+from light_stage import facing, lamp
+from mathutils import Vector
+
+G = 9.81
+
+
+@pytest.fixture
+def explained(world, addon_part):
+    """Simulates, and explains update `index` of the object's sensor; (track, explanation)."""
+
+    def run(obj, index, recording=None):
+        sensor = next(s for s in world.sensors() if s.object == obj)
+        recording = recording or world.run()
+        track = recording.tracks[obj.name]
+        found = addon_part("angen_addon.explain").explain(world.scene, sensor, recording, index)
+        return track, found
+
+    return run
+
+
+def first_active(recording, name):
+    return list(recording.tracks[name].active).index(1)
+
+
+# Motion detectors
+
+
+def test_what_comes_before_a_wall_is_named(world, explained, each_caster):
+    world.wall(3.0)
+    box = world.box((1, 1, 1), at=(9, 0, -2.0), name="Box")
+    world.key(box, "location", {1: (9, 0, -2.0), 10: (0, 0, -2.0)}, "CONSTANT")
+    obj = world.pir(rays=1, range_max=4.0)
+    recording = world.run()
+    index = first_active(recording, "pir")
+    track, found = explained(obj, index, recording)
+    assert track.frames[index] == found.frame == 10
+    cause = found.cause
+    assert (cause.culprit, cause.names) == ("Box", ("wall", "Box"))
+    assert (cause.before, cause.after) == pytest.approx((3.0, 1.5), abs=1e-5)
+    assert cause.over == (("Box", 1),)
+    assert found.headline == "Motion: 'Box' came in front of 'wall'; ray 0 changed by 1.500 m"
+    assert dict(found.facts)["Compared with"] == "frame 9 (0.333 s)"
+    assert not found.doubt
+    assert world.scene.frame_current == 1
+
+
+def test_what_left_what_moved_and_nothing_behind(world, explained):
+    box = world.box((1, 1, 1), at=(0, 0, -2.0), name="Box")
+    places = {1: (0, 0, -2.0), 5: (0, 0, -2.5), 9: (9, 0, -2.5), 13: (0, 0, -2.5)}
+    world.key(box, "location", places, "CONSTANT")
+    obj = world.pir(rays=1, range_max=4.0)
+    recording = world.run()
+    told = {f: explained(obj, f - 1, recording)[1] for f in (1, 2, 5, 9, 13)}
+    assert "first scan" in told[1].headline
+    assert told[1].cause is None
+    assert not told[2].cause.triggered
+    assert "no ray" in told[2].headline
+    assert "'Box' moved away" in told[5].headline
+    assert told[5].cause.change == pytest.approx(0.5, abs=1e-5)
+    assert "'Box' left" in told[9].headline
+    assert told[9].cause.names == ("Box", "")
+    assert told[9].cause.after == 4.0
+    assert "'Box' came in" in told[13].headline
+    assert not any(found.doubt for found in told.values())
+
+
+def test_noise_alone_and_the_sensors_own_movement(world, explained):
+    world.wall(2.0)
+    obj = world.pir(rays=9, threshold=0.05, noise_sigma=0.05)
+    recording = world.run()
+    index = first_active(recording, "pir")
+    _, found = explained(obj, index, recording)
+    assert found.cause.culprit == "noise"
+    assert "noise alone" in found.headline
+    obj.angen_sensor.pir.noise_sigma = 0.0
+    world.key(obj, "location", {1: (0, 0, 0), 20: (0, 0, 0.3)}, "CONSTANT")
+    _, found = explained(obj, 19)
+    assert "moved itself by 0.300 m" in dict(found.facts)["Sensor"]
+
+
+def stage(world, seed):
+    """A room of walls in which boxes wander and jump; deforming nothing."""
+    numbers = random.Random(seed)
+    for i, (x, z) in enumerate([(0, -4), (4, 0), (-4, 0), (0, 4)]):
+        size = (8, 3, 0.1) if z else (0.1, 3, 8)
+        world.box(size, at=(x, 0, z), name=f"wall {i}")
+    for i in range(5):
+        box = world.box([numbers.uniform(0.2, 0.8) for _ in range(3)], name=f"box {i}")
+        keys = {
+            frame: [numbers.uniform(-3, 3), numbers.uniform(-1, 1), numbers.uniform(-3, -0.8)]
+            for frame in (1, 12, 20, 30)
+        }
+        world.key(box, "location", keys, numbers.choice(["LINEAR", "CONSTANT"]))
+
+
+@pytest.mark.parametrize("caster", ["FAST", "SCENE"])
+@pytest.mark.parametrize(
+    ("sweep", "noise", "substeps"), [("SAWTOOTH", 0.0, 1), ("ALL", 0.02, 1), ("SAWTOOTH", 0.01, 3)]
+)
+def test_it_names_a_ray_over_the_threshold_exactly_where_the_model_says_moved(
+    world, explained, caster, sweep, noise, substeps
+):
+    """And the object it names is the one that Blender's own ray cast meets on that ray."""
+    stage(world, substeps + len(sweep))
+    scene = world.scene
+    scene.angen_ray_caster, scene.frame_end, scene.angen_substeps = caster, 30, substeps
+    obj = world.pir(
+        rays=15,
+        vertical_fov=math.radians(60),
+        vertical_step=math.radians(20),
+        sweep=sweep,
+        noise_sigma=noise,
+        threshold=0.1,
+        update_rate=10.0,
+        range_max=6.0,
+        range_min=0.05,
+    )
+    obj.location = (0.1, 0.05, 0.2)
+    obj.rotation_euler = (0.1, 0.2, 0.0)
+    recording = world.run()
+    track = recording.tracks["pir"]
+    assert 2 < sum(track.active) < len(track)
+    named = set()
+    for index in range(len(track)):
+        _, found = explained(obj, index, recording)
+        cause, moved = found.cause, bool(track.active[index])
+        assert not found.doubt, (index, found)
+        if cause is None:
+            assert not moved
+            continue
+        assert cause.triggered == moved
+        assert (cause.change > 0.1) == moved
+        assert bool(cause.over) == moved
+        angle = track.columns["angle_rad"][index]
+        assert not moved or -cause.elevation == pytest.approx(angle)
+        whole = not (track.frames[index] % 1.0)
+        if whole:
+            name, length = what_is_there(world, obj, cause, int(track.frames[index]))
+            assert cause.names[1] == name, (index, found)
+            assert abs(cause.after - length) < 1e-4 + 6 * noise
+        named.add(cause.culprit)
+    assert len(named - {"noise"}) > 1
+
+
+def what_is_there(world, obj, cause, frame):
+    """Name and range (m) of what Blender's ray cast meets on the ray of a cause."""
+    scene, settings = world.scene, obj.angen_sensor.pir
+    scene.frame_set(frame)
+    a, t = cause.azimuth, -cause.elevation
+    ahead = Vector((-math.sin(a), -math.cos(a) * math.sin(t), -math.cos(a) * math.cos(t)))
+    way = (obj.matrix_world.to_3x3() @ ahead).normalized()
+    start = obj.matrix_world.translation + way * settings.range_min
+    reach = settings.range_max - settings.range_min
+    hit, place, _, _, seen, _ = scene.ray_cast(world.update(), start, way, distance=reach)
+    if not hit:
+        return "", settings.range_max
+    return seen.name, (place - start).length + settings.range_min
+
+
+def test_instances_are_named_with_what_brings_them_forth(world, explained):
+    inner = bpy.data.collections.new("set")
+    chair = bpy.data.objects.new("Chair", world.box((1, 1, 1), at=(0, 0, 50)).data)
+    inner.objects.link(chair)
+    empty = world.link("Dining", None, (0, 0, -2))
+    empty.instance_type, empty.instance_collection = "COLLECTION", inner
+    world.key(empty, "location", {1: (9, 0, -2), 5: (0, 0, -2)}, "CONSTANT")
+    obj = world.pir(rays=1)
+    _, found = explained(obj, 4)
+    assert found.cause.culprit == "Chair in Dining"
+
+
+def test_outputs_that_drive_the_scene_are_as_they_were_in_the_run(world, explained):
+    """A wall that moves when the detector fires, which makes it fire again."""
+    wall = world.wall(2.0)
+    box = world.box((0.5, 0.5, 0.5), at=(9, 0, -1.0), name="Box")
+    world.key(box, "location", {1: (9, 0, -1), 6: (0, 0, -1), 8: (9, 0, -1)}, "CONSTANT")
+    obj = world.pir(rays=1)
+    driver = wall.driver_add("location", 2).driver
+    driver.type = "SCRIPTED"
+    variable = driver.variables.new()
+    variable.name = "on"
+    variable.targets[0].id = obj
+    variable.targets[0].data_path = "angen_sensor.active"
+    driver.expression = "-2.0 - 0.5 * on"
+    recording = world.run()
+    track = recording.tracks["pir"]
+    for index in range(1, len(track)):
+        _, found = explained(obj, index, recording)
+        assert not found.doubt, index
+        assert found.cause.triggered == bool(track.active[index])
+    assert sum(track.active) > 2
+    assert not obj.angen_sensor.active
+
+
+def test_it_says_so_where_the_scene_is_no_longer_what_was_recorded(world, explained):
+    box = world.box((1, 1, 1), at=(0, 0, -2.0), name="Box")
+    world.key(box, "location", {1: (9, 0, -2.0), 5: (0, 0, -2.0)}, "CONSTANT")
+    obj, door = world.pir(rays=1), world.switch(range_max=3.0, threshold=2.0)
+    recording = world.run()
+    assert not explained(obj, 4, recording)[1].doubt
+    assert not explained(door, 4, recording)[1].doubt
+    box.animation_data_clear()
+    box.location = (9, 0, -2)
+    for sensor in (obj, door):
+        assert "Simulate again" in explained(sensor, 4, recording)[1].doubt
+
+
+# Switches
+
+
+def test_what_breaks_a_beam_and_no_longer_does(world, explained, each_caster):
+    flag = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.025), name="Flag")
+    places = {1: (0, 0, -0.025), 6: (1, 0, -0.025), 11: (0, 0, -0.025)}
+    world.key(flag, "location", places, "CONSTANT")
+    world.wall(0.3)
+    obj = world.switch()
+    recording = world.run()
+    told = {f: explained(obj, f - 1, recording)[1] for f in (1, 6, 11)}
+    assert told[1].headline.startswith("Closed: 'Flag' breaks the beam 0.020 m")
+    assert told[1].cause.before is None
+    assert told[6].headline == "Open: 'Flag' no longer breaks the beam; it reaches 'wall'"
+    assert told[6].cause.before.range == pytest.approx(0.02, abs=1e-6)
+    assert told[6].cause.now.range == pytest.approx(0.3, abs=1e-6)
+    assert "'Flag' at 0.020 m" in dict(told[11].facts)["Now"]
+    assert not any(found.doubt for found in told.values())
+
+
+def test_the_share_of_a_wide_beam(world, explained):
+    flag = world.box((0.1, 0.1, 0.01), at=(0.05, 0, -0.02), name="Flag")
+    world.key(flag, "location", {1: (0.05, 0, -0.02), 6: (0.0528, 0, -0.02)}, "CONSTANT")
+    obj = world.switch(aperture_rays=10, aperture=0.01, hysteresis=0.0)
+    recording = world.run()
+    closed, opened = (explained(obj, index, recording)[1] for index in (0, 5))
+    assert (closed.cause.open, closed.cause.now.light) == (False, 0.5)
+    assert (opened.cause.open, opened.cause.now.light) == (True, 0.8)
+    assert "covers only part of the beam" in opened.headline
+
+
+# Pads
+
+
+def test_who_presses_with_how_much(physics, world, explained):
+    physics.floor()
+    pad = physics.pad("pad", (0.5, 0.5, 0.01), threshold=5.0, update_rate=24.0)
+    physics.body("Light box", (0.1, 0.1, 0.1), (-0.2, 0, 0.12), 3.0)
+    physics.body("Heavy box", (0.1, 0.1, 0.1), (0.2, 0, 0.12), 5.0)
+    _, found = explained(pad, 24)
+    assert not found.doubt
+    names, newtons = zip(*found.cause.partners, strict=True)
+    assert names == ("Heavy box", "Light box")
+    assert newtons == pytest.approx((5 * G, 3 * G), rel=5e-3)
+    assert found.cause.force == pytest.approx(8 * G, rel=5e-3)
+    assert found.cause.force == pytest.approx(sum(newtons), rel=1e-9)
+    assert found.cause.centre[0] == pytest.approx(0.2 * (5 - 3) / 8, abs=2e-3)
+    assert found.headline.startswith("Pressed by 'Heavy box' with 49.")
+
+
+# Light
+
+
+def test_each_lamps_share_and_what_shadows_it(world, explained):
+    """Point lamps above a face: Φ cos θ / (4π r²), 1 lx a W/m² here; one is behind a plate."""
+    world.scene.angen_luminous_efficacy = 1.0
+    one = lamp(world, "POINT", at=(0, 0, 2), energy=100.0)
+    two = lamp(world, "POINT", at=(0, 0, 4), energy=100.0)
+    hidden = lamp(world, "POINT", at=(3, 0, 1), energy=500.0)
+    for obj, name in ((one, "One"), (two, "Two"), (hidden, "Hidden")):
+        obj.name = name
+    world.box((0.1, 4, 4), at=(1.5, 0, 0), name="Plate")
+    sensor = world.sensor(
+        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
+    )
+    sensor.matrix_world = facing((0, 0, 1)).tolist()
+    sensor.rotation_euler = (math.pi, 0, 0)
+    world.key(one.data, "energy", {1: 0.0, 6: 100.0}, "CONSTANT")
+    recording = world.run()
+    _, found = explained(sensor, 5, recording)
+    lamps = found.cause.now.lamps
+    assert lamps["One"].light == pytest.approx(100 / (4 * math.pi * 4), rel=2e-3)
+    assert lamps["Two"].light == pytest.approx(100 / (4 * math.pi * 16), rel=2e-3)
+    assert lamps["Hidden"].light == 0.0
+    assert lamps["Hidden"].unshaded == pytest.approx(
+        500 / (4 * math.pi * 10) / math.sqrt(10), rel=2e-3
+    )
+    assert lamps["Hidden"].blocker == "Plate"
+    total = recording.tracks["light"].value[5]
+    assert found.cause.now.total == pytest.approx(total, rel=1e-6)
+    assert "'One' changed from 0 to 1.99" in found.headline
+    assert ("Hidden", "nothing: shadowed by 'Plate'") in found.facts
+
+
+# The operator, the panel's memory and the command line
+
+
+def operators(world):
+    box = world.box((1, 1, 1), at=(9, 0, -2.0), name="Box")
+    world.key(box, "location", {1: (9, 0, -2.0), 10: (0, 0, -2.0), 20: (9, 0, -2)}, "CONSTANT")
+    obj = world.pir(rays=1)
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+def kept(world, addon_part, obj):
+    """What the panel shows at the playhead."""
+    recording = addon_part("angen_addon.state").CACHE.recording(world.scene)
+    if recording is None:
+        return None
+    scene, event_at = world.scene, addon_part("operators.explain").event_at
+    index = event_at(recording.tracks[obj.name], scene.frame_current)
+    return addon_part("angen_addon.explain").MEMORY.recall(recording, obj.session_uid, index)
+
+
+def test_it_is_shown_until_the_playhead_leaves_or_the_scene_changes(world, addon_part):
+    obj = operators(world)
+    world.update()
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    world.scene.frame_set(10)
+    assert kept(world, addon_part, obj) is None
+    assert bpy.ops.angen.explain() == {"FINISHED"}
+    world.update()
+    assert world.scene.frame_current == 10
+    found = kept(world, addon_part, obj)
+    assert found is not None, "the recording was lost"
+    assert "'Box' came in" in found.headline
+    assert "Box" in found.as_text()
+    world.scene.frame_set(11)
+    assert kept(world, addon_part, obj) is None
+    world.scene.frame_set(10)
+    assert kept(world, addon_part, obj) is found
+    world.link("new", bpy.data.objects["Box"].data, (0, 0, -0.5))
+    world.update()
+    assert kept(world, addon_part, obj) is None
+
+
+def test_what_the_operator_needs(world):
+    def why():
+        with pytest.raises(RuntimeError) as error:
+            bpy.ops.angen.explain()
+        return str(error.value)
+
+    obj = operators(world)
+    bpy.context.view_layer.objects.active = bpy.data.objects["Box"]
+    world.update()
+    assert "active" in why()
+    bpy.context.view_layer.objects.active = obj
+    assert "simulate" in why()
+
+
+def test_the_command_line_tells_the_same(world, addon_part, tmp_path, capsys):
+    run_command = addon_part("angen_addon.command_line").run_command
+    operators(world)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    capsys.readouterr()
+
+    def explain(*arguments):
+        status = run_command(["explain", *arguments])
+        told = capsys.readouterr()
+        return status, told.out, told.err
+
+    status, out, _ = explain("--sensor", "pir", "--time", "0.375", "--quiet")
+    assert status == 0
+    assert out.splitlines()[0] == "pir, frame 10 (0.375 s)"
+    assert "'Box' came in" in out
+    status, out, _ = explain("--sensor", "pir", "--time", "0.37", "--quiet")
+    assert (status, "first scan" in out) == (0, True)
+    status, out, error = explain("--sensor", "pr", "--time", "0.37")
+    assert (status, out, "did you mean pir?" in error) == (2, "", True)
+    assert explain("--sensor", "pir")[0] == 2
+    assert explain("--sensor", "pir", "--time", "-1")[0] == 2
+    bpy.data.objects["pir"].angen_sensor.enabled = False
+    status, _, error = explain("--sensor", "pir", "--time", "1")
+    assert (status, "switched off" in error) == (1, True)
+
+
+def test_names_of_what_rays_meet_are_those_of_the_fast_layer(world, addon_part):
+    caster = addon_part("angen_addon.scene_probe.rays").RayCaster()
+    world.wall(1.0, name="near")
+    world.wall(2.0, name="far", size=4.0)
+    caster.update(world.update())
+    origins = np.array([[0, 0, 0], [1.5, 0, 0], [9, 0, 0]], float)
+    ways, reach = np.tile([0.0, 0.0, -1.0], (3, 1)), np.full(3, 4.0)
+    ranges, met = caster.cast_met(0, 0, origins, ways, reach)
+    assert [caster.solids.name_of(n) for n in met.tolist()] == ["near", "far", ""]
+    assert ranges == pytest.approx([1, 2, 4])
+    assert (caster.cast(0, 0, origins, ways, reach) == ranges).all()
+
+
+# Pyroelectric detectors
+
+
+def test_the_warm_thing_that_moves_is_named(world, explained):
+    """A warm box crosses the zones, before a colder one that stands and a wall."""
+    world.wall(4.0, size=8.0)
+    still = world.box((0.4, 1.0, 0.4), at=(-1.0, 0, -3.0), name="Still")
+    walker = world.box((0.5, 1.7, 0.3), at=(-3, 0, -2.5), name="Walker")
+    for obj, celsius in ((still, 60.0), (walker, 34.0)):
+        obj.angen_warmth.use_temperature, obj.angen_warmth.temperature = True, celsius
+    world.key(walker, "location", {1: (-3, -0.3, -2.5), 12: (-3, -0.3, -2.5), 48: (3, -0.3, -2.5)})
+    obj = world.sensor("PIR", "pir", model="PYROELECTRIC", update_rate=24.0)
+    recording = world.run()
+    track = recording.tracks["pir"]
+    index = list(track.active).index(1)
+    assert index > 11
+    _, found = explained(obj, index, recording)
+    assert abs(found.cause.signal) > 1.0
+    assert found.cause.things[0].name == "Walker"
+    assert found.cause.things[0].temperature == pytest.approx(34 + 273.15)
+    assert found.headline.startswith("Motion: 'Walker' changed the power")
+    _, before = explained(obj, 8, recording)
+    assert abs(before.cause.signal) < 1.0
+    assert "nothing warmer or colder" in before.headline

@@ -1,0 +1,486 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording stays as long as the scene is the one that it was made of: through undo, redo, saving
+and loading; and it is stale, and says of what, exactly while the scene is another."""
+
+import sys
+from importlib import import_module
+
+import bpy
+import pytest
+
+ADDON = "bl_ext.user_default.angen_sensors"
+ops = bpy.ops.angen
+
+
+def cache():
+    return import_module(f"{ADDON}.angen_addon.state").CACHE
+
+
+def stale():
+    """Why the recording is stale; empty where it is fresh, None where there is none."""
+    kept = cache().kept(bpy.context.scene)
+    return kept.stale if kept is not None else None
+
+
+def columns():
+    recording = cache().kept(bpy.context.scene).recording
+    return {
+        name: [track.frames, track.times, track.active, track.value]
+        for name, track in recording.tracks.items()
+    }
+
+
+@pytest.fixture
+def home(world):
+    """A door that opens before a switch, a lamp, a skinned flag, nodes; recorded."""
+    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
+    world.key(leaf, "location", {1: (0, 0, -0.02), 13: (1, 0, -0.02)}, "CONSTANT")
+    world.switch("Front door")
+    shelf = world.box((1, 1, 1), at=(3, 0, 0), name="shelf")
+    material = bpy.data.materials.new("paint")
+    shelf.data.materials.append(material)
+    shelf.modifiers.new("copies", "ARRAY").count = 2
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    math = tree.nodes.new("ShaderNodeMath")
+    math.inputs[0].default_value = 0.25
+    shelf.modifiers.new("nodes", "NODES").node_group = tree
+    shelf.shape_key_add(name="Basis")
+    shelf.shape_key_add(name="wide")
+    group = shelf.vertex_groups.new(name="top")
+    group.add([0, 1], 0.5, "REPLACE")
+    lamp = world.link("lamp", bpy.data.lights.new("lamp", "POINT"), (0, 0, 3))
+    lamp.parent = shelf
+    world.link("camera", bpy.data.cameras.new("camera"))
+    hidden = world.box((1, 1, 1), at=(9, 0, 0), name="hidden")
+    hidden.hide_set(True)
+    world.update()
+    assert ops.simulate() == {"FINISHED"}
+    assert stale() == ""
+    bpy.ops.ed.undo_push(message="recorded")
+    return world
+
+
+def objects():
+    return bpy.data.objects
+
+
+def move(world):
+    objects()["shelf"].location.x += 0.5
+
+
+def move_what_is_animated(world):
+    objects()["door"].location.x += 0.5
+
+
+def move_a_key(world):
+    action = objects()["door"].animation_data.action
+    curves = world_curves(objects()["door"])
+    curves[0].keyframe_points[1].co.x = 20
+    curves[0].update()
+    action.update_tag()
+
+
+def world_curves(obj):
+    return import_module(f"{ADDON}.angen_addon.animation").curves(obj, {"location"})
+
+
+def parameter(world):
+    objects()["Front door"].angen_sensor.optical_switch.threshold = 0.1
+
+
+def seed(world):
+    world.scene.angen_seed = 5
+
+
+def mass(world):
+    objects()["shelf"].angen_load.mass = 3.0
+
+
+def frame_rate(world):
+    world.scene.render.fps = 30
+
+
+def start_frame(world):
+    world.scene.frame_start = 5
+
+
+def units(world):
+    world.scene.unit_settings.scale_length = 0.5
+
+
+def vertex(world):
+    mesh = objects()["shelf"].data
+    mesh.vertices[0].co.x += 1
+    mesh.update()
+
+
+def modifier(world):
+    objects()["shelf"].modifiers["copies"].count = 3
+
+
+def modifier_off(world):
+    objects()["shelf"].modifiers["copies"].show_viewport = False
+
+
+def node(world):
+    bpy.data.node_groups["nodes"].nodes[0].inputs[0].default_value = 0.5
+
+
+def shape_key(world):
+    objects()["shelf"].data.shape_keys.key_blocks["wide"].value = 0.5
+
+
+def weight(world):
+    objects()["shelf"].vertex_groups["top"].add([0], 0.9, "REPLACE")
+    objects()["shelf"].data.update()
+
+
+def hide(world):
+    objects()["shelf"].hide_set(True)
+
+
+def show(world):
+    objects()["hidden"].hide_set(False)
+
+
+def disable(world):
+    objects()["shelf"].hide_viewport = True
+
+
+def add(world):
+    world.box((1, 1, 1), at=(5, 5, 5), name="new")
+
+
+def remove(world):
+    objects().remove(objects()["shelf"])
+
+
+def unparent(world):
+    objects()["lamp"].parent = None
+
+
+def rename_sensor(world):
+    objects()["Front door"].name = "Back door"
+
+
+def driver(world):
+    objects()["shelf"].driver_add("location", 2).driver.expression = "frame"
+
+
+def exclude(world):
+    inner = bpy.data.collections.new("inner")
+    world.scene.collection.children.link(inner)
+
+
+EDITS = {
+    move: "'shelf'",
+    move_what_is_animated: "'door'",
+    move_a_key: "'door'",
+    parameter: "'Front door'",
+    seed: "the scene's settings",
+    mass: "'shelf'",
+    frame_rate: "the scene's settings",
+    start_frame: "the scene's settings",
+    units: "the scene's settings",
+    vertex: "",
+    modifier: "'shelf'",
+    modifier_off: "'shelf'",
+    node: "'nodes'",
+    shape_key: "'Key'",
+    weight: "'shelf'",
+    hide: "what is shown or hidden",
+    show: "what is shown or hidden",
+    disable: "'shelf'",
+    add: "what is shown or hidden",
+    remove: "what is shown or hidden",
+    unparent: "'lamp'",
+    rename_sensor: "what is shown or hidden",
+    driver: "'shelf'",
+    exclude: "what is shown or hidden",
+}
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit.__name__)
+def test_an_edit_makes_it_stale_and_its_undo_fresh(home, edit):
+    before = columns()
+    edit(home)
+    home.update()
+    assert "changed since" in stale() and EDITS[edit] in stale()
+    for operator in (ops.export_events, ops.export_samples, ops.bake_keyframes):
+        with pytest.raises(RuntimeError, match=r"stale.*Simulate again"):
+            operator()
+    bpy.ops.ed.undo_push(message="edit")
+    bpy.ops.ed.undo()
+    assert stale() == ""
+    assert columns() == before
+    track = cache().recording(bpy.context.scene).track_of(objects()["Front door"].session_uid)
+    assert track is not None, "sensors are found after undo"
+    if edit is move_what_is_animated:
+        return  # what keys say is back in place at any evaluation
+    bpy.ops.ed.redo()
+    assert "changed since" in stale()
+
+
+def select(world):
+    objects()["shelf"].select_set(True)
+    bpy.context.view_layer.objects.active = objects()["shelf"]
+
+
+def recolour(world):
+    bpy.data.materials["paint"].diffuse_color = (1, 0, 0, 1)
+    bpy.data.materials["paint"].metallic = 0.5
+
+
+def move_the_camera(world):
+    objects()["camera"].location.x += 1
+    objects()["camera"].data.lens = 20
+
+
+def move_and_come_back(world):
+    where = objects()["shelf"].location.copy()
+    objects()["shelf"].location.x += 1
+    world.update()
+    assert stale()
+    objects()["shelf"].location = where
+
+
+def look_into_edit_mode(world):
+    select(world)
+    bpy.ops.object.mode_set(mode="EDIT")
+    world.update()
+    assert stale()
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def last_frame(world):
+    world.scene.frame_end = 100
+
+
+def brightness(world):
+    objects()["lamp"].data.energy = 1000
+
+
+def playhead(world):
+    for frame in (20, 1, 13, 48):
+        world.scene.frame_set(frame)
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        select,
+        recolour,
+        move_the_camera,
+        move_and_come_back,
+        look_into_edit_mode,
+        last_frame,
+        brightness,
+        playhead,
+    ],
+    ids=lambda act: act.__name__,
+)
+def test_what_moves_no_reading_keeps_it_fresh(home, act):
+    before = columns()
+    act(home)
+    home.update()
+    assert stale() == ""
+    bpy.ops.ed.undo_push(message="act")
+    bpy.ops.ed.undo()
+    assert stale() == "" and columns() == before
+
+
+def test_something_animated_that_was_moved_is_back_at_the_next_frame(home):
+    move_what_is_animated(home)
+    home.update()
+    assert stale()
+    home.scene.frame_set(20)
+    assert stale() == ""
+
+
+def test_what_only_light_sensors_see_counts_where_there_is_one(home):
+    home.sensor("LIGHT", "lux", method="ILLUMINANCE", engine="DIRECT", update_rate=1.0)
+    home.scene.frame_end = 2
+    home.update()
+    ops.simulate()
+    assert stale() == ""
+    bpy.data.materials["paint"].diffuse_color = (1, 0, 0, 1)
+    home.update()
+    assert "'paint'" in stale()
+    ops.simulate()
+    brightness(home)
+    home.update()
+    assert "'lamp'" in stale()
+
+
+def test_a_stale_recording_is_not_shown(home):
+    home.scene.angen_live = False
+    home.scene.frame_set(20)
+    assert objects()["Front door"].angen_sensor.active
+    move(home)
+    home.update()
+    home.scene.frame_set(5)
+    assert objects()["Front door"].angen_sensor.active, "live is off: the value stands"
+    bpy.ops.ed.undo_push(message="move")
+    bpy.ops.ed.undo()
+    bpy.context.scene.frame_set(6)
+    assert not objects()["Front door"].angen_sensor.active
+
+
+def save_and_load(path, meanwhile=None):
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    assert not bpy.data.texts, "it is a part of files alone"
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert stale() is None
+    if meanwhile is not None:
+        meanwhile()
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+
+
+def test_a_file_keeps_it(home, tmp_path):
+    before = columns()
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == "" and columns() == before and not bpy.data.texts
+    sensor = objects()["Front door"]
+    bpy.context.scene.angen_live = False
+    for frame in (20, 5, 13):
+        bpy.context.scene.frame_set(frame)
+        assert sensor.angen_sensor.active == (frame >= 13)
+    assert ops.export_events(filepath=str(tmp_path / "events.csv")) == {"FINISHED"}
+    move(home)
+    home.update()
+    assert "'shelf'" in stale()
+    save_and_load(tmp_path / "b.blend")
+    assert "'shelf'" in stale() and columns() == before, "stale ones are kept too, and stay so"
+    objects()["shelf"].location.x -= 0.5
+    home.update()
+    assert stale() == ""
+
+
+def test_it_is_encoded_once(home, tmp_path, monkeypatch):
+    store = import_module(f"{ADDON}.angen_addon.recording_store")
+    count, encode = [], store._encoded
+    monkeypatch.setattr(store, "_encoded", lambda kept: count.append(1) or encode(kept))
+    for name in "ab":
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / name))
+    save_and_load(tmp_path / "c.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "d.blend"))
+    assert count == [1]
+
+
+def test_clear_takes_it_out_of_the_file(home, tmp_path):
+    save_and_load(tmp_path / "a.blend")
+    assert ops.clear_recording() == {"FINISHED"}
+    save_and_load(tmp_path / "a.blend")
+    assert stale() is None and not bpy.data.texts
+    assert not ops.clear_recording.poll()
+
+
+def test_every_scene_keeps_its_own(home, tmp_path):
+    home.scene.name = "one"
+    bpy.ops.scene.new(type="FULL_COPY")
+    bpy.context.scene.name = "two"
+    bpy.context.scene.frame_end = 10
+    home.update()
+    assert stale() is None
+    ops.simulate()
+    save_and_load(tmp_path / "a.blend")
+    assert bpy.context.scene.name == "two"
+    assert stale() == "" and cache().kept(bpy.context.scene).recording.frame_end == 10
+    bpy.context.window.scene = bpy.data.scenes["one"]
+    bpy.context.view_layer.update()
+    bpy.context.scene.frame_set(3)
+    assert stale() == "" and cache().kept(bpy.context.scene).recording.frame_end == 48
+
+
+def damage(path, change):
+    """Saves the file with the text of its recording changed, as a Blender without the extension
+    could."""
+    store = import_module(f"{ADDON}.angen_addon.recording_store")
+    store.put_into_file()
+    (text,) = (t for t in bpy.data.texts if t.name.startswith(store.TEXT))
+    body = text.as_string()
+    cache().drop_recording(bpy.context.scene)
+    text.from_string(change(body))
+    # Saved without the handlers.
+    mine = import_module(f"{ADDON}.angen_addon.handlers")
+    mine.unregister()
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    finally:
+        mine.register()
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda body: body[:-900], "damaged"),
+        (lambda body: body.replace("A", "B"), "damaged"),
+        (lambda body: "", "damaged"),
+        (lambda body: body.splitlines()[0], "not a recording"),
+        (lambda body: "hello", "damaged"),
+        (lambda body: body.splitlines()[0] + "\n§§§", "damaged"),
+    ],
+)
+def test_what_cannot_be_read_is_told_and_dropped(home, tmp_path, capfd, change, words):
+    damage(tmp_path / "a.blend", change)
+    assert stale() is None
+    assert not bpy.data.texts
+    assert words in cache().notice and "Simulate again" in cache().notice
+    said = capfd.readouterr()
+    assert words in said.err and "Traceback" not in said.out + said.err
+    ops.simulate()
+    assert cache().notice == "" and stale() == ""
+
+
+def test_of_another_blender_it_is_stale(home, tmp_path):
+    kept = cache().kept(home.scene)
+    kept.blender = (4, 1)
+    kept.stored = ""
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == "it was made in Blender 4.1"
+
+
+def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(home, tmp_path):
+    """Another process opens it, and saves it."""
+    import subprocess
+
+    path = tmp_path / "a.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    program = (
+        "import bpy, os, sys\n"
+        f"bpy.ops.wm.open_mainfile(filepath={str(path)!r})\n"
+        "print([t.name for t in bpy.data.texts], [k for k in bpy.context.scene.keys()])\n"
+        "bpy.context.scene.frame_set(20)\n"
+        f"bpy.ops.wm.save_as_mainfile(filepath={str(path)!r})\n"
+        "sys.stdout.flush(); os._exit(0)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert "['.angen_recording']" in done.stdout and "Error" not in done.stdout + done.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    assert stale() == ""
+
+
+def test_time_left():
+    simulate = import_module(f"{ADDON}.operators.simulate")
+    progress = import_module(f"{ADDON}.angen_addon.simulation").Progress
+    assert simulate.time_left(progress(0.0, 100.0, 1), 5.0) == ""
+    assert simulate.time_left(progress(1.0, 100.0, 1), 0.5) == ""
+    assert simulate.time_left(progress(20.0, 100.0, 1), 10.0) == ", 40 s left"
+    assert simulate.time_left(progress(10.0, 100.0, 1), 10.0) == ", 1 min 30 s left"
+    assert simulate.time_left(progress(1.0, 1000.0, 1), 10.0) == ", 2 h 46 min left"
+
+
+def test_the_command_line_keeps_it_in_the_copy_that_it_saves(home, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    ops.clear_recording()
+    run = import_module(f"{ADDON}.angen_addon.command_line").run_command
+    save, events = str(tmp_path / "b.blend"), str(tmp_path / "b.csv")
+    assert run(["simulate", "--quiet", "--bake", "--save", save, "--events", events]) == 0
+    bpy.ops.wm.open_mainfile(filepath=save)
+    assert stale() == ""
+    assert ops.export_events(filepath=str(tmp_path / "again.csv")) == {"FINISHED"}
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

@@ -14,6 +14,7 @@ from ..sensor_logic.light import LightSample
 from . import state
 from .scene_probe.bodies import Bodies
 from .scene_probe.light import LightError, LightRequest, measure, measure_direct
+from .scene_probe.light_kept import KeptScenes
 from .scene_probe.light_signature import LightSignature
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
@@ -41,6 +42,7 @@ class Probes:
         self._pads: list[Any] = []
         self._light: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
+        self._light_scenes = KeptScenes()
         state.CACHE.watch(self._lighting)
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
@@ -59,10 +61,16 @@ class Probes:
             self._bodies.look(depsgraph, frame, metres, self._pads, due)
 
     def measure(
-        self, scene: Any, view_layer: Any, depsgraph: Any, asked: list[LightRequest]
+        self,
+        scene: Any,
+        view_layer: Any,
+        depsgraph: Any,
+        asked: list[LightRequest],
+        keep: bool = False,
     ) -> None:
         """Renders the light that is asked for, where it can have changed since it was last.
 
+        `keep`: nothing but frames will change until the next time; to be ended by `close`.
         Not in a frame handler. Raises SensorError.
         """
         efficacy = scene.angen_luminous_efficacy
@@ -70,9 +78,14 @@ class Probes:
         if not self._lighting.changed(view_layer, depsgraph, (repr(named), efficacy)):
             return
         try:
-            self._light = measure(scene, view_layer, asked, efficacy)
+            kept = self._light_scenes if keep else None
+            self._light = measure(scene, view_layer, asked, efficacy, kept)
         except LightError as error:
             raise SensorError(str(error)) from None
+
+    def close(self) -> None:
+        """Removes from the file what was kept there."""
+        self._light_scenes.close()
 
     def preview(self, depsgraph: Any, asked: list[LightRequest]) -> None:
         """The closed-form estimate of the same, also for frame handlers. Raises SensorError."""

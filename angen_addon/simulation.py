@@ -87,9 +87,11 @@ def _run(
     seconds = clock.step_time(max(last - first, 1))
     frame_before, subframe_before = scene.frame_current, scene.frame_subframe
     handlers.ensure()
+    probes = Probes(scene)
     state.CACHE.running = True
     try:
-        probes = Probes(scene)
+        # Other code may change the scene at a frame in ways that Blender tells nobody.
+        keep = not handlers.others_follow_frames()
         probes.serve(station.sensor for station in stations)
         waiting: list[Taken] = []
         with _idle_outputs(stations) as driven:
@@ -110,7 +112,7 @@ def _run(
                     if lit:
                         view_layer = bpy.context.view_layer
                         asked = [t.request for t in lit if t.request is not None]
-                        probes.measure(scene, view_layer, depsgraph, asked)
+                        probes.measure(scene, view_layer, depsgraph, asked, keep)
                         _record(recording, clock, lit, driven)
                 recording.frame_end = min(frame, frame_end)
                 done = clock.step_time(min(max(stop.step - first, 0), last - first))
@@ -119,6 +121,7 @@ def _run(
     except ReferenceError as error:
         raise SensorError(f"something that the run needs was removed during it: {error}") from None
     finally:
+        probes.close()
         _put_back(scene, frame_before, subframe_before)
 
 

@@ -19,7 +19,9 @@ from ...sensor_logic.light import LightSample
 from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
 from . import light_bake, light_engine, light_portals, light_views
 from .light_direct import Direct
-from .light_scene import LightScene
+from .light_kept import KeptScenes
+from .light_scene import LightScene, quietly
+from .light_ways import Ways
 from .solids import Solids
 
 Array = NDArray[np.float64]
@@ -61,12 +63,12 @@ def measure(
     view_layer: Any,
     requests: Iterable[LightRequest],
     efficacy: float = EFFICACY,
+    kept: KeptScenes | None = None,
 ) -> Mapping[str, LightSample]:
     """The light of each request, by name. What it reads does not depend on the other requests.
 
     Where the closed forms of DIRECT do not model all that the scene holds, Cycles is asked instead.
-
-    Raises LightError.
+    With `kept`, much of the work is kept there for the next time. Raises LightError.
     """
     if busy():
         raise LightError("a render is running: the light sensors wait for its end")
@@ -87,26 +89,59 @@ def measure(
             engine = "CYCLES" if request.engine == "DIRECT" else request.engine
             key = engine, request.method, request.samples
             groups.setdefault(key, []).append(request)
-    if groups:
-        with LightScene(scene, view_layer) as light_scene:
-            for (engine, method, count), group in sorted(groups.items()):
-                if engine == "EEVEE" and light_scene.scene.world is not None:
-                    light_scene.notes.append(THROUGH_WALLS)
-                light_engine.set_up(light_scene.scene, engine)
-                if method == "FOUR_WALL" and engine == "CYCLES":
-                    light = light_portals.four_walls(light_scene, group, count)
-                elif method == "FOUR_WALL":
-                    light = light_views.four_walls(light_scene, group, count)
-                elif engine == "EEVEE":
-                    light = light_views.faces(light_scene, group, count)
-                else:
-                    light = light_bake.irradiance(light_scene, group, count)
-                for request, colours in zip(group, light, strict=True):
-                    before = samples.get(request.name)
-                    handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
-                    note = "; ".join(handed_over + light_scene.notes)
-                    samples[request.name] = _sample(request, colours, efficacy, note)
+    for (engine, method, count), group in sorted(groups.items()):
+        with quietly():
+            if (engine, method) == ("CYCLES", "FOUR_WALL"):
+                found, notes = _four_walls(scene, view_layer, group, count, kept)
+            else:
+                found, notes = _other_light(scene, view_layer, (engine, method), group, count)
+        for request in group:
+            before = samples.get(request.name)
+            handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
+            note = "; ".join(handed_over + notes)
+            samples[request.name] = _sample(request, found[request.name], efficacy, note)
     return samples
+
+
+def _four_walls(
+    scene: Any,
+    view_layer: Any,
+    group: list[LightRequest],
+    count: int,
+    kept: KeptScenes | None,
+) -> tuple[dict[str, Array], list[str]]:
+    """Radiances by name, and notes."""
+    scenes = kept or KeptScenes()
+    found: dict[str, Array] = {}
+    notes: list[str] = []
+    try:
+        for together in light_portals.batches(group, Ways(scene, view_layer)):
+            colours, noted = scenes.radiance(scene, view_layer, together, count)
+            names = (seen.request.name for seen in together.values())
+            found.update(zip(names, colours, strict=True))
+            notes += noted
+    finally:
+        if kept is None:
+            scenes.close()
+    return found, notes
+
+
+def _other_light(
+    scene: Any, view_layer: Any, way: tuple[str, str], group: list[LightRequest], count: int
+) -> tuple[dict[str, Array], list[str]]:
+    """The same for EEVEE, and for illuminance."""
+    engine, method = way
+    with LightScene(scene, view_layer) as light_scene:
+        light_engine.set_up(light_scene.scene, engine)
+        if engine == "CYCLES":
+            light = light_bake.irradiance(light_scene, group, count)
+        elif method == "FOUR_WALL":
+            light = light_views.four_walls(light_scene, group, count)
+        else:
+            light = light_views.faces(light_scene, group, count)
+        if engine == "EEVEE" and light_scene.scene.world is not None:
+            light_scene.notes.append(THROUGH_WALLS)
+        return dict(zip((r.name for r in group), light, strict=True)), light_scene.notes
 
 
 def measure_direct(

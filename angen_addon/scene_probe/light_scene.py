@@ -8,7 +8,7 @@ it nor unapplied changes of the view matter.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
@@ -44,16 +44,18 @@ HANDLERS = (
 class LightScene:
     """A context: `scene` and `view_layer` to render, `notes` on what could not be carried over.
 
-    Datablocks made by `own` are removed at the end, also after an error.
+    Datablocks made by `own` are removed at the end, also after an error. To be used `quietly`.
     """
 
     def __init__(self, scene: Any, view_layer: Any) -> None:
         self._user_scene = scene
         self._user_layer = view_layer
         self._made: list[Any] = []
-        self._exit = ExitStack()
+        self._images = {image.session_uid for image in bpy.data.images}
         self.notes: list[str] = []
         self.scene: Any = None
+        # Whether it has copies that stand where their originals did when it was made.
+        self.has_frozen = False
 
     @property
     def view_layer(self) -> Any:
@@ -63,49 +65,40 @@ class LightScene:
         self._made.append(datablock)
         return datablock
 
-    def is_open(self, origin: Any, way: Any, length: float) -> bool:
-        """Whether nothing of the user's scene is on the way, up to `length` from the origin."""
-        depsgraph = self._user_layer.depsgraph
-        found = self._user_scene.ray_cast(
-            depsgraph, list(origin), list(way), distance=max(length, 0.0)
-        )
-        return not found[0]
-
     def __enter__(self) -> LightScene:
         with ExitStack() as undo:
-            undo.enter_context(_handlers_quiet())
-            undo.enter_context(standard_output_silenced())
-            undo.enter_context(_images_kept())
-            undo.callback(self._remove)
+            undo.callback(self.close)
             # Not a copy: that would bring every setting of the user's along.
             self.scene = self.own(bpy.data.scenes.new(".angen_light"))
-            self._time()
+            self.scene.camera = self._user_scene.camera
+            self.follow()
             self._show()
             self._world()
-            self._exit = undo.pop_all()
+            undo.pop_all()
         return self
 
     def __exit__(self, *_: Any) -> None:
-        self._exit.close()
+        self.close()
 
-    def _remove(self) -> None:
+    def close(self) -> None:
         made, self._made = self._made, []
         self.scene = None
+        # The "Render Result" that a render leaves, where there was none.
+        left = [i for i in bpy.data.images if i.session_uid not in self._images]
+        made += [image for image in left if image.type == "RENDER_RESULT"]
         # A run may end because another file was opened: then they are gone already.
         bpy.data.batch_remove([d for d in made if _alive(d)])
 
-    def _time(self) -> None:
-        """The moment, and what else of the scene drivers and nodes look at."""
+    def follow(self) -> None:
+        """Takes over the moment, and what else of the scene drivers and nodes look at."""
         user, scene = self._user_scene, self.scene
-        for name in ("frame_start", "frame_end", "frame_current", "camera"):
-            setattr(scene, name, getattr(user, name))
+        _take_over(user, scene, "frame_start", "frame_end", "frame_current")
         if user.frame_subframe:
             scene.frame_float = user.frame_current + user.frame_subframe
-        scene.render.fps, scene.render.fps_base = user.render.fps, user.render.fps_base
-        scene.unit_settings.system = user.unit_settings.system
-        scene.unit_settings.scale_length = user.unit_settings.scale_length
+        _take_over(user.render, scene.render, "fps", "fps_base")
+        _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
         for key, value in user.items():
-            if isinstance(value, (bool, int, float, str)):
+            if isinstance(value, (bool, int, float, str)) and scene.get(key) != value:
                 scene[key] = value
 
     def _show(self) -> None:
@@ -114,13 +107,12 @@ class LightScene:
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
         for obj in shown_objects(self._user_layer):
-            if obj.angen_ignored or obj in housings:
-                continue
-            if obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES:
+            if is_left_out(obj, housings):
                 continue
             seen = obj
-            if obj.hide_render or obj.rigid_body is not None:
+            if _must_be_frozen(obj):
                 seen = self._frozen(obj)
+                self.has_frozen = True
             shown.objects.link(seen)
         # For renders alone: operators from Python first evaluate what the viewport would show.
         shown.hide_viewport = True
@@ -147,6 +139,34 @@ class LightScene:
         world = self.scene.world = self.own(world.copy())
         world.cycles.sampling_method = "MANUAL"
         world.cycles.sample_map_resolution = DETAILED_MAP if detailed else SMOOTH_MAP
+
+
+def _take_over(of: Any, to: Any, *names: str) -> None:
+    """Sets what differs: what is set, Blender evaluates anew."""
+    for name in names:
+        if getattr(to, name) != getattr(of, name):
+            setattr(to, name, getattr(of, name))
+
+
+def contents(scene: Any, view_layer: Any) -> Hashable:
+    """What decides which objects a light scene is made of, and its world."""
+    housings = Housings()
+    shown = tuple(
+        (obj.session_uid, _must_be_frozen(obj))
+        for obj in shown_objects(view_layer)
+        if not is_left_out(obj, housings)
+    )
+    return scene.world.session_uid if scene.world else 0, shown
+
+
+def is_left_out(obj: Any, housings: Housings) -> bool:
+    if obj.angen_ignored or obj in housings:
+        return True
+    return bool(obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES)
+
+
+def _must_be_frozen(obj: Any) -> bool:
+    return obj.hide_render or obj.rigid_body is not None
 
 
 class Housings:
@@ -179,6 +199,13 @@ def shown_objects(view_layer: Any) -> Iterator[Any]:
 
 
 @contextmanager
+def quietly() -> Iterator[None]:
+    """Nobody is told of what is rendered."""
+    with _handlers_quiet(), standard_output_silenced():
+        yield
+
+
+@contextmanager
 def _handlers_quiet() -> Iterator[None]:
     lists = [getattr(bpy.app.handlers, n) for n in HANDLERS if hasattr(bpy.app.handlers, n)]
     before = [list(handlers) for handlers in lists]
@@ -189,17 +216,6 @@ def _handlers_quiet() -> Iterator[None]:
     finally:
         for handlers, functions in zip(lists, before, strict=True):
             handlers[:] = functions
-
-
-@contextmanager
-def _images_kept() -> Iterator[None]:
-    """Removes the "Render Result" that a render leaves, where there was none."""
-    before = {image.session_uid for image in bpy.data.images}
-    try:
-        yield
-    finally:
-        left = [i for i in bpy.data.images if i.session_uid not in before]
-        bpy.data.batch_remove([i for i in left if i.type == "RENDER_RESULT"])
 
 
 def _alive(datablock: Any) -> bool:

@@ -423,7 +423,7 @@ LIGHT_SENSORS: dict[str, Mount] = {
     "Light sensor kitchen": Mount("kitchen", (1.75, 4.65, 2.85), 0.0),
     "Light sensor workroom": Mount("workroom", (1.75, 7.3, 2.85), 0.0),
     "Light sensor living room": Mount("living room", (8.4, 5.0, 2.85), 0.0),
-    "Light sensor hall": Mount("hall", (4.6, 4.95, 2.85), 0.0),
+    "Light sensor hall": Mount("hall", (4.6, 5.25, 2.85), 0.0),
     "Light sensor bathroom": Mount("bathroom", (5.2, 0.95, 2.85), 0.0),
     "Light sensor closet": Mount("closet", (6.2, 2.25, 2.85), 0.0),
 }

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light scenes that are kept from update to update of a run.
+
+Handing a home over to Cycles takes longer than its light paths. A scene that is kept is handed over
+once; afterwards Cycles takes over what changed. It gives the same bits as a new one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import light_engine
+from .light_portals import Seen, Views
+from .light_scene import LightScene, contents
+
+Array = NDArray[np.float64]
+# As many pictures are kept; each holds the scene in memory, as Cycles sees it.
+AT_MOST = 4
+NOWHERE = np.zeros(0)
+
+
+@dataclass(frozen=True)
+class _Kept:
+    contents: Hashable
+    light_scene: LightScene
+    views: Views
+
+
+class KeptScenes:
+    """What `measure` may keep. To be closed before other code can change the scene."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, _Kept] = {}
+
+    def radiance(
+        self, scene: Any, view_layer: Any, together: dict[int, Seen], samples: int
+    ) -> tuple[list[Array], list[str]]:
+        """Of a batch of requests, as `Views`; and the notes."""
+        key = (
+            samples,
+            tuple(
+                (slot, seen.lids, repr(replace(seen.request, matrix=NOWHERE)), _bits(seen.request))
+                for slot, seen in together.items()
+            ),
+        )
+        found = self._kept.pop(key, None)
+        now = contents(scene, view_layer)
+        if found is not None and (found.contents != now or found.light_scene.has_frozen):
+            found.light_scene.close()
+            found = None
+        if found is None:
+            found = _Kept(now, *_new(scene, view_layer, together, samples))
+        else:
+            found.light_scene.follow()
+        # The last one used comes last.
+        self._kept[key] = found
+        while len(self._kept) > AT_MOST:
+            self._kept.pop(next(iter(self._kept))).light_scene.close()
+        return found.views.radiance(), found.light_scene.notes
+
+    def close(self) -> None:
+        while self._kept:
+            self._kept.popitem()[1].light_scene.close()
+
+
+def _bits(request: Any) -> bytes:
+    return bytes(request.matrix.tobytes())
+
+
+def _new(
+    scene: Any, view_layer: Any, together: dict[int, Seen], samples: int
+) -> tuple[LightScene, Views]:
+    light_scene = LightScene(scene, view_layer)
+    light_scene.__enter__()
+    try:
+        light_engine.set_up(light_scene.scene, "CYCLES")
+        light_scene.scene.render.use_persistent_data = True
+        return light_scene, Views(light_scene, together, samples)
+    except BaseException:
+        light_scene.close()
+        raise

@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.scene_probe import light
 from angen_sensors.angen_addon.scene_probe.light import LightRequest
-from angen_sensors.angen_addon.scene_probe.light_bake import face_size
+from angen_sensors.angen_addon.scene_probe.light_face import face_size
 from angen_sensors.angen_addon.scene_probe.light_lamps import lamps_of
 from angen_sensors.angen_addon.scene_probe.light_scene import Housings, shown_objects
 from angen_sensors.angen_addon.scene_probe.light_surfaces import Surfaces, glows, is_clear

@@ -17,10 +17,13 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.light import LightSample
 from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
-from . import light_bake, light_engine, light_portals, light_views
+from . import light_engine, light_face, light_views, light_walls
 from .light_direct import Direct
-from .light_kept import KeptScenes
+from .light_face import Faces
+from .light_kept import KeptScenes, Takes
+from .light_picture import Seen
 from .light_scene import LightScene, quietly
+from .light_walls import Views
 from .light_ways import Ways
 from .solids import Solids
 
@@ -89,12 +92,12 @@ def measure(
             engine = "CYCLES" if request.engine == "DIRECT" else request.engine
             key = engine, request.method, request.samples
             groups.setdefault(key, []).append(request)
-    for (engine, method, count), group in sorted(groups.items()):
+    for (engine, _, count), group in sorted(groups.items()):
         with quietly():
-            if (engine, method) == ("CYCLES", "FOUR_WALL"):
-                found, notes = _four_walls(scene, view_layer, group, count, kept)
+            if engine == "CYCLES":
+                found, notes = _by_cycles(scene, view_layer, group, count, kept)
             else:
-                found, notes = _other_light(scene, view_layer, (engine, method), group, count)
+                found, notes = _by_eevee(scene, view_layer, group, count)
         for request in group:
             before = samples.get(request.name)
             handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
@@ -103,20 +106,26 @@ def measure(
     return samples
 
 
-def _four_walls(
+def _by_cycles(
     scene: Any,
     view_layer: Any,
     group: list[LightRequest],
     count: int,
     kept: KeptScenes | None,
 ) -> tuple[dict[str, Array], list[str]]:
-    """Radiances by name, and notes."""
+    """What requests of one method find, by name, and notes."""
+    takes: type[Takes]
+    pictures: list[dict[int, Seen]]
+    if group[0].method == "FOUR_WALL":
+        takes, pictures = Views, light_walls.batches(group, Ways(scene, view_layer))
+    else:
+        takes, pictures = Faces, light_face.batches(group, scene)
     scenes = kept or KeptScenes()
     found: dict[str, Array] = {}
     notes: list[str] = []
     try:
-        for together in light_portals.batches(group, Ways(scene, view_layer)):
-            colours, noted = scenes.radiance(scene, view_layer, together, count)
+        for together in pictures:
+            colours, noted = scenes.light(scene, view_layer, takes, together, count)
             names = (seen.request.name for seen in together.values())
             found.update(zip(names, colours, strict=True))
             notes += noted
@@ -126,20 +135,15 @@ def _four_walls(
     return found, notes
 
 
-def _other_light(
-    scene: Any, view_layer: Any, way: tuple[str, str], group: list[LightRequest], count: int
+def _by_eevee(
+    scene: Any, view_layer: Any, group: list[LightRequest], count: int
 ) -> tuple[dict[str, Array], list[str]]:
-    """The same for EEVEE, and for illuminance."""
-    engine, method = way
+    """The same by EEVEE."""
     with LightScene(scene, view_layer) as light_scene:
-        light_engine.set_up(light_scene.scene, engine)
-        if engine == "CYCLES":
-            light = light_bake.irradiance(light_scene, group, count)
-        elif method == "FOUR_WALL":
-            light = light_views.four_walls(light_scene, group, count)
-        else:
-            light = light_views.faces(light_scene, group, count)
-        if engine == "EEVEE" and light_scene.scene.world is not None:
+        light_engine.set_up(light_scene.scene, "EEVEE")
+        way = light_views.four_walls if group[0].method == "FOUR_WALL" else light_views.faces
+        light = way(light_scene, group, count)
+        if light_scene.scene.world is not None:
             light_scene.notes.append(THROUGH_WALLS)
         return dict(zip((r.name for r in group), light, strict=True)), light_scene.notes
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_bake import face_size
+from .light_face import face_size
 from .light_forms import FAR, frame, shine, spread_points
 from .light_lamps import lamps_of
 from .light_rays import LightRays

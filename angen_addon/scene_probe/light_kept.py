@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import light_engine
-from .light_portals import Seen, Views
+from .light_picture import Seen
 from .light_scene import LightScene, contents
 
 Array = NDArray[np.float64]
@@ -24,11 +24,18 @@ AT_MOST = 4
 NOWHERE = np.zeros(0)
 
 
+class Takes(Protocol):
+    """What takes a picture of a batch of requests, `Views` or `Faces`."""
+
+    def __init__(self, light_scene: Any, together: dict[int, Seen], samples: int) -> None: ...
+    def light(self) -> list[Array]: ...
+
+
 @dataclass(frozen=True)
 class _Kept:
     contents: Hashable
     light_scene: LightScene
-    views: Views
+    taken: Takes
 
 
 class KeptScenes:
@@ -37,16 +44,20 @@ class KeptScenes:
     def __init__(self) -> None:
         self._kept: dict[Hashable, _Kept] = {}
 
-    def radiance(
-        self, scene: Any, view_layer: Any, together: dict[int, Seen], samples: int
+    def light(
+        self,
+        scene: Any,
+        view_layer: Any,
+        takes: type[Takes],
+        together: dict[int, Seen],
+        samples: int,
     ) -> tuple[list[Array], list[str]]:
-        """Of a batch of requests, as `Views`; and the notes."""
+        """What `takes` finds for a batch of requests; and notes."""
         key = (
+            takes.__name__,
             samples,
-            tuple(
-                (slot, seen.lids, repr(replace(seen.request, matrix=NOWHERE)), _bits(seen.request))
-                for slot, seen in together.items()
-            ),
+            scene.unit_settings.scale_length,
+            tuple((pixel, *_bits(seen)) for pixel, seen in together.items()),
         )
         found = self._kept.pop(key, None)
         now = contents(scene, view_layer)
@@ -54,33 +65,35 @@ class KeptScenes:
             found.light_scene.close()
             found = None
         if found is None:
-            found = _Kept(now, *_new(scene, view_layer, together, samples))
+            found = _Kept(now, *_new(scene, view_layer, takes, together, samples))
         else:
             found.light_scene.follow()
         # The last one used comes last.
         self._kept[key] = found
         while len(self._kept) > AT_MOST:
             self._kept.pop(next(iter(self._kept))).light_scene.close()
-        return found.views.radiance(), found.light_scene.notes
+        return found.taken.light(), found.light_scene.notes
 
     def close(self) -> None:
         while self._kept:
             self._kept.popitem()[1].light_scene.close()
 
 
-def _bits(request: Any) -> bytes:
-    return bytes(request.matrix.tobytes())
+def _bits(seen: Seen) -> tuple[Hashable, ...]:
+    """All that is asked, to be compared."""
+    request = seen.request
+    return seen.lids, repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()
 
 
 def _new(
-    scene: Any, view_layer: Any, together: dict[int, Seen], samples: int
-) -> tuple[LightScene, Views]:
+    scene: Any, view_layer: Any, takes: type[Takes], together: dict[int, Seen], samples: int
+) -> tuple[LightScene, Takes]:
     light_scene = LightScene(scene, view_layer)
     light_scene.__enter__()
     try:
         light_engine.set_up(light_scene.scene, "CYCLES")
         light_scene.scene.render.use_persistent_data = True
-        return light_scene, Views(light_scene, together, samples)
+        return light_scene, takes(light_scene, together, samples)
     except BaseException:
         light_scene.close()
         raise

@@ -16,10 +16,11 @@ FRAMES = (1, 4, 5, 6, 2, 5)
 
 
 def asked():
-    """Two sensors: one among the lamps, one that looks at the screen through open air."""
+    """One among the lamps, one that looks at the screen through open air, and a lux meter."""
     return [
         request("a", facing((0, 1, 0), (0.3, -1, 0.2)), method="FOUR_WALL", samples=16),
         request("b", facing((1, 0, 0), (-0.7, 1, 0)), method="FOUR_WALL", samples=16, clip_end=1.9),
+        request("c", facing((0, 1, 0), (0.3, -1, 0.2)), samples=16),
     ]
 
 
@@ -37,7 +38,7 @@ def at(frame, kept):
     with_kept = part("light").measure(scene, layer, asked(), 1.0, kept)
     alone = measure(*asked())
     assert dict(with_kept) == alone, frame
-    return tuple(sample.luminance_percent for sample in alone.values())
+    return tuple(s.luminance_percent or s.illuminance_lux for s in alone.values())
 
 
 @pytest.mark.parametrize("what", STEPS)

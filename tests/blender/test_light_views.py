@@ -58,9 +58,9 @@ def test_each_view_looks_where_it_should(world, wall):
     world.update()
     asked = request(matrix=UPRIGHT)
     kept = part("light_kept").KeptScenes()
-    (found,), _ = kept.radiance(
-        world.scene, bpy.context.view_layer, {0: part("light_portals").Seen(asked, ())}, 64
-    )
+    module = part("light_walls")
+    together = {0: module.Seen(asked, ())}
+    (found,), _ = kept.light(world.scene, bpy.context.view_layer, module.Views, together, 64)
     kept.close()
     assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from .quiet import standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
-USAGE = "usage: python -m angen_addon {simulate,list,check} HOME.blend [options]\n"
+VERBS = "{simulate,list,check,explain,coverage,place}"
+USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
 
 def main(arguments: list[str]) -> int:

@@ -10,6 +10,8 @@ from typing import NoReturn
 
 import bpy
 
+from .coverage.arguments import add_verbs
+
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
     """The options of a command. Raises SystemExit, after telling what is wrong."""
@@ -69,7 +71,7 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         prog=program, description="Simulates the ambient sensors of a home in a blend file."
     )
     verbs = parser.add_subparsers(
-        dest="verb", required=True, metavar="simulate | list | check | explain"
+        dest="verb", required=True, metavar="simulate | list | check | explain | coverage | place"
     )
 
     run = _Parser(add_help=False)
@@ -134,4 +136,5 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help="its last event at or before this time, as in the event log, is explained",
     )
     four.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    add_verbs(verbs, _path)
     return parser

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`blender HOME.blend --command angen …`: simulate, list, check and explain without a window."""
+"""`blender HOME.blend --command angen …`: simulate, list, check, explain, coverage and
+place without a window."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.recording import Recording
 from . import advice, bake, state, warmth
 from .arguments import parse
+from .coverage import command as coverage
 from .describe import describe
 from .explain.command import Moment
 from .kept import keep
@@ -68,6 +70,8 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "list": _list,
         "check": _check,
         "explain": _explain,
+        "coverage": _coverage,
+        "place": _place,
     }
     interrupt = Interrupt()
     # Blender takes Ctrl-C for itself and would go on to the end.
@@ -266,6 +270,23 @@ def _explain(options: argparse.Namespace) -> int:
         line.show(progress)
     line.finish(progress.seconds_total if progress else 0.0, moment.updates)
     sys.stdout.write(moment.text())
+    return DONE
+
+
+def _coverage(options: argparse.Namespace) -> int:
+    return _mapped(options, coverage.coverage)
+
+
+def _place(options: argparse.Namespace) -> int:
+    return _mapped(options, coverage.place)
+
+
+def _mapped(options: argparse.Namespace, work: Callable[..., str]) -> int:
+    try:
+        coverage.check_files(options)
+    except OutputError as error:
+        raise BadInput(str(error)) from None
+    sys.stdout.write(work(options, _sensors()))
     return DONE
 
 

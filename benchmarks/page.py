@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from . import (
+    coverage_report,
     growth_report,
     home_report,
     peers_report,
@@ -32,6 +33,7 @@ REPORTS: Mapping[str, ModuleType] = {
     "pressure": pressure_report,
     "peers": peers_report,
     "growth": growth_report,
+    "coverage": coverage_report,
 }
 HEAD = """\
 # Benchmarks

@@ -8,6 +8,7 @@ def _modules() -> tuple:
         assign,
         bake,
         copy,
+        coverage,
         door,
         event_jump,
         explain,
@@ -15,6 +16,7 @@ def _modules() -> tuple:
         markers,
         place,
         preset,
+        propose,
         recording,
         report,
         show,
@@ -26,7 +28,7 @@ def _modules() -> tuple:
     return (
         add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
         report, event_jump, markers, explain, show,
-        warmth,
+        warmth, coverage, propose,
     )  # fmt: skip
 
 

@@ -3,9 +3,32 @@
 
 
 def _modules() -> tuple:
-    from . import events, load, overlay, physics_tab, presets, sidebar, table, warmth
+    from . import (
+        active_sensor,
+        coverage,
+        events,
+        load,
+        overlay,
+        physics_tab,
+        presets,
+        sidebar,
+        table,
+        warmth,
+    )
 
-    return (presets, physics_tab, table, events, sidebar, overlay, load, warmth)
+    # In the order of the sidebar's panels.
+    return (
+        presets,
+        physics_tab,
+        table,
+        sidebar,
+        events,
+        active_sensor,
+        overlay,
+        load,
+        warmth,
+        coverage,
+    )
 
 
 def register() -> None:

@@ -199,6 +199,40 @@ def test_what_sensors_ignore_and_what_is_passed_is_no_surface(world, meets):
     assert meets((0, 0, 10), (0, 0, -1), length=5.0) is None
 
 
+@pytest.mark.parametrize("outline", ["WIRE", "BOUNDS"])
+def test_one_places_through_a_ceiling_shown_as_an_outline_but_also_on_it(
+    world, addon_part, outline
+):
+    ceiling = world.box((4, 4, 0.1), (0, 0, 2.5), name="ceiling")
+    world.box((4, 4, 0.1), (0, 0, 0), name="floor")
+    seen = addon_part("operators.place").visible_surface
+
+    def looked(z, way):
+        world.update()
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        met = seen(world.scene, depsgraph, Vector((0, 0, z)), Vector((0, 0, way)), False)
+        return met.object.name
+
+    assert looked(9, -1) == "ceiling"
+    ceiling.display_type = outline
+    assert looked(9, -1) == "floor"
+    assert looked(1, 1) == "ceiling", "there is nothing behind it"
+
+
+def test_switched_off_while_placing_no_text_is_left(world, addon_part, monkeypatch):
+    """Blender ends operators of an extension that goes without telling them."""
+    preview = addon_part("operators.place_preview")
+    left, removed = [], []
+    monkeypatch.setattr(preview, "_clear_texts", lambda area, workspace: left.append(area.type))
+    monkeypatch.setattr(preview, "_remove", removed.append)
+    preview.remove_all()
+    assert left == [] and removed == [], "nothing is being placed"
+    monkeypatch.setattr(preview, "_handles", {"a handle"})
+    preview.remove_all()
+    areas = [a.type for w in bpy.context.window_manager.windows for a in w.screen.areas]
+    assert left == [kind for kind in areas if kind == "VIEW_3D"] and removed == ["a handle"]
+
+
 def test_an_instance_is_a_surface_that_is_not_followed(world, meets):
     collection = bpy.data.collections.new("parts")
     box = world.box((1, 1, 1))

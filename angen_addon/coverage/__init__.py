@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Coverage maps of the motion detectors of a scene, and proposals where to put them.
+
+`floor` finds where somebody can move, `views` casts each detector's rays, `maps` puts both
+together; `candidates` and `proposal` look for places of new detectors. `mesh`, `plans` and
+`command` show what was found.
+"""
+
+
+def register() -> None:
+    from . import settings
+
+    settings.register()
+
+
+def unregister() -> None:
+    from . import settings
+
+    settings.unregister()

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen coverage` and `angen place`: maps and proposals without a window."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...sensor_logic.coverage.grid import CoverageMap, columns, map_csv, table
+from ...sensor_logic.files import OutputError, check_folder
+from ...sensor_logic.report.facts import Placed
+from ..output_files import save_blend, write
+from ..progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
+from ..quiet import standard_output_silenced
+from ..sensors import Sensor, SensorError, chosen
+from . import ghosts, kept, mesh
+from .maps import Stage, cover
+from .plans import picture
+from .proposal import Proposal, Wish, propose
+from .settings import motion_of
+
+
+def check_files(options: argparse.Namespace) -> None:
+    """Raises OutputError where the results could not be written."""
+    asked = {"--csv": options.csv, "--picture": options.picture, "--save": options.save}
+    seen: dict[Path, str] = {}
+    for flag, path in asked.items():
+        if path is None:
+            continue
+        if path.is_dir():
+            raise OutputError(f"{flag}: {path} is a folder, not a file name")
+        check_folder(path.parent, flag)
+        if path.resolve() in seen:
+            raise OutputError(f"{seen[path.resolve()]} and {flag} both name {path}: give two files")
+        seen[path.resolve()] = flag
+    if options.picture is not None and options.picture.suffix.lower() != ".svg":
+        raise OutputError(f"--picture: {options.picture.name} must end in .svg")
+
+
+def coverage(options: argparse.Namespace, sensors: Sequence[Sensor]) -> str:
+    """Maps what the options ask for and writes its files; the table of its rooms."""
+    asked = chosen(list(sensors), options.sensor)
+    for sensor in asked:
+        if options.sensor and sensor.kind.identifier != "PIR":
+            raise SensorError(f"'{sensor.name}' is no motion detector (PIR)")
+    scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
+    motion = motion_of(options.motion, options.height)
+    run = cover(depsgraph, sensors, asked, motion, options.cell, options.room)
+    found: CoverageMap = _through(run, options)
+    texts = {}
+    if options.csv is not None:
+        texts[options.csv] = map_csv(found)
+    if options.picture is not None:
+        title = f"Coverage of {Path(bpy.data.filepath).stem}"
+        texts[options.picture] = picture(depsgraph, asked, found, title)
+    if options.save is not None:
+        mesh.show(scene, found)
+        kept.keep(scene, found)
+        save_blend(options.save)
+    write(texts, None)
+    return table(found)
+
+
+def place(options: argparse.Namespace, sensors: Sequence[Sensor]) -> str:
+    """Proposes what the options ask for and writes its files; a table of the places."""
+    if options.like and options.preset:
+        raise SensorError("--like and --preset both tell the parameters: give one of them")
+    like = chosen(list(sensors), [options.like])[0] if options.like else None
+    parameters, rate = ghosts.pattern(like, options.preset or "")
+    wish = Wish(
+        options.count,
+        parameters,
+        rate,
+        tuple(options.room),
+        options.mounting,
+        options.mounting_height,
+        options.spacing,
+        options.seed,
+        options.beside,
+    )
+    scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
+    motion = motion_of(options.motion, options.height)
+    run = propose(depsgraph, sensors, wish, motion, options.cell)
+    found: Proposal = _through(run, options)
+    texts = {}
+    if options.csv is not None:
+        texts[options.csv] = places_csv(found)
+    if options.picture is not None:
+        title = f"Proposal for {Path(bpy.data.filepath).stem}"
+        texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
+    if options.save is not None:
+        ghosts.show(scene, found, options.like or "", options.preset or "")
+        mesh.show(scene, found.map)
+        kept.keep(scene, found.map)
+        with standard_output_silenced():
+            bpy.ops.angen.place_accept()
+        save_blend(options.save)
+    write(texts, None)
+    return _places(found)
+
+
+def marks(proposal: Proposal) -> list[Placed]:
+    """The proposed detectors as a plan shows them."""
+    floor = float(proposal.map.cells.at[0, 2])
+    return [
+        Placed(name, c.pose.origin[:2], -c.pose.axes[:2, 2], float(c.pose.origin[2]) - floor)
+        for c, name in zip(proposal.chosen, proposal.names, strict=True)
+    ]
+
+
+def _through(run: Iterator[Any], options: argparse.Namespace) -> Any:
+    """The last thing of a generator, with progress. Raises KeyboardInterrupt on Ctrl-C."""
+    terminal = sys.stderr.isatty()
+    interval = TERMINAL_INTERVAL_S if terminal else LOG_INTERVAL_S
+    begin = shown = time.perf_counter()
+    told = None
+    for told in run:
+        if options.interrupt.came:
+            raise KeyboardInterrupt
+        now = time.perf_counter()
+        if isinstance(told, Stage) and not options.quiet and now - shown >= interval:
+            shown = now
+            text = f"{100 * told.share:.0f} %, {told.text}"
+            start, end = ("\r", "") if terminal else ("", "\n")
+            print(f"{start}{text:<60}", end=end, file=sys.stderr, flush=True)
+    if not options.quiet:
+        if terminal:
+            print("\r" + " " * 60 + "\r", end="", file=sys.stderr)
+        print(f"done in {time.perf_counter() - begin:.1f} s", file=sys.stderr, flush=True)
+    return told
+
+
+PLACE_COLUMNS = ("name", "room", "on", "x_m", "y_m", "z_m", "yaw_deg", "gain_m2")
+
+
+def _rows(proposal: Proposal) -> list[tuple[str, ...]]:
+    """Each place with the floor (m²) that it alone adds to those before it."""
+    covered, area = proposal.map.covered, proposal.map.cells.size**2
+    before = np.zeros(len(proposal.map.cells), bool)
+    rows = []
+    for number, (candidate, name) in enumerate(zip(proposal.chosen, proposal.names, strict=True)):
+        gain = int((covered[number] & ~before).sum()) * area
+        before |= covered[number]
+        at = [f"{v:.3f}" for v in candidate.pose.origin.tolist()]
+        rows.append(
+            (name, candidate.room, candidate.on, *at, f"{candidate.yaw:.1f}", f"{gain:.2f}")
+        )
+    return rows
+
+
+def places_csv(proposal: Proposal) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(PLACE_COLUMNS)
+    writer.writerows(_rows(proposal))
+    return out.getvalue()
+
+
+def _places(proposal: Proposal) -> str:
+    heads = ("place", "room", "on", "x", "y", "z", "yaw °", "adds m²")
+    return columns([heads, *_rows(proposal)]) + proposal.told() + ".\n"

@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where in a home somebody can move: cells on the floor of its rooms, and how far there is room.
+
+A room is what a flood over the cells reaches from the sensors in it without passing a wall, a
+closed door or a cupboard higher than 1.9 m; or what is inside a mesh that marks it: *Ignored by
+sensors*, with a custom property `room` or shown as wire or bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from mathutils import Vector
+from mathutils.bvhtree import BVHTree
+from numpy.typing import NDArray
+
+from ...sensor_logic.coverage.grid import NO_ROOM, Cells
+from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
+from ...sensor_logic.model import Array
+from ..plan.fields import placed
+from ..plan.home import Home
+from ..plan.storeys import levels
+from ..sensors import Sensor, SensorError
+
+Mask = NDArray[np.bool_]
+# m above the floor: under the heads of doors and over what one could look across.
+OVER_M = 1.9
+# What rises less is the floor itself, a rug or a threshold; what lies deeper is another floor.
+RUG_M, PIT_M = 0.1, 0.3
+# Rooms reach at most this far (m) from the sensors that tell of them.
+BEYOND_M = 10.0
+# Sensors that hang in the room that they look into; a switch stands in the doorway.
+INDOORS = {"PIR", "LIGHT"}
+# Cells this near (m) to a sensor are of its room, if no wall is between.
+NEAR_M = 0.9
+# Heights (m) of a body are this far apart at most, where its surroundings are felt for obstacles.
+EVERY_M = 0.4
+MOST_CELLS = 250_000
+COVERAGE_MARK = "angen_coverage"
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """The cells (nx × ny) of a storey, row by row; `low` (2,) its corner in m."""
+
+    low: Array
+    shape: tuple[int, int]
+    size: float
+    floor: float
+
+    def at(self, height: float) -> Array:
+        """(n, 3): the middles of all cells at a height above the floor."""
+        x = self.low[0] + (np.arange(self.shape[0]) + 0.5) * self.size
+        y = self.low[1] + (np.arange(self.shape[1]) + 0.5) * self.size
+        xs, ys = np.meshgrid(x, y, indexing="ij")
+        level = np.full(xs.size, self.floor + height)
+        return np.column_stack([xs.ravel(), ys.ravel(), level])
+
+
+class Volume:
+    """An object whose mesh marks the inside of a room."""
+
+    def __init__(self, home: Home, obj: Any) -> None:
+        self.name = str(obj.get("room", "") or obj.name)
+        matrix, metres = obj.matrix_world, home.metres
+        points = [matrix @ v.co * metres for v in obj.data.vertices]
+        self.lo = np.min(np.array(points), axis=0)
+        self.hi = np.max(np.array(points), axis=0)
+        self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
+
+    def holds(self, points: Array) -> Mask:
+        """(n,): by whether a ray leaves it an odd number of times."""
+        inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
+        for i in np.flatnonzero(inside).tolist():
+            inside[i] = self._crossings(Vector(points[i].tolist())) % 2 == 1
+        return inside
+
+    def _crossings(self, point: Vector) -> int:
+        # Askew, so that no ray runs along an edge of what is built square.
+        way, count = Vector((0.1234, 0.2345, 0.9642)).normalized(), 0
+        while count < 100:
+            met = self._tree.ray_cast(point, way)[0]
+            if met is None:
+                break
+            count += 1
+            point = met + way * 1e-4
+        return count
+
+
+def volumes(home: Home) -> list[Volume]:
+    """The meshes that mark rooms, by name."""
+    found = [
+        obj
+        for obj in home.depsgraph.view_layer.objects
+        if obj.type == "MESH"
+        and obj.angen_ignored
+        and COVERAGE_MARK not in obj
+        and len(obj.data.polygons) > 3
+        and ("room" in obj or obj.display_type in {"WIRE", "BOUNDS"})
+    ]
+    return [Volume(home, obj) for obj in sorted(found, key=lambda obj: obj.name)]
+
+
+def cells_of(
+    home: Home, sensors: Sequence[Sensor], motion: Motion, size: float, rooms: Sequence[str] = ()
+) -> Iterator[str | Cells]:
+    """Yields what is being done, and last the cells where the body can move; only those of
+    `rooms`, if any are named. Raises SensorError."""
+    yield "looking for the floor"
+    parts = []
+    marked = volumes(home)
+    for number, (floor, members) in enumerate(_storeys(home, sensors, marked)):
+        grid = _grid(home, floor, members, marked, size)
+        yield "looking for rooms"
+        labels = _labels(home, grid, members, marked)
+        yield "looking where there is room to move"
+        parts.append(_storey_cells(home, grid, labels, motion, number))
+    every = _joined(parts, size)
+    known = every.rooms
+    whole = every.of(rooms) if rooms else every
+    for name in rooms:
+        if name not in known:
+            raise SensorError(
+                f"no room '{name}' with free floor was found; there are "
+                f"{', '.join(known) or 'none'}. A room is named by a custom property 'room' of a "
+                "sensor in it, or of a mesh that marks it and is Ignored by sensors"
+            )
+    if not len(whole):
+        raise SensorError(
+            "no free floor was found under the sensors: rooms need a floor, and sensors that hang "
+            "inside them; or take smaller cells"
+        )
+    yield whole
+
+
+def _storeys(
+    home: Home, sensors: Sequence[Sensor], marked: Sequence[Volume]
+) -> list[tuple[float, list[Sensor]]]:
+    """Heights of floors in m with the sensors over each."""
+    inside = [s for s in sensors if s.kind.identifier in INDOORS]
+    seen = [p for p in (placed(home, sensor) for sensor in inside) if p is not None]
+    by_name = {s.name: s for s in inside}
+    found = [
+        (level.floor, [by_name[p.name] for p in level.sensors]) for level in levels(home, seen)
+    ]
+    for volume in marked:
+        if not any(abs(volume.lo[2] - floor) < 1.0 for floor, _ in found):
+            found.append((float(volume.lo[2]), []))
+    if not found:
+        raise SensorError(
+            "no room is known: put a motion detector or a light sensor into it, or mark it with a "
+            "box that is Ignored by sensors and has a custom property 'room'"
+        )
+    return sorted(found, key=lambda storey: storey[0])
+
+
+def _grid(
+    home: Home, floor: float, members: Sequence[Sensor], marked: Sequence[Volume], size: float
+) -> _Grid:
+    """As large as the home there, at most so far from the sensors and the marks."""
+    near = [np.array(s.object.matrix_world.translation)[:2] * home.metres for s in members]
+    low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
+    high = np.array([p + BEYOND_M for p in near] + [v.hi[:2] for v in marked]).max(axis=0)
+    there = np.isfinite(home.lo).all(axis=1) & np.isfinite(home.hi).all(axis=1)
+    there &= (home.lo[:, 2] < floor + OVER_M) & (home.hi[:, 2] > floor - PIT_M)
+    if there.any():
+        low = np.maximum(low, home.lo[there, :2].min(axis=0))
+        high = np.minimum(high, home.hi[there, :2].max(axis=0))
+    first = np.floor(low / size)
+    shape = np.maximum(np.ceil(high / size) - first, 1).astype(int)
+    if shape.prod() > MOST_CELLS:
+        raise SensorError(
+            f"cells of {size:g} m make {shape.prod()} of them, more than {MOST_CELLS}: "
+            "take larger ones"
+        )
+    return _Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
+
+
+def free_ways(home: Home, points: Array, direction: Array, length: float) -> Array:
+    """(n,) m: how far it is free from points (n, 3) along one direction, at most `length`."""
+    if not len(points):
+        return np.empty(0)
+    directions = np.broadcast_to(direction, points.shape)
+    rows = np.arange(len(home.caster.solids.solids))
+    ranges, _ = home.caster.first_met(
+        home.depsgraph,
+        rows,
+        points / home.metres,
+        directions,
+        np.full(len(points), length / home.metres),
+    )
+    return np.minimum(ranges * home.metres, length)
+
+
+def _floors(home: Home, grid: _Grid, start: float) -> Array:
+    """(n,) m above the storey's floor of what is below each cell, seen from `start` above it;
+    infinite where there is nothing."""
+    deep = start + PIT_M
+    ranges = free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
+    return np.where(ranges < deep - 1e-6, start - ranges, np.inf)
+
+
+def _passable(home: Home, grid: _Grid, height: float) -> tuple[Mask, Mask]:
+    """Whether nothing is between neighbours: (nx − 1, ny) along x, (nx, ny − 1) along y."""
+    points = grid.at(height).reshape(*grid.shape, 3)
+    ways = []
+    for axis in (0, 1):
+        start = points[:-1] if axis == 0 else points[:, :-1]
+        there = np.eye(3)[axis]
+        free = free_ways(home, start.reshape(-1, 3), there, grid.size)
+        back = free_ways(home, (start + there * grid.size).reshape(-1, 3), -there, grid.size)
+        clear = np.minimum(free, back) >= grid.size * (1 - 1e-6)
+        ways.append(clear.reshape(start.shape[:2]))
+    return ways[0], ways[1]
+
+
+def _flood(seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]) -> NDArray[np.int64]:
+    """Labels (nx, ny) spread from `seeds` (0: none) step by step; where two meet at once the
+    smaller one wins."""
+    labels = np.where(allowed, seeds, 0)
+    none = np.iinfo(np.int64).max
+    while True:
+        offered = np.where(labels > 0, labels, none)
+        best = np.full(labels.shape, none)
+        best[1:] = np.minimum(best[1:], np.where(ways[0], offered[:-1], none))
+        best[:-1] = np.minimum(best[:-1], np.where(ways[0], offered[1:], none))
+        best[:, 1:] = np.minimum(best[:, 1:], np.where(ways[1], offered[:, :-1], none))
+        best[:, :-1] = np.minimum(best[:, :-1], np.where(ways[1], offered[:, 1:], none))
+        new = (labels == 0) & allowed & (best < none)
+        if not new.any():
+            return labels
+        labels = np.where(new, best, labels)
+
+
+@dataclass(frozen=True)
+class _Labels:
+    """The number of the room (nx, ny) of each cell, 0 for none, into `names`."""
+
+    number: NDArray[np.int64]
+    names: list[str]
+
+
+def _labels(
+    home: Home, grid: _Grid, members: Sequence[Sensor], marked: Sequence[Volume]
+) -> _Labels:
+    names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
+    floor_there = (_floors(home, grid, OVER_M) < np.inf).reshape(grid.shape)
+    middle = grid.at(OVER_M / 2)
+    fixed = np.zeros(len(middle), np.int64)
+    for volume in marked:
+        fixed[volume.holds(middle) & (fixed == 0)] = names.index(volume.name) + 1
+    seeds = fixed.copy()
+    points = grid.at(OVER_M)
+    for sensor in sorted(members, key=lambda s: s.name):
+        for cell in _cells_at(home, points, sensor):
+            if seeds[cell] == 0:
+                seeds[cell] = names.index(sensor.room or NO_ROOM) + 1
+    loose = floor_there & (fixed.reshape(grid.shape) == 0)
+    allowed = np.where(fixed.reshape(grid.shape) > 0, floor_there, loose)
+    start = np.where(fixed.reshape(grid.shape) > 0, 0, seeds.reshape(grid.shape))
+    flooded = _flood(start, loose, _passable(home, grid, OVER_M))
+    number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
+    return _Labels(np.where(allowed, number, 0), names)
+
+
+def _cells_at(home: Home, points: Array, sensor: Sensor) -> list[int]:
+    """The cells that are seen from under a sensor, in front of what it hangs on."""
+    matrix = sensor.object.matrix_world
+    at = np.array(matrix.translation) * home.metres
+    looks = -np.array(matrix.col[2])[:2]
+    size = float(np.linalg.norm(looks))
+    here = at[:2] + (looks / size * 0.05 if size > 0.1 else 0.0)
+    ways = points[:, :2] - here
+    apart = np.linalg.norm(ways, axis=1)
+    near = np.flatnonzero(apart <= NEAR_M)
+    if not len(near):
+        near = np.array([int(np.argmin(apart))])
+    near = near[np.argsort(apart[near], kind="stable")]
+    found = []
+    for cell in near.tolist():
+        start = np.array([[*here, points[cell, 2]]])
+        length = max(float(apart[cell]), 1e-6)
+        way = np.array([*(ways[cell] / length), 0.0])
+        if free_ways(home, start, way, length)[0] >= length * (1 - 1e-6):
+            found.append(cell)
+    return found
+
+
+def _storey_cells(home: Home, grid: _Grid, labels: _Labels, motion: Motion, number: int) -> Cells:
+    """The cells of the rooms where the body can be."""
+    top = min(motion.top + 0.02, OVER_M)
+    limit = max(motion.bottom, RUG_M)
+    in_room = labels.number > 0
+    open_sky = (_floors(home, grid, OVER_M) <= limit).reshape(grid.shape) & in_room
+    under = (_floors(home, grid, top) <= limit).reshape(grid.shape) & in_room
+    middle = (max(motion.bottom, RUG_M) + motion.top) / 2.0
+    # Under tables a low body gets, into a solid none.
+    reached = _flood(open_sky.astype(np.int64), under | open_sky, _passable(home, grid, middle)) > 0
+    cells = np.flatnonzero((reached & under).ravel())
+    names = np.array([*labels.names], object)[labels.number.ravel()[cells] - 1]
+    at = grid.at(0.0)[cells]
+    clearance = _clearance(home, at, motion)
+    lengths = motion.lengths(clearance)
+    fits = (clearance.min(axis=1, initial=np.inf) >= motion.room) & (lengths > 0.0).any(axis=1)
+    return Cells(
+        grid.size,
+        at[fits],
+        tuple(str(name) for name in names[fits]),
+        np.full(int(fits.sum()), number),
+        lengths[fits],
+    )
+
+
+def _clearance(home: Home, at: Array, motion: Motion) -> Array:
+    """(n, 8) m: how far it is free around cells, over the height of the body."""
+    low, high = max(motion.bottom, RUG_M), motion.top
+    heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))
+    reach = (motion.step if motion.walks else 0.0) + max(
+        motion.radius, motion.length if not motion.walks else motion.length / 2.0
+    )
+    clearance = np.full((len(at), DIRECTIONS), reach + 1e-6)
+    for column, heading in enumerate(HEADINGS.tolist()):
+        way = np.array([np.cos(heading), np.sin(heading), 0.0])
+        for height in heights.tolist():
+            free = free_ways(home, at + np.array([0.0, 0.0, height]), way, reach + 1e-6)
+            clearance[:, column] = np.minimum(clearance[:, column], free)
+    return clearance
+
+
+def _joined(parts: Sequence[Cells], size: float) -> Cells:
+    names: tuple[str, ...] = sum((part.room for part in parts), ())
+    if not parts:
+        return Cells(size, np.empty((0, 3)), (), np.empty(0, np.intp), np.empty((0, DIRECTIONS)))
+    return Cells(
+        size,
+        np.concatenate([part.at for part in parts]),
+        names,
+        np.concatenate([part.storey for part in parts]),
+        np.concatenate([part.lengths for part in parts]),
+    )

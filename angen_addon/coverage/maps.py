@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The coverage map of the detectors of a scene as it is now: one generator behind the operator, the
+command line and the tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.coverage.detect import View
+from ...sensor_logic.coverage.grid import Cells, CoverageMap
+from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
+from ..plan.home import Home
+from ..sensors import Sensor, SensorError, check_names
+from .floor import cells_of
+from .views import detectors, view_of
+
+SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0
+# Motions looked at between two reports of progress.
+AT_ONCE = 4000
+
+
+@dataclass(frozen=True)
+class Stage:
+    """How far a map is: its share, and what is being done."""
+
+    share: float
+    text: str
+
+
+# The floor is this share of the work.
+FLOOR_SHARE = 0.3
+
+
+def cover(
+    depsgraph: Any,
+    sensors: Sequence[Sensor],
+    chosen: Sequence[Sensor],
+    motion: Motion,
+    size: float,
+    rooms: Sequence[str] = (),
+) -> Iterator[Stage | CoverageMap]:
+    """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields stages, and last the
+    map. Raises SensorError."""
+    check_cell(size)
+    chosen = detectors(chosen)
+    check_names(list(chosen))
+    home = Home(depsgraph)
+    cells = None
+    for told in cells_of(home, sensors, motion, size, rooms):
+        if isinstance(told, str):
+            yield Stage(0.0, told)
+        else:
+            cells = told
+    assert cells is not None
+    views = {sensor.name: view_of(home, sensor) for sensor in chosen}
+    yield from strengths(views, cells, motion)
+
+
+def strengths(
+    views: Mapping[str, View], cells: Cells, motion: Motion
+) -> Iterator[Stage | CoverageMap]:
+    """What each view makes of the motions in the cells; stages, and last the map."""
+    start, cell, direction = cells.starts()
+    found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
+    for row, (name, view) in enumerate(views.items()):
+        for first in range(0, len(start), AT_ONCE):
+            rows = slice(first, first + AT_ONCE)
+            found[row, cell[rows], direction[rows]] = view.strengths(motion, start.part(rows))
+            share = (row + min(1.0, (first + AT_ONCE) / len(start))) / len(views)
+            yield Stage(FLOOR_SHARE + (1.0 - FLOOR_SHARE) * share, name)
+    yield CoverageMap(motion, cells, tuple(views), found)
+
+
+def at_once(views: Mapping[str, View], cells: Cells, motion: Motion) -> CoverageMap:
+    """The same map without stages."""
+    *_, last = strengths(views, cells, motion)
+    assert isinstance(last, CoverageMap)
+    return last
+
+
+def check_cell(size: float) -> None:
+    """Raises SensorError where cells of this size (m) make no sense."""
+    if not SMALLEST_CELL <= size <= LARGEST_CELL:
+        raise SensorError(
+            f"a cell of {size:g} m: it must be from {SMALLEST_CELL:g} m to {LARGEST_CELL:g} m"
+        )

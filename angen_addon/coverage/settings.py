@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What coverage maps and proposals are made of: settings of the scene."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import StringProperty as Text
+from bpy.types import PropertyGroup, Scene
+
+from ...sensor_logic.coverage.motions import HIGHEST, MOTIONS, Motion
+from ..sensors import SensorError, decimal
+from .maps import LARGEST_CELL, SMALLEST_CELL
+
+
+def _group() -> type:
+    motions = [(m.identifier, m.label, m.tip, i) for i, m in enumerate(MOTIONS.values())]
+    annotations = {
+        "motion": EnumProperty(
+            name="Motion", description="What moves in each cell", items=motions, options=set()
+        ),
+        "height": FloatProperty(
+            name="Height",
+            description="Above the floor: the top of what walks, the middle of a chest or an arm. "
+            "0: as the motion has it",
+            min=0.0,
+            max=HIGHEST,
+            subtype="DISTANCE",
+            options=set(),
+        ),
+        "cell": FloatProperty(
+            name="Cell",
+            description="Side of a cell. Half of it takes four times as long",
+            default=0.25,
+            min=SMALLEST_CELL,
+            max=LARGEST_CELL,
+            subtype="DISTANCE",
+            options=set(),
+        ),
+        "selected": BoolProperty(
+            name="Selected Only",
+            description="Only the selected motion detectors, instead of all",
+            options=set(),
+        ),
+        "rooms": Text(
+            name="Rooms",
+            description="Names of rooms, with commas between; empty: all",
+            options=set(),
+        ),
+        "count": IntProperty(
+            name="Detectors",
+            description="How many motion detectors to place",
+            default=1,
+            min=1,
+            max=100,
+            options=set(),
+        ),
+        "mounting": EnumProperty(
+            name="Mounting",
+            description="Where they may hang",
+            items=[
+                ("WALL", "Walls", "On walls, at the mounting height", 0),
+                ("CEILING", "Ceilings", "Under ceilings, looking down", 1),
+                ("BOTH", "Both", "On walls or under ceilings", 2),
+            ],
+            options=set(),
+        ),
+        "mounting_height": FloatProperty(
+            name="On Walls At",
+            description="Above the floor, on walls",
+            default=2.3,
+            min=0.1,
+            max=10.0,
+            subtype="DISTANCE",
+            options=set(),
+        ),
+        "beside": BoolProperty(
+            name="Keep Others",
+            description="Count only what the motion detectors of the scene do not cover",
+            options=set(),
+        ),
+    }
+    made = type(
+        "AngenCoverageSettings",
+        (PropertyGroup,),
+        {"__annotations__": annotations, "__doc__": "What coverage maps are made of"},
+    )
+    return made
+
+
+def motion_of(identifier: str, height: float) -> Motion:
+    """The motion, at a height (m) where that is not 0. Raises SensorError."""
+    motion = MOTIONS[identifier]
+    if height == 0.0:
+        return motion
+    try:
+        return motion.at_height(decimal(height))
+    except ValueError as error:
+        raise SensorError(str(error)) from None
+
+
+def room_names(text: str) -> tuple[str, ...]:
+    """Names between commas."""
+    return tuple(name for name in (part.strip() for part in text.split(",")) if name)
+
+
+SETTINGS = _group()
+
+
+def register() -> None:
+    bpy.utils.register_class(SETTINGS)
+    Scene.angen_coverage = PointerProperty(type=SETTINGS)
+
+
+def unregister() -> None:
+    del Scene.angen_coverage
+    bpy.utils.unregister_class(SETTINGS)

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Maps where motion detectors notice what moves, with progress; Esc gives up."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Event, Operator
+from bpy_extras.io_utils import ExportHelper
+
+from ..angen_addon import state
+from ..angen_addon.coverage import kept, mesh
+from ..angen_addon.coverage.maps import Stage, cover
+from ..angen_addon.coverage.plans import picture
+from ..angen_addon.coverage.settings import motion_of, room_names
+from ..angen_addon.output_files import write
+from ..angen_addon.sensors import SensorError, all_sensors, decimal
+from ..sensor_logic.coverage.grid import CoverageMap, map_csv
+from ..sensor_logic.files import OutputError, check_folder
+
+# Work done between two looks at the window's events.
+SLICE_S = 0.1
+
+
+def can_look(cls: Any, context: Context) -> bool:
+    """What polls of operators that look at the whole scene ask."""
+    if state.CACHE.running:
+        cls.poll_message_set("A simulation is running")
+        return False
+    if context.mode != "OBJECT":
+        cls.poll_message_set("Switch to Object Mode first")
+        return False
+    return True
+
+
+def has_detector(cls: Any, context: Context) -> bool:
+    found = (o.angen_sensor for o in context.view_layer.objects)
+    if not any(s.kind == "PIR" and s.enabled for s in found):
+        cls.poll_message_set("Add a motion detector first: Shift+A, Sensor")
+        return False
+    return can_look(cls, context)
+
+
+def begin_map(context: Context) -> Iterator[Stage | CoverageMap]:
+    """The generator of the map that the scene's settings ask for."""
+    settings = context.scene.angen_coverage
+    sensors = all_sensors(context.view_layer)
+    chosen = [s for s in sensors if not settings.selected or s.object.select_get()]
+    return cover(
+        context.evaluated_depsgraph_get(),
+        sensors,
+        chosen,
+        motion_of(settings.motion, settings.height),
+        decimal(settings.cell),
+        room_names(settings.rooms),
+    )
+
+
+class Staged:
+    """What operators share that run a generator of stages: at once, or in a window bit by bit."""
+
+    _run: Iterator[Any]
+    _timer: Any = None
+
+    def _begin(self, context: Context) -> Iterator[Any]:
+        raise NotImplementedError
+
+    def _finish(self, context: Context, result: Any) -> None:
+        raise NotImplementedError
+
+    def execute(self, context: Context) -> set[str]:
+        try:
+            result = None
+            for result in self._begin(context):  # noqa: B007
+                pass
+            self._finish(context, result)
+        except SensorError as error:
+            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        if context.window is None:
+            return self.execute(context)
+        try:
+            self._run = self._begin(context)
+        except SensorError as error:
+            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        self._timer = manager.event_timer_add(0.01, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        if event.type == "ESC":
+            self.cancel(context)
+            self.report({"INFO"}, "Given up; nothing has changed")  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            # The scene must stay as it is until all of it has been looked at.
+            return {"RUNNING_MODAL"}
+        try:
+            told = self._advance()
+            if isinstance(told, Stage):
+                self._show(context, told)
+                return {"RUNNING_MODAL"}
+            self.cancel(context)
+            self._finish(context, told)
+        except SensorError as error:
+            self.cancel(context)
+            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        except BaseException:
+            self.cancel(context)
+            raise
+        return {"FINISHED"}
+
+    def _advance(self) -> Any:
+        """Works for about SLICE_S: the last stage, or the result."""
+        until = time.perf_counter() + SLICE_S
+        told = None
+        for told in self._run:  # noqa: B007
+            if time.perf_counter() >= until:
+                break
+        return told
+
+    def _show(self, context: Context, stage: Stage) -> None:
+        share = 100.0 * stage.share
+        context.window_manager.progress_update(share)
+        context.workspace.status_text_set(
+            f"{self.bl_label}: {share:.0f} %, {stage.text}. Esc gives up"  # type: ignore[attr-defined]
+        )
+
+    def cancel(self, context: Context) -> None:
+        """Blender calls this too, where it ends the operator itself."""
+        if self._timer is None:
+            return
+        self._run.close()  # type: ignore[attr-defined]
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        self._timer = None
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+
+class ANGEN_OT_coverage(Staged, Operator):
+    bl_idname = "angen.coverage"
+    bl_label = "Map Coverage"
+    bl_description = (
+        "Map where the motion detectors notice a step, an arm or a cat, as the scene is now: "
+        "walls, furniture and doors hide what is behind. Esc gives up"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return has_detector(cls, context)
+
+    def _begin(self, context: Context) -> Iterator[Any]:
+        return begin_map(context)
+
+    def _finish(self, context: Context, result: CoverageMap) -> None:
+        mesh.show(context.scene, result)
+        kept.keep(context.scene, result)
+        whole = result.total()
+        self.report(
+            {"INFO"},
+            f"{result.motion.label}: {100 * whole.share:.1f} % of "
+            f"{whole.cells * whole.area:.1f} m² of free floor is covered, "
+            f"{whole.dead * whole.area:.1f} m² is not",
+        )
+
+
+class ANGEN_OT_coverage_clear(Operator):
+    bl_idname = "angen.coverage_clear"
+    bl_label = "Clear Coverage"
+    bl_description = "Take the coverage maps out of the scene"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not any(mesh.is_map(obj) for obj in context.scene.objects):
+            cls.poll_message_set("There is no coverage map")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        count = mesh.remove(context.scene)
+        kept.forget(context.scene)
+        self.report({"INFO"}, f"Removed {count} coverage map{'s' if count != 1 else ''}")
+        return {"FINISHED"}
+
+
+class ANGEN_OT_export_coverage(Operator, ExportHelper):
+    bl_idname = "angen.export_coverage"
+    bl_label = "Export Coverage"
+    bl_description = "Map the coverage anew and write it: .svg for a picture, .csv for the cells"
+
+    filename_ext = ".svg"
+    check_extension = None
+    filter_glob: StringProperty(default="*.svg;*.csv", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return has_detector(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        path = Path(bpy.path.abspath(self.filepath))
+        try:
+            if path.suffix.lower() not in {".svg", ".csv"}:
+                raise OutputError(f"Export: {path.name} must end in .svg or .csv")
+            check_folder(path.parent, "Export")
+            *_, found = begin_map(context)
+            assert isinstance(found, CoverageMap)
+            text = map_csv(found)
+            if path.suffix.lower() == ".svg":
+                depsgraph = context.evaluated_depsgraph_get()
+                sensors = all_sensors(context.view_layer)
+                text = picture(depsgraph, sensors, found, f"Coverage of {context.scene.name}")
+            write({path: text}, None)
+        except (OutputError, SensorError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Written: {path}"[:200])
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_coverage, ANGEN_OT_coverage_clear, ANGEN_OT_export_coverage)
+)

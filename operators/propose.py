@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Proposes places for motion detectors, and makes sensors of them or takes them away again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty, StringProperty
+from bpy.types import Context, Operator
+
+from ..angen_addon.coverage import ghosts, kept, mesh
+from ..angen_addon.coverage.proposal import Proposal, Wish, propose
+from ..angen_addon.coverage.settings import motion_of, room_names
+from ..angen_addon.sensors import Sensor, SensorError, all_sensors, decimal
+from ..sensor_logic.kinds import KINDS
+from .add import new_sensor
+from .coverage import Staged, can_look
+from .preset import find_preset
+
+
+def pattern_of(context: Context) -> Sensor | None:
+    """The active motion detector, whose parameters new ones get."""
+    active = context.view_layer.objects.active
+    found = (s for s in all_sensors(context.view_layer) if s.object == active)
+    return next((s for s in found if s.kind.identifier == "PIR"), None)
+
+
+class ANGEN_OT_place_propose(Staged, Operator):
+    bl_idname = "angen.place_propose"
+    bl_label = "Propose Places"
+    bl_description = (
+        "Look for places of motion detectors on walls and ceilings that together cover the most. "
+        "They get the parameters of the active motion detector. Esc gives up"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: StringProperty(
+        name="Preset",
+        description="Identifier of a preset of the motion detector, in place of the active one",
+    )
+    seed: IntProperty(
+        name="Seed", description="Which of places that are equally good is taken", min=0
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return can_look(cls, context)
+
+    def _begin(self, context: Context) -> Iterator[Any]:
+        settings = context.scene.angen_coverage
+        like = None if self.preset else pattern_of(context)
+        parameters, rate = ghosts.pattern(like, self.preset)
+        self._like = like.name if like else ""
+        wish = Wish(
+            settings.count,
+            parameters,
+            rate,
+            room_names(settings.rooms),
+            settings.mounting,
+            decimal(settings.mounting_height),
+            seed=self.seed,
+            beside=settings.beside,
+        )
+        return propose(
+            context.evaluated_depsgraph_get(),
+            all_sensors(context.view_layer),
+            wish,
+            motion_of(settings.motion, settings.height),
+            decimal(settings.cell),
+        )
+
+    def _finish(self, context: Context, result: Proposal) -> None:
+        ghosts.show(context.scene, result, self._like, self.preset)
+        mesh.show(context.scene, result.map)
+        kept.keep(context.scene, result.map)
+        self.report({"INFO"}, result.told())
+
+
+def _can_decide(cls: Any, context: Context) -> bool:
+    if not ghosts.proposed(context.scene):
+        cls.poll_message_set("There is no proposal: Propose Places first")
+        return False
+    return can_look(cls, context)
+
+
+class ANGEN_OT_place_accept(Operator):
+    bl_idname = "angen.place_accept"
+    bl_label = "Accept"
+    bl_description = "Make motion detectors of the proposed places; of the selected ones, if any"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not context.collection.is_editable:
+            cls.poll_message_set("The active collection is linked: choose one of this file")
+            return False
+        return _can_decide(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        found = ghosts.proposed(context.scene)
+        chosen = [ghost for ghost in found if ghost.select_get()] or found
+        try:
+            made = [accept(context, ghost) for ghost in chosen]
+        except (SensorError, KeyError) as error:
+            self.report({"ERROR"}, str(error.args[0]))
+            return {"CANCELLED"}
+        ghosts.discard(context.scene)
+        for sensor in made:
+            sensor.select_set(True)
+        self.report({"INFO"}, f"Placed {', '.join(sensor.name for sensor in made)}"[:200])
+        return {"FINISHED"}
+
+
+def accept(context: Context, ghost: Any) -> Any:
+    """A motion detector at the place of a proposed one, which stays. Raises KeyError."""
+    identifier = ghost.get(ghosts.PRESET, "")
+    preset = find_preset(KINDS["PIR"], identifier) if identifier else None
+    room = str(ghost.get("room", ""))
+    sensor = new_sensor(context, "PIR", preset, f"PIR {room}".strip())
+    like = context.scene.objects.get(ghost.get(ghosts.LIKE, ""))
+    if like is not None and like.angen_sensor.kind == "PIR":
+        ghosts.copy_settings(like.angen_sensor, sensor.angen_sensor)
+    sensor.matrix_world = ghost.matrix_world
+    if room:
+        sensor["room"] = room
+    return sensor
+
+
+class ANGEN_OT_place_discard(Operator):
+    bl_idname = "angen.place_discard"
+    bl_label = "Discard"
+    bl_description = "Take the proposed places away again"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return _can_decide(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        count = ghosts.discard(context.scene)
+        self.report({"INFO"}, f"Discarded {count} proposed place{'s' if count != 1 else ''}")
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_place_propose, ANGEN_OT_place_accept, ANGEN_OT_place_discard)
+)

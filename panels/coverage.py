@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sidebar tab "Sensors": coverage maps, and proposals where to place motion detectors."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Panel
+
+from ..angen_addon.coverage import ghosts, kept
+from ..operators.propose import pattern_of
+
+ROOMS_SHOWN = 12
+
+
+class _Sidebar:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+    bl_options = {"DEFAULT_CLOSED"}
+
+
+class ANGEN_PT_coverage(_Sidebar, Panel):
+    bl_label = "Coverage"
+
+    def draw(self, context: Context) -> None:
+        layout, settings = self.layout, context.scene.angen_coverage
+        layout.use_property_split = True
+        column = layout.column()
+        column.prop(settings, "motion")
+        column.prop(settings, "height")
+        column.prop(settings, "cell")
+        column.prop(settings, "rooms")
+        column.prop(settings, "selected")
+        layout.operator_context = "INVOKE_DEFAULT"
+        row = layout.row(align=True)
+        row.operator("angen.coverage", icon="MESH_GRID")
+        row.operator("angen.export_coverage", text="", icon="EXPORT")
+        row.operator("angen.coverage_clear", text="", icon="TRASH")
+        found = kept.summary(context.scene)
+        if found is not None:
+            self._rooms(found)
+
+    def _rooms(self, found: dict) -> None:
+        box = self.layout.box().column(align=True)
+        count = found["sensors"]
+        box.label(text=f"{found['motion']}, {count} detector{'s' if count != 1 else ''}")
+        rooms = found["rooms"]
+        shown = rooms if len(rooms) <= ROOMS_SHOWN else [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
+        lines = [("Room", "Covered", "Dead m²")]
+        lines += [(name, f"{100 * share:.0f} %", f"{dead:.1f}") for name, _, share, dead in shown]
+        for name, covered, dead in lines:
+            row = box.split(factor=0.45)
+            row.label(text=name)
+            part = row.split(factor=0.5)
+            part.label(text=covered)
+            part.label(text=dead)
+
+
+class ANGEN_PT_coverage_place(_Sidebar, Panel):
+    bl_label = "Propose Places"
+    bl_parent_id = "ANGEN_PT_coverage"
+
+    def draw(self, context: Context) -> None:
+        layout, settings = self.layout, context.scene.angen_coverage
+        layout.use_property_split = True
+        column = layout.column()
+        column.prop(settings, "count")
+        column.prop(settings, "mounting")
+        height = column.column()
+        height.active = settings.mounting != "CEILING"
+        height.prop(settings, "mounting_height")
+        column.prop(settings, "beside")
+        like = pattern_of(context)
+        text = f"Parameters of {like.name}" if like else "Parameters: the defaults"
+        layout.label(text=text, icon="INFO")
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.operator("angen.place_propose", icon="PIVOT_CURSOR")
+        if ghosts.proposed(context.scene):
+            row = layout.row(align=True)
+            row.operator("angen.place_accept", icon="CHECKMARK")
+            row.operator("angen.place_discard", icon="X")
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_PT_coverage, ANGEN_PT_coverage_place)
+)

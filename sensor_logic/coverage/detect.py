@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a detector notices a motion: its own model, on rays that were cast once through the
+empty room and are then met with the moving body in closed form.
+
+A motion sets off at an update: of the saw-tooth, at that of the first tilt.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import Array
+from ..pyroelectric.response import LOOK_EVERY, Response, filtered
+from .motions import Hits, Motion, Start, hits
+
+# Bodies times rays that are looked at at once, to bound the memory.
+AT_ONCE = 1_500_000
+# A body farther than this beyond a detector's reach (m) is not looked at.
+SLACK = 1.5
+
+
+class View(Protocol):
+    """One detector: where it is, how far it can see, and what it makes of motions."""
+
+    @property
+    def origin(self) -> Array: ...
+
+    @property
+    def reach(self) -> float: ...
+
+    def strengths(self, motion: Motion, start: Start) -> Array:
+        """The signal that each motion (m,) makes, against the threshold: above 1 is noticed."""
+        ...
+
+
+@dataclass(frozen=True)
+class RangeView:
+    """A range scan: unit `directions` (tilts, rays, 3) in the world; `free` (tilts, rays) ranges
+    in m as it reads them without the body; `period` s between two scans of one tilt, the first of
+    them at `offsets` (tilts,) s."""
+
+    origin: Array
+    directions: Array
+    free: Array
+    range_min: float
+    range_max: float
+    threshold: float
+    period: float
+    offsets: Array
+
+    @property
+    def reach(self) -> float:
+        return float(self.free.max(initial=0.0))
+
+    def strengths(self, motion: Motion, start: Start) -> Array:
+        changes = np.zeros(len(start))
+        near = np.flatnonzero(_within(self, start.feet))
+        at_once = max(1, AT_ONCE // max(1, self.free.shape[1]))
+        for first in range(0, len(near), at_once):
+            rows = near[first : first + at_once]
+            changes[rows] = self._changes(motion, start.part(rows))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = changes / self.threshold
+        return np.where(changes > 0.0, ratio, 0.0)
+
+    def _changes(self, motion: Motion, start: Start) -> Array:
+        """(m,) m: the largest change of any range from one scan to the next of the same tilt."""
+        longest = float(start.length.max(initial=0.0)) / motion.speed
+        largest = np.zeros(len(start))
+        for tilt, offset in enumerate(self.offsets.tolist()):
+            # At rest, then as the scans see it, until it is at rest again.
+            scans = max(0, math.ceil((longest - offset) / self.period - 1e-9)) + 1
+            times = [0.0, *(offset + k * self.period for k in range(scans))]
+            if times[1] == 0.0:
+                times = times[1:]
+            self._compare(tilt, motion, start, times, largest)
+        return largest
+
+    def _compare(
+        self, tilt: int, motion: Motion, start: Start, times: list[float], largest: Array
+    ) -> None:
+        """Raises `largest` (m,) to the changes of one tilt's ranges from each time to the next.
+
+        Only rays that meet a body are looked at: all others read what is free.
+        """
+        free = self.free[tilt]
+        rays = len(free)
+        before, after = np.tile(free, len(start)), np.tile(free, len(start))
+        known = np.empty(0, np.intp)
+        for number, time in enumerate(times):
+            met = hits(motion, start, time, self.origin, self.directions[tilt])
+            at = _met_at(met, self.range_min)
+            nearer = at < free[met.ray]
+            found = met.body[nearer] * rays + met.ray[nearer]
+            after[found] = at[nearer]
+            if number:
+                for which in (known, found):
+                    _raise_to(largest, which // rays, np.abs(after[which] - before[which]))
+            before[known] = free[known % rays]
+            before, after, known = after, before, found
+
+
+@dataclass(frozen=True)
+class WarmView:
+    """A pyroelectric detector: unit `directions` (n, 3) in the world, their signed `weights` (n,)
+    in sr; how far each is `free` (n,) in m, and the `behind` (n,) radiosity there, and that of the
+    body, `body`, both in W/m² above that of the ambient. `threshold` in W per m² of lenslet;
+    `interval` s between updates."""
+
+    origin: Array
+    directions: Array
+    weights: Array
+    free: Array
+    behind: Array
+    body: float
+    range_min: float
+    response: Response
+    threshold: float
+    interval: float
+
+    @property
+    def reach(self) -> float:
+        return float(self.free.max(initial=0.0))
+
+    def strengths(self, motion: Motion, start: Start) -> Array:
+        signals = np.zeros(len(start))
+        near = np.flatnonzero(_within(self, start.feet))
+        at_once = max(1, AT_ONCE // max(1, len(self.free)))
+        for first in range(0, len(near), at_once):
+            rows = near[first : first + at_once]
+            signals[rows] = self._signals(motion, start.part(rows))
+        return signals / self.threshold
+
+    def _signals(self, motion: Motion, start: Start) -> Array:
+        """(m,): the largest signal, either way, from rest until it has died away."""
+        longest = float(start.length.max(initial=0.0)) / motion.speed
+        moving = math.ceil(longest / self.interval - 1e-9) + 1
+        settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
+        still = max(1, math.ceil(settle / self.interval))
+        powers = [self._power(motion, start, k * self.interval) for k in range(moving)]
+        powers += [powers[-1]] * still
+        # The detector, too, takes its power to change linearly and looks between its updates.
+        parts = max(1, math.ceil(self.interval / LOOK_EVERY - 1e-9))
+        steps = [powers[0]]
+        for one, two in pairwise(powers):
+            steps += [one + (two - one) * (k / parts) for k in range(1, parts + 1)]
+        dt = round(self.interval / parts, 12)
+        signals: Array = np.abs(filtered(self.response, np.stack(steps), dt)).max(axis=0)
+        return signals
+
+    def _power(self, motion: Motion, start: Start, time: float) -> Array:
+        """(m,): what the bodies add to the power on the elements."""
+        met = hits(motion, start, time, self.origin, self.directions)
+        seen = _met_at(met, self.range_min) < self.free[met.ray]
+        ray = met.ray[seen]
+        added = self.weights[ray] * (self.body - self.behind[ray]) / math.pi
+        power = np.bincount(met.body[seen], added, len(start))
+        return power.astype(np.float64)
+
+
+def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
+    """Raises `largest` of each body to the changes (n,), whose bodies are in order."""
+    if len(body):
+        first = np.flatnonzero(np.diff(body, prepend=-1))
+        most = np.maximum.reduceat(change, first)
+        largest[body[first]] = np.maximum(largest[body[first]], most)
+
+
+def _within(view: RangeView | WarmView, feet: Array) -> NDArray[np.bool_]:
+    apart = np.linalg.norm(feet[:, :2] - view.origin[:2], axis=1)
+    near: NDArray[np.bool_] = apart <= view.reach + SLACK
+    return near
+
+
+def _met_at(met: Hits, range_min: float) -> Array:
+    """m from the origin; rays begin at `range_min`, and one that begins inside a body meets its
+    far side."""
+    at = np.where(met.enter >= range_min, met.enter, met.leave)
+    return np.where(at >= range_min, at, np.inf)

@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What moves in a cell of a coverage map: a person's step, an arm, a cat, as boxes and cylinders.
+
+The step and the arm are those of the test of occupancy sensors NEMA WD 7: a person who walks at
+4 ft/s through cells of 3 ft, and an arm of 3 × 3 × 15 in, 36 in above the floor, which turns by
+90° in a second.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import Array
+
+# The directions in which a body sets off: so many, counter-clockwise from +X.
+DIRECTIONS = 8
+HEADINGS: Array = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
+FOOT, INCH = 0.3048, 0.0254
+# m: where there is less room than this, nobody takes a step that way.
+SHORTEST = 0.3
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A body and how it moves, in m, s and radians; `bottom` and `top` above the floor.
+
+    A `walks` body is upright and goes straight, at most `step` far, at `speed`; else it is a beam
+    that lies level from the cell's middle outwards and turns by `step` radians at `speed` rad/s.
+    `radius` makes it a cylinder; else it is a box, `length` along its heading and `width` across.
+    """
+
+    identifier: str
+    label: str
+    tip: str
+    bottom: float
+    top: float
+    step: float
+    speed: float
+    radius: float = 0.0
+    length: float = 0.0
+    width: float = 0.0
+    walks: bool = True
+
+    @property
+    def room(self) -> float:
+        """m: what must be free around the middle for the body to be there at all."""
+        return self.radius or self.width / 2.0
+
+    def at_height(self, height: float) -> Motion:
+        """The same with its top at `height` m, if it stands on the floor, else with its middle
+        there. Raises ValueError."""
+        if self.bottom == 0.0:
+            low, high = 0.0, height
+        else:
+            half = (self.top - self.bottom) / 2.0
+            low, high = height - half, height + half
+        if not 0.0 <= low < high <= HIGHEST:
+            raise ValueError(f"a height of {height:g} m: it must be above 0 and below {HIGHEST} m")
+        return replace(self, bottom=low, top=high)
+
+    def lengths(self, clearance: Array) -> Array:
+        """How far it moves (…, 8), in m or radians, where `clearance` (…, 8) m are free in each
+        direction from the middle of the cell; 0 where it cannot move."""
+        if self.walks:
+            most = np.minimum(clearance - max(self.radius, self.length / 2.0), self.step)
+            result: Array = np.where(most >= SHORTEST - 1e-9, most, 0.0)
+            return result
+        free = clearance >= self.length
+        swept = free & np.roll(free, -1, axis=-1) & np.roll(free, -2, axis=-1)
+        return np.where(swept, self.step, 0.0)
+
+
+HIGHEST = 2.5
+ADULT_RADIUS = 0.2
+MOTIONS: Mapping[str, Motion] = {
+    motion.identifier: motion
+    for motion in (
+        Motion(
+            "STEP",
+            "Step",
+            "A person of 1.7 m walks at most 3 ft at 4 ft/s (NEMA WD 7)",
+            bottom=0.0,
+            top=1.7,
+            step=3 * FOOT,
+            speed=4 * FOOT,
+            radius=ADULT_RADIUS,
+        ),
+        Motion(
+            "CHEST",
+            "Chest",
+            "The trunk of a person who walks, without legs and head: what is seen over furniture",
+            bottom=1.0,
+            top=1.45,
+            step=3 * FOOT,
+            speed=4 * FOOT,
+            radius=ADULT_RADIUS,
+        ),
+        Motion(
+            "ARM",
+            "Arm",
+            "An arm of 3 × 3 × 15 in, 36 in up, turns by 90° in a second (NEMA WD 7)",
+            bottom=36 * INCH - 1.5 * INCH,
+            top=36 * INCH + 1.5 * INCH,
+            step=math.pi / 2,
+            speed=math.pi / 2,
+            length=15 * INCH,
+            width=3 * INCH,
+            walks=False,
+        ),
+        Motion(
+            "CRAWL",
+            "Crawling",
+            "A person who crawls at 0.5 m/s, 0.5 m high, as after a fall",
+            bottom=0.0,
+            top=0.5,
+            step=3 * FOOT,
+            speed=0.5,
+            length=0.8,
+            width=0.4,
+        ),
+        Motion(
+            "CAT",
+            "Cat",
+            "A cat, 0.45 m long and 0.25 m high, walks at 0.5 m/s",
+            bottom=0.0,
+            top=0.25,
+            step=0.5,
+            speed=0.5,
+            length=0.45,
+            width=0.15,
+        ),
+    )
+}
+
+
+class Hits(NamedTuple):
+    """Which ray meets which body: `body` and `ray` (n,) numbers, and where it would `enter` and
+    `leave` it, in m from the rays' origin, which may lie inside."""
+
+    body: NDArray[np.intp]
+    ray: NDArray[np.intp]
+    enter: Array
+    leave: Array
+
+
+@dataclass(frozen=True)
+class Start:
+    """Bodies in their cells: `feet` (m, 3) on the floor, `heading` (m,), how far they move
+    (m,)."""
+
+    feet: Array
+    heading: Array
+    length: Array
+
+    def part(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Start:
+        return Start(self.feet[rows], self.heading[rows], self.length[rows])
+
+    def __len__(self) -> int:
+        return len(self.feet)
+
+
+def hits(motion: Motion, start: Start, time: float, origin: Array, directions: Array) -> Hits:
+    """Where rays (n, 3) from one origin meet the bodies, `time` s after they set off."""
+    gone = np.minimum(motion.speed * max(time, 0.0), start.length)
+    turned = start.heading if motion.walks else start.heading + gone
+    ahead = np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    out = gone if motion.walks else np.full(len(start), motion.length / 2.0)
+    towards = start.feet[:, :2] + ahead * out[:, None] - origin[:2]
+    low = start.feet[:, 2] + motion.bottom - origin[2]
+    reach = motion.radius or math.hypot(motion.length, motion.width) / 2.0
+    body, ray = _near(towards, directions, reach)
+    d = directions[ray]
+    if motion.radius:
+        enter, leave = _through_circle(towards[body], d[:, :2], motion.radius)
+    else:
+        c, s = ahead[body, 0], ahead[body, 1]
+        t = towards[body]
+        along = _slab(d[:, 0] * c + d[:, 1] * s, t[:, 0] * c + t[:, 1] * s, motion.length / 2.0)
+        over = _slab(d[:, 1] * c - d[:, 0] * s, t[:, 1] * c - t[:, 0] * s, motion.width / 2.0)
+        enter, leave = np.maximum(along[0], over[0]), np.minimum(along[1], over[1])
+    half = (motion.top - motion.bottom) / 2.0
+    level = _slab(d[:, 2], low[body] + half, half)
+    enter, leave = np.maximum(enter, level[0]), np.minimum(leave, level[1])
+    met = (leave >= enter) & (leave > 0.0)
+    return Hits(body[met], ray[met], enter[met], leave[met])
+
+
+def _near(
+    towards: Array, directions: Array, reach: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Bodies and rays that, seen from above, come within `reach` of each other; in the order of
+    the bodies. Rays are sorted by their bearing, so that each body looks at few of them."""
+    bearing = np.arctan2(directions[:, 1], directions[:, 0])
+    order = np.argsort(bearing, kind="stable")
+    rays, turn = len(order), 2.0 * math.pi
+    # Three turns, so that no interval is cut at ±π.
+    sorted_once = bearing[order]
+    bearings = np.concatenate([sorted_once - turn, sorted_once, sorted_once + turn])
+    apart = np.linalg.norm(towards, axis=1)
+    outside = apart > reach * (1.0 + 1e-9)
+    half = np.arcsin(reach / np.where(outside, apart, reach)) + 1e-9
+    middle = np.arctan2(towards[:, 1], towards[:, 0])
+    first = np.searchsorted(bearings, middle - half)
+    count = np.searchsorted(bearings, middle + half, side="right") - first
+    # What stands over or under the origin is met in every direction.
+    first, count = np.where(outside, first, rays), np.where(outside, count, rays)
+    body = np.repeat(np.arange(len(towards)), count)
+    within = np.arange(len(body)) - np.repeat(np.cumsum(count) - count, count)
+    return body, order[(np.repeat(first, count) + within) % rays]
+
+
+def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, Array]:
+    """Where level parts `flat` (n, 2) of rays enter and leave upright cylinders."""
+    square = np.einsum("ni,ni->n", flat, flat)
+    nearest = np.einsum("ni,ni->n", towards, flat)
+    apart = np.einsum("ni,ni->n", towards, towards) - radius**2
+    inside = nearest**2 - square * apart
+    root = np.sqrt(np.maximum(inside, 0.0))
+    upright = square < 1e-18
+    safe = np.where(upright, 1.0, square)
+    enter, leave = (nearest - root) / safe, (nearest + root) / safe
+    missed = np.where(upright, apart > 0.0, inside < 0.0)
+    enter = np.where(missed, np.inf, np.where(upright, -np.inf, enter))
+    leave = np.where(missed, -np.inf, np.where(upright, np.inf, leave))
+    return enter, leave
+
+
+def _slab(direction: Array, middle: Array, half: float) -> tuple[Array, Array]:
+    """Where rays enter and leave what lies within `half` of `middle` along one axis."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, two = (middle - half) / direction, (middle + half) / direction
+    level = direction == 0.0
+    within = np.abs(middle) <= half
+    enter = np.where(level, np.where(within, -np.inf, np.inf), np.minimum(one, two))
+    leave = np.where(level, np.where(within, np.inf, -np.inf), np.maximum(one, two))
+    return enter, leave

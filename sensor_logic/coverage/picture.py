@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A coverage map as an SVG picture: the plan of each storey, its cells, a legend, the rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..report.facts import Storey
+from ..report.floor_plan import WIDTH, Frame, floor_plan
+from ..report.svg import coordinate, safe, shown_number, text_width
+from ..report.theme import plain_style
+from .colours import LEVELS, css, levels
+from .grid import CoverageMap
+
+HEAD, LINE, MARGIN = 64.0, 18.0, 40.0
+KIND = "PIR"
+# Furniture lets the cells show that are over or under it.
+SEE_THROUGH = ".low{fill-opacity:.35}.solid{fill-opacity:.5}"
+# Cells that nothing notices are hatched too.
+HATCH = (
+    '<pattern id="dead" width="6" height="6" patternUnits="userSpaceOnUse" '
+    'patternTransform="rotate(45)"><path d="M0 0V6" stroke="#fff" stroke-width="1.6"/></pattern>'
+)
+
+
+def svg(coverage: CoverageMap, storeys: Sequence[Storey], title: str) -> str:
+    """`storeys` as of the report's plans, in the order of the map's."""
+    numbers = {name: i + 1 for i, name in enumerate(coverage.sensors)}
+    kinds = dict.fromkeys(coverage.sensors, KIND)
+    motion = coverage.motion
+    y = HEAD
+    parts: list[str] = []
+    for number, storey in enumerate(storeys):
+        drawn, height = floor_plan(storey, numbers, kinds, f"storey{number}")
+        cells = _cells(coverage, number, Frame(storey.view))
+        parts.append(f'<g transform="translate(0 {coordinate(y)})">{cells}{drawn}</g>')
+        y += height
+    legend, height = _legend(y + 4)
+    parts.append(legend)
+    y += height
+    table, height = _table(coverage, y + 10)
+    parts.append(table)
+    y += height + 20
+    tip = f"{motion.label}: {motion.tip[0].lower()}{motion.tip[1:]}. Cells of "
+    tip += f"{shown_number(coverage.cells.size)} m."
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:g}" height="{coordinate(y)}" '
+        f'viewBox="0 0 {WIDTH:g} {coordinate(y)}" role="img">\n'
+        f"<title>{safe(title)}</title>\n<style>{plain_style()}{SEE_THROUGH}</style>\n<defs>{HATCH}</defs>\n"
+        f'<rect class="paper" width="{WIDTH:g}" height="{coordinate(y)}"/>\n'
+        f'<text class="strong" x="{MARGIN:g}" y="24" style="font-size:16px">{safe(title)}</text>\n'
+        f'<text class="quiet" x="{MARGIN:g}" y="44">{safe(tip)}</text>\n'
+        + "\n".join(parts)
+        + "\n</svg>\n"
+    )
+
+
+def _cells(coverage: CoverageMap, storey: int, frame: Frame) -> str:
+    """Squares in the colours of their levels; those of one colour in one path."""
+    here = coverage.cells.storey == storey
+    level = levels(coverage)
+    side = coverage.cells.size * frame.scale
+    corner = frame.px(coverage.cells.at[:, :2] + coverage.cells.size * np.array([-0.5, 0.5]))
+    parts = []
+    for number in range(len(LEVELS)):
+        places = corner[here & (level == number)]
+        path = "".join(
+            f"M{coordinate(x)} {coordinate(y)}h{coordinate(side)}v{coordinate(side)}"
+            f"h{coordinate(-side)}z"
+            for x, y in places.tolist()
+        )
+        if path:
+            parts.append(f'<path fill="{css(number)}" d="{path}"/>')
+            if number == 0:
+                parts.append(f'<path fill="url(#dead)" d="{path}"/>')
+    return f'<g shape-rendering="crispEdges">{"".join(parts)}</g>'
+
+
+def _legend(y: float) -> tuple[str, float]:
+    parts, x = [], MARGIN
+    for number, label in enumerate(LEVELS):
+        box = f'x="{coordinate(x)}" y="{coordinate(y)}" width="14" height="14"'
+        parts.append(f'<rect {box} fill="{css(number)}"/>')
+        if number == 0:
+            parts.append(f'<rect {box} fill="url(#dead)"/>')
+        parts.append(
+            f'<text class="small" x="{coordinate(x + 19)}" y="{coordinate(y + 11)}">{label}</text>'
+        )
+        x += 19 + text_width(label, 10.5) + 16
+    return "".join(parts), 30.0
+
+
+def _table(coverage: CoverageMap, y: float) -> tuple[str, float]:
+    """The rooms on the left, the detectors with what each covers on the right."""
+    parts = []
+    columns = (MARGIN, 220.0, 290.0, 360.0, 430.0)
+    heads = ("room", "free m²", "covered", "dead m²", "overlap")
+    rows = [heads]
+    for room in [*coverage.rooms(), coverage.total()]:
+        rows.append(
+            (
+                room.name,
+                f"{room.cells * room.area:.1f}",
+                f"{100 * room.share:.1f} %",
+                f"{room.dead * room.area:.1f}",
+                f"{100 * room.overlap / room.cells:.1f} %",
+            )
+        )
+    for i, row in enumerate(rows):
+        style = "small strong" if i in (0, len(rows) - 1) else "small"
+        for j, cell in enumerate(row):
+            end = "" if j == 0 else " end"
+            at = f'x="{columns[j]:g}" y="{coordinate(y + LINE * (i + 1))}"'
+            parts.append(f'<text class="{style}{end}" {at}>{safe(cell)}</text>')
+    heading = f'<text class="small strong" x="500" y="{coordinate(y + LINE)}">detector</text>'
+    parts.append(
+        heading + f'<text class="small strong end" x="{WIDTH - MARGIN:g}" '
+        f'y="{coordinate(y + LINE)}">covers m²</text>'
+    )
+    for i, name in enumerate(coverage.sensors):
+        area = coverage.covered[i].sum() * coverage.cells.size**2
+        at = coordinate(y + LINE * (i + 2))
+        parts.append(
+            f'<text class="small" x="500" y="{at}">{i + 1}  {safe(name)}</text>'
+            f'<text class="small end" x="{WIDTH - MARGIN:g}" y="{at}">{area:.1f}</text>'
+        )
+    return "".join(parts), LINE * (max(len(rows), len(coverage.sensors) + 1) + 1)

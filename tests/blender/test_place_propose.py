@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Coverage maps and proposals as users meet them: in the scene, by operators, on the command
+line."""
+
+import csv
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+
+ops = bpy.ops.angen
+CELL = 0.5
+
+
+@pytest.fixture
+def flat(world: Any) -> Any:
+    """A room of 5 m by 4 m with a ceiling, a tall shelf in the middle, and a detector."""
+    w, d, h, t = 5.0, 4.0, 2.5, 0.2
+    world.box((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, -0.1), "floor")
+    world.box((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, h + 0.1), "ceiling")
+    world.box((w + 2 * t, t, h), (w / 2, -t / 2, h / 2), "south")
+    world.box((w + 2 * t, t, h), (w / 2, d + t / 2, h / 2), "north")
+    world.box((t, d, h), (-t / 2, d / 2, h / 2), "west")
+    world.box((t, d, h), (w + t / 2, d / 2, h / 2), "east")
+    world.box((0.3, 2.4, 2.2), (2.5, 2.0, 1.1), "shelf")
+    pir = world.sensor("PIR", "pir", update_rate=10.0, rays=24, vertical_step=0.4, range_max=6.0)
+    pir.location = (0.05, 0.3, 2.2)
+    pir.rotation_euler = (math.pi / 2, 0.0, -math.pi / 2)
+    pir["room"] = "den"
+    world.bpy.context.view_layer.objects.active = pir
+    world.scene.angen_coverage.cell = CELL
+    return world
+
+
+@pytest.fixture
+def proposal(flat: Any, addon_part: Any) -> Any:
+    module = addon_part("angen_addon.coverage.proposal")
+    motion = addon_part("sensor_logic.coverage.motions").MOTIONS["STEP"]
+    ghosts = addon_part("angen_addon.coverage.ghosts")
+
+    def make(count: int, **wish: Any) -> Any:
+        parameters, rate = ghosts.pattern(flat.sensors()[0], "")
+        asked = module.Wish(count, parameters, rate, **{"spacing": 1.0, **wish})
+        *_, found = module.propose(flat.update(), flat.sensors(), asked, motion, CELL)
+        return found
+
+    return make
+
+
+def test_a_map_takes_the_place_of_the_one_before(flat: Any) -> None:
+    assert ops.coverage() == {"FINISHED"}
+    (first,) = [o for o in flat.scene.objects if o.type == "MESH" and "angen_coverage" in o]
+    assert first.angen_ignored and first.hide_render
+    assert first.users_collection[0].name == "Coverage"
+    assert ops.coverage() == {"FINISHED"}
+    (second,) = [o for o in flat.scene.objects if o.type == "MESH" and "angen_coverage" in o]
+    assert second.name == "Coverage step" and len(flat.scene.collection.children) == 1
+    mesh = second.data
+    colours = mesh.color_attributes["Coverage"]
+    assert len(colours.data) == 4 * len(mesh.polygons) == len(mesh.vertices)
+    assert mesh.attributes["sensors"].domain == mesh.attributes["noticed"].domain == "FACE"
+    assert len(mesh.materials) == 5
+    assert ops.coverage_clear() == {"FINISHED"}
+    assert not len(flat.scene.collection.children)
+    assert not [mesh for mesh in bpy.data.meshes if mesh.name.startswith("Coverage")]
+
+
+def test_a_map_in_the_scene_changes_no_reading_and_no_map(flat: Any) -> None:
+    before = flat.rays(flat.bpy.data.objects["pir"])[2]
+    ops.coverage()
+    mesh = flat.scene.objects["Coverage step"].data
+    count = [item.value for item in mesh.attributes["sensors"].data]
+    assert (flat.rays(flat.bpy.data.objects["pir"])[2] == before).all()
+    ops.coverage()
+    mesh = flat.scene.objects["Coverage step"].data
+    assert [item.value for item in mesh.attributes["sensors"].data] == count
+    assert 0 < sum(count) < len(count), "the shelf hides a part"
+
+
+def test_a_proposal_is_the_best_of_all_pairs_or_says_how_far(
+    proposal: Any, addon_part: Any
+) -> None:
+    found = proposal(1)
+    assert found.choice.assured == 1.0, "of one detector the best is known"
+    two = proposal(2)
+    assert two.choice.covered >= found.choice.covered
+    assert two.choice.covered <= two.choice.bound <= len(two.map.cells)
+    assert two.map.count.astype(bool).sum() == two.choice.covered
+    assert two.map.total().share > 0.95, "one on each side of the shelf"
+
+
+def test_places_are_on_walls_and_look_into_the_room(proposal: Any) -> None:
+    for candidate in proposal(2).chosen:
+        x, y, z = candidate.pose.origin
+        assert z == pytest.approx(2.3, abs=1e-4)
+        off = min(x, 5.0 - x, y, 4.0 - y)
+        assert off == pytest.approx(0.03, abs=1e-4), "off a wall, not off the shelf"
+        look = -candidate.pose.axes[:, 2]
+        ahead = candidate.pose.origin + 0.3 * look
+        assert 0 < ahead[0] < 5 and 0 < ahead[1] < 4
+        assert np.linalg.det(candidate.pose.axes) == pytest.approx(1.0)
+        assert candidate.pose.axes[:, 1] == pytest.approx([0, 0, 1])
+
+
+def test_ceiling_places_look_down(proposal: Any) -> None:
+    for candidate in proposal(2, mounting="CEILING").chosen:
+        assert candidate.on == "ceiling"
+        assert candidate.pose.origin[2] == pytest.approx(2.47, abs=1e-4)
+        assert -candidate.pose.axes[:, 2] == pytest.approx([0, 0, -1])
+
+
+def test_the_same_seed_proposes_the_same(proposal: Any) -> None:
+    one, two = proposal(2, seed=3), proposal(2, seed=3)
+    assert one.choice == two.choice
+    for a, b in zip(one.chosen, two.chosen, strict=True):
+        assert (a.pose.origin == b.pose.origin).all()
+
+
+def test_beside_those_there_only_the_rest_counts(proposal: Any, flat: Any) -> None:
+    alone, beside = proposal(1), proposal(1, beside=True)
+    assert beside.before > 0
+    assert beside.choice.covered < alone.choice.covered
+    assert beside.choice.coverable <= len(beside.map.cells) - beside.before
+
+
+def test_accepting_makes_sensors_of_the_proposal(flat: Any) -> None:
+    settings = flat.scene.angen_coverage
+    settings.count, settings.cell = 2, CELL
+    assert ops.place_propose() == {"FINISHED"}
+    ghosts = [o for o in flat.scene.objects if o.get("angen_coverage") == "PROPOSAL"]
+    assert len(ghosts) == 2 and all(g.type == "EMPTY" for g in ghosts)
+    assert len(flat.sensors()) == 1, "not before they are accepted"
+    places = sorted(tuple(round(v, 4) for v in g.matrix_world.translation) for g in ghosts)
+    assert ops.place_propose() == {"FINISHED"}, "again: replaced, not doubled"
+    assert ops.place_accept() == {"FINISHED"}
+    made = [s for s in flat.sensors() if s.name != "pir"]
+    assert len(made) == 2 and {s.room for s in made} == {"den"}
+    found = sorted(tuple(round(v, 4) for v in s.object.matrix_world.translation) for s in made)
+    assert found == places
+    assert all(s.settings.pir.rays == 24 and s.settings.pir.range_max == 6.0 for s in made)
+    assert not [o for o in flat.scene.objects if o.get("angen_coverage") == "PROPOSAL"]
+    assert not ops.place_accept.poll()
+
+
+def test_discarding_leaves_nothing(flat: Any) -> None:
+    ops.place_propose()
+    assert ops.place_discard() == {"FINISHED"}
+    ops.coverage_clear()
+    assert "Coverage" not in bpy.data.collections
+    assert len(flat.sensors()) == 1
+
+
+def test_polls_say_what_to_do(world: Any) -> None:
+    assert not ops.coverage.poll()
+    with pytest.raises(RuntimeError, match="Add a motion detector first"):
+        ops.coverage()
+    with pytest.raises(RuntimeError, match="no room is known"):
+        ops.place_propose()
+
+
+class Window:
+    """Stands for what a modal operator asks of a window: takes down timers and texts."""
+
+    def __init__(self) -> None:
+        self.timers, self.handlers, self.progress = 0, 0, []
+        self.window = self.window_manager = self.workspace = self
+        self.texts: list[Any] = []
+
+    def progress_begin(self, low: float, high: float) -> None:
+        self.progress.append("begin")
+
+    def progress_update(self, share: float) -> None:
+        self.progress.append(share)
+
+    def progress_end(self) -> None:
+        self.progress.append("end")
+
+    def event_timer_add(self, seconds: float, window: Any) -> object:
+        self.timers += 1
+        return object()
+
+    def event_timer_remove(self, timer: object) -> None:
+        self.timers -= 1
+
+    def modal_handler_add(self, operator: Any) -> None:
+        self.handlers += 1
+
+    def status_text_set(self, text: Any) -> None:
+        self.texts.append(text)
+
+
+@pytest.fixture
+def modal(addon_part: Any) -> Any:
+    """What both operators share, on stages that end by themselves; its results are listed."""
+    stage = addon_part("angen_addon.coverage.maps").Stage
+
+    class Work(addon_part("operators.coverage").Staged):
+        bl_label = "Work"
+
+        def __init__(self) -> None:
+            self.results: list[Any] = []
+            self.told: list[Any] = []
+            self.closed = False
+
+        def _begin(self, context: Any) -> Any:
+            try:
+                for i in range(4):
+                    yield stage(i / 4, f"part {i}")
+                yield "done"
+            finally:
+                self.closed = True
+
+        def _finish(self, context: Any, result: Any) -> None:
+            self.results.append(result)
+
+        def report(self, kind: Any, text: str) -> None:
+            self.told.append(text)
+
+    return Work()
+
+
+def event(kind: str) -> Any:
+    return SimpleNamespace(type=kind, value="PRESS")
+
+
+def test_a_window_shows_progress_to_the_end(modal: Any, addon_part: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(addon_part("operators.coverage"), "SLICE_S", 0.0)
+    window = Window()
+    assert modal.invoke(window, event("NONE")) == {"RUNNING_MODAL"}
+    assert modal.modal(window, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
+    for _ in range(4):
+        assert modal.modal(window, event("TIMER")) == {"RUNNING_MODAL"}
+    assert modal.modal(window, event("TIMER")) == {"FINISHED"}
+    assert modal.results == ["done"] and modal.closed
+    assert window.timers == 0 and window.progress[-1] == "end"
+    assert "75 %, part 3. Esc gives up" in window.texts[-2] and window.texts[-1] is None
+
+
+def test_escape_gives_up_and_leaves_nothing(modal: Any, addon_part: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(addon_part("operators.coverage"), "SLICE_S", 0.0)
+    window = Window()
+    modal.invoke(window, event("NONE"))
+    modal.modal(window, event("TIMER"))
+    assert modal.modal(window, event("ESC")) == {"CANCELLED"}
+    assert modal.results == [] and modal.closed
+    assert window.timers == 0 and window.texts[-1] is None
+
+
+# The command line
+
+
+@pytest.fixture
+def command(flat: Any, addon_part: Any, tmp_path: Path, capsys: Any) -> Any:
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))
+    run = addon_part("angen_addon.command_line").run_command
+
+    def call(*arguments: Any) -> tuple[int, str, str]:
+        capsys.readouterr()
+        status = run([str(a) for a in arguments])
+        told = capsys.readouterr()
+        return status, told.out, told.err
+
+    return call
+
+
+def test_coverage_writes_table_csv_and_picture(command: Any, tmp_path: Path) -> None:
+    sheet, drawn = tmp_path / "map.csv", tmp_path / "map.svg"
+    asked = ("coverage", "--cell", CELL, "--csv", sheet, "--picture", drawn, "--quiet")
+    status, out, _ = command(*asked)
+    assert status == 0 and "den" in out
+    rows = list(csv.DictReader(sheet.open()))
+    assert {row["room"] for row in rows} == {"den"} and "pir" in rows[0]
+    assert drawn.read_text().startswith("<?xml") and "Coverage of flat" in drawn.read_text()
+    first = sheet.read_text()
+    command(*asked)
+    assert sheet.read_text() == first, "the same bytes again"
+
+
+def test_place_saves_a_file_with_the_sensors(command: Any, addon_part: Any, tmp_path: Path) -> None:
+    saved, sheet = tmp_path / "placed.blend", tmp_path / "places.csv"
+    status, out, _ = command(
+        "place", "--room", "den", "--count", 2, "--cell", CELL, "--like", "pir",
+        "--save", saved, "--csv", sheet,
+    )  # fmt: skip
+    assert status == 0 and "of the best" in out
+    rows = list(csv.DictReader(sheet.open()))
+    assert len(rows) == 2
+    bpy.ops.wm.open_mainfile(filepath=str(saved))
+    sensors = addon_part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    placed = [s for s in sensors if s.name.startswith("PIR den")]
+    assert len(placed) == 2
+    assert all(s.settings.pir.rays == 24 for s in placed)
+
+
+@pytest.mark.parametrize(
+    "arguments, status, told",
+    [
+        (("coverage", "--cell", "0"), 2, "length above 0"),
+        (("coverage", "--cell", "9"), 1, "from 0.05 m to 2 m"),
+        (("coverage", "--sensor", "nobody"), 2, "no sensor is called 'nobody'"),
+        (("coverage", "--room", "cellar"), 1, "there are den"),
+        (("coverage", "--picture", "map.png"), 2, "must end in .svg"),
+        (("coverage", "--motion", "DOG"), 2, "invalid choice"),
+        (("coverage", "--height", "4"), 1, "above 0 and below"),
+        (("place", "--count", "0"), 2, "1 or more"),
+        (("place", "--preset", "NONE"), 1, "no preset"),
+        (("place", "--mounting-height", "9"), 1, "take another height"),
+        (("coverage", "--csv", "/nowhere/x.csv"), 2, "does not exist"),
+    ],
+)
+def test_bad_input_is_told(command: Any, arguments: Any, status: int, told: str) -> None:
+    found, _, err = command(*arguments)
+    assert found == status and told in err

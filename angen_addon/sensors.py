@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import difflib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from operator import attrgetter
 from typing import Any
 
 from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
@@ -62,7 +63,8 @@ def all_sensors(view_layer: Any) -> list[Sensor]:
     found = [
         Sensor(o.name, KINDS[o.angen_sensor.kind], o)
         for o in view_layer.objects
-        if o.angen_sensor.kind != NO_KIND
+        # Just after a script removed objects there are gaps.
+        if o is not None and o.angen_sensor.kind != NO_KIND
     ]
     return sorted(found, key=lambda sensor: (sensor.name, sensor.library))
 
@@ -116,16 +118,29 @@ def check(sensor: Sensor) -> None:
 def read_parameters(sensor: Sensor, settings: Any) -> Any:
     """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
     group = getattr(settings, sensor.kind.attribute)
-    values = tuple(
-        # Objects are named, not kept: they would not outlive undo.
-        _pointed_at(value, spec.pointer) if spec.pointer and value is not None else value
-        for name, spec in specs(sensor.kind.parameters).items()
-        for value in (getattr(group, name),)
-    )
+    read, pointers = _reader(sensor.kind.identifier)
+    values = read(group)
+    for index, pointer in pointers:
+        if values[index] is not None:
+            # Objects are named, not kept: they would not outlive undo.
+            named = _pointed_at(values[index], pointer)
+            values = (*values[:index], named, *values[index + 1 :])
     parameters, problems = _checked(sensor.kind.identifier, values)
     if problems:
         raise SensorError(f"'{sensor.name}': {problems[0]}")
     return parameters
+
+
+@cache
+def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
+    """What reads all parameters of a kind at once, in their order, and which of them point at
+    something, at what."""
+    known = specs(KINDS[kind].parameters)
+    pointers = [(i, spec.pointer) for i, spec in enumerate(known.values()) if spec.pointer]
+    if len(known) > 1:
+        return attrgetter(*known), pointers
+    # Of a single name, attrgetter makes no tuple.
+    return lambda group: tuple(getattr(group, name) for name in known), pointers
 
 
 def _pointed_at(value: Any, kind: str) -> str:
@@ -170,7 +185,7 @@ def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
     try:
         return pose_from_matrix(matrix, unit_scale)
     except ValueError as error:
-        raise SensorError(f"'{sensor.name}': {error}; clear its scale (Alt+S)") from None
+        raise SensorError(f"'{sensor.name}': {error}") from None
 
 
 def unit_scale(scene: Any) -> float:

@@ -9,6 +9,9 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+# What Windows takes for a device, whatever follows after a dot.
+DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
+
 
 class OutputError(Exception):
     """A file cannot be written; the text says which and why."""
@@ -96,4 +99,5 @@ def file_names(sensors: Iterable[str]) -> dict[str, str]:
 
 
 def _stem(sensor: str) -> str:
-    return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", sensor).strip(" .") or "_"
+    stem = re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", sensor).strip(" .") or "_"
+    return f"{stem}_" if DEVICES.fullmatch(stem.partition(".")[0].strip()) else stem

@@ -108,16 +108,20 @@ def pose_from_matrix(matrix: Array, unit_scale: float = 1.0) -> Pose:
     """
     matrix = np.asarray(matrix, dtype=np.float64)
     if not np.isfinite(matrix).all():
-        raise ValueError("its transform is not a number (NaN or infinite)")
+        raise ValueError(
+            "its transform is not a number at this frame: see its keys, drivers and constraints"
+        )
     z, y = matrix[:3, 2], matrix[:3, 1]
     z_length, y_length = float(np.linalg.norm(z)), float(np.linalg.norm(y))
     if z_length == 0.0 or y_length == 0.0:
-        raise ValueError("its scale is zero, so it looks nowhere")
+        raise ValueError("its scale is zero, so it looks nowhere; clear its scale (Alt+S)")
     z, y = z / z_length, y / y_length
     y = y - z * (y @ z)
     y_length = float(np.linalg.norm(y))
     if y_length < 1e-6:
-        raise ValueError("its transform is sheared flat, so it looks nowhere")
+        raise ValueError(
+            "its transform is sheared flat, so it looks nowhere; clear its scale (Alt+S)"
+        )
     y = y / y_length
     axes = np.stack([np.cross(y, z), y, z], axis=1)
     return Pose(matrix[:3, 3] * unit_scale, axes)

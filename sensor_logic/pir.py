@@ -331,8 +331,8 @@ class RangeScan:
             tilts = range(bundle, bundle + 1)
         ranges = self._scan(parameters, update, bundle, fan[tilts.start : tilts.stop])
         change = self._largest_changes(tilts, ranges)
-        most = int(np.argmax(change))
-        triggered = bool(change[most] > parameters.threshold)
+        most = change.index(max(change))
+        triggered = change[most] > parameters.threshold
         angle = tilts[most if triggered else 0] * parameters.vertical_step
         moved = self._output.update(
             update.time,
@@ -352,7 +352,8 @@ class RangeScan:
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
             ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
-        return np.clip(ranges, parameters.range_min, parameters.range_max).reshape(fan.shape[:2])
+        within: Array = np.minimum(np.maximum(ranges, parameters.range_min), parameters.range_max)
+        return within.reshape(fan.shape[:2])
 
     def _aim(self, parameters: PirParameters, pose: Pose, bundle: int, fan: Array) -> _AimedRays:
         known = self._aimed.get(bundle)
@@ -364,12 +365,12 @@ class RangeScan:
             self._aimed[bundle] = known
         return known
 
-    def _largest_changes(self, tilts: range, ranges: Array) -> Array:
-        """Largest |range − range of the previous scan at that tilt|, (tilts,); 0 at the first."""
-        change = np.zeros(len(tilts))
+    def _largest_changes(self, tilts: range, ranges: Array) -> list[float]:
+        """Largest |range − range of the previous scan at that tilt|, of each; 0 at the first."""
+        change = [0.0] * len(tilts)
         for row, tilt in enumerate(tilts):
             before = self._previous.get(tilt)
             if before is not None and before.shape == ranges[row].shape:
-                change[row] = np.abs(ranges[row] - before).max()
+                change[row] = float(np.abs(ranges[row] - before).max())
             self._previous[tilt] = ranges[row]
         return change

@@ -25,6 +25,7 @@ from ...sensor_logic.contact.island import (
 from ...sensor_logic.contact.patches import contact_patch
 from ...sensor_logic.contact.shapes import Shape, perpendiculars
 from .colliders import Collider
+from .columns import Surfaces
 from .facts import FRICTION, Facts, facts_of, is_simulated
 from .links import links_of
 from .moments import Moment
@@ -57,6 +58,7 @@ class Bodies:
 
     def __init__(self, solids: Solids) -> None:
         self._solids = solids
+        self._surfaces = Surfaces(solids)
         self._things = Things()
         self._moments: list[Moment] = []
         self._world: FrameWorld | None = None
@@ -88,7 +90,14 @@ class Bodies:
                 if key in moment.bodies and key not in moment.standing:
                     thing, body = self._things.by_key[key], moment.bodies[key]
                     moment.standing[key] = standing(
-                        depsgraph, self._solids, self._things, thing, body, up, metres
+                        depsgraph,
+                        self._solids,
+                        self._surfaces,
+                        self._things,
+                        thing,
+                        body,
+                        up,
+                        metres,
                     )
 
     def forces(self, pad: Any, frame: int) -> PadForces:

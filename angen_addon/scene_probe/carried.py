@@ -31,7 +31,8 @@ class Body:
     """A body as it is at one frame; what costs time is worked out when first asked for.
 
     `lo`, `hi` (3,) are its bounds in metres; `stood`: what it stood on, and where that was;
-    `beneath`: its underside as last looked at, and within which bounds that was.
+    `beneath`: its underside as last looked at, and within which bounds that was; `below`: how far
+    below that each solid is, by its number, and of which version of the solid that is true.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Body:
         self.lo, self.hi = lo, hi
         self.stood: tuple[list[Any], list[Standing]] | None = None
         self.beneath: tuple[list[Any], underside.Samples, Array] | None = None
+        self.below: dict[int, tuple[tuple[int, float], Array]] = {}
         self._metres = metres
 
     @cached_property
@@ -54,6 +56,8 @@ class Body:
             mirrored = np.linalg.det(piece.matrix[:3, :3]) < 0.0
             found.append(triangles[:, ::-1] if mirrored else triangles)
         triangles = np.concatenate(found)
+        if np.isfinite(triangles.sum()):
+            return triangles
         return triangles[np.isfinite(triangles).all(axis=(1, 2))]
 
     @cached_property

@@ -15,21 +15,25 @@ SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # A mesh this many times farther from its own origin than it is large loses digits in single
 # precision; its tree is then built about its centre.
 FAR_FROM_OWN_ORIGIN = 8.0
+# Bounds of what is empty.
+NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
 
 class Geometry:
     """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
 
     `pivot` (3,) is the point of that space where the tree has its origin. What nodes make is not
-    `lasting`: its source is gone once it was read.
+    `lasting`: its source is gone once it was read. `deforms` once its surface was seen to change.
     """
 
     __slots__ = (
         "_by_triangle",
         "_corners",
+        "_plain",
         "_surface",
         "_tree",
         "_triangles",
+        "deforms",
         "hi",
         "lasting",
         "lo",
@@ -40,9 +44,12 @@ class Geometry:
     def __init__(self, source: Any) -> None:
         self.source = source
         self.lasting = not source.is_evaluated
+        self.lo, self.hi = NOWHERE
+        self.deforms = False
         self._by_triangle = False
         self._surface: Surface | None = None
         self._tree: BVHTree | None = None
+        self._plain: tuple[NDArray[np.int32], NDArray[np.intp]] | None = None
         self._corners: NDArray[np.int32] | None = None
         self._triangles = np.empty((0, 3), np.int32)
         self.pivot = np.zeros(3)
@@ -56,6 +63,22 @@ class Geometry:
     def vertices(self) -> NDArray[np.float32]:
         """(n, 3), in the object's own space."""
         return self._surface[0].reshape(-1, 3) if self._surface else np.empty((0, 3), np.float32)
+
+    @property
+    def has_tree(self) -> bool:
+        """Whether the hierarchy of the present surface is there already."""
+        return self._tree is not None
+
+    def plain_triangles(self) -> NDArray[np.intp] | None:
+        """(3, m) vertices of the faces where all are triangles; else None: how a face is cut can
+        change with its shape."""
+        if self._surface is None or len(self._surface[1]) != 3 * self._surface[2]:
+            return None
+        corners = self._surface[1]
+        if self._plain is None or not np.array_equal(corners, self._plain[0]):
+            by_corner = np.ascontiguousarray(corners.reshape(-1, 3).T).astype(np.intp)
+            self._plain = corners, by_corner
+        return self._plain[1]
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
         """(m, 3) vertices of triangles; the same array as long as the faces stay."""
@@ -77,15 +100,10 @@ class Geometry:
         surface = coordinates, corners, faces
         if self._surface is not None and _same(self._surface, surface):
             return False
+        self.deforms = self._surface is not None
         self._surface = surface
         self._tree = None
-        points = coordinates.reshape(-1, 3).astype(np.float64)
-        # A vertex that is nowhere takes its own faces away, not the others.
-        points = points[np.isfinite(points).all(axis=1)]
-        if faces and len(points):
-            self.lo, self.hi = points.min(axis=0), points.max(axis=0)
-        else:
-            self.lo, self.hi = np.full(3, np.inf), np.full(3, -np.inf)
+        self.lo, self.hi = _bounds(coordinates) if faces else NOWHERE
         return True
 
     def tree(self, depsgraph: Any) -> BVHTree:
@@ -142,6 +160,20 @@ class Geometry:
         if not direct:
             evaluated.to_mesh_clear()
         return slots
+
+
+def _bounds(coordinates: NDArray[np.float32]) -> tuple[Array, Array]:
+    """Of points, given flat, those that are somewhere."""
+    # By axis numpy finds the extremes of a mesh 20 times as fast as by point.
+    axes = np.ascontiguousarray(coordinates.reshape(-1, 3).T)
+    lo, hi = axes.min(axis=1), axes.max(axis=1)
+    if not (np.isfinite(lo).all() and np.isfinite(hi).all()):
+        # A vertex that is nowhere takes its own faces away, not the others.
+        axes = axes[:, np.isfinite(axes).all(axis=0)]
+        if not axes.size:
+            return NOWHERE
+        lo, hi = axes.min(axis=1), axes.max(axis=1)
+    return lo.astype(np.float64), hi.astype(np.float64)
 
 
 def _same(one: Surface, two: Surface) -> bool:

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Casts rays against the solids: exact, and only where something can have changed.
 
-Still solids are met once for each bundle of rays and remembered; at each update only the solids
-that move are tested, and of those only where a ray crosses their box. A ray is met in the solid's
-own space, where single precision is accurate wherever in the world the solid stands.
+Still solids are met once for each bundle of rays and remembered; of those that move, only what has
+changed since the bundle was last cast is tested, and only where a ray crosses its box. A ray is met
+in the solid's own space, where single precision is accurate wherever in the world the solid stands.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import sections
 from .solids import Solid, Solids
 
 Array = NDArray[np.float64]
@@ -31,6 +33,22 @@ class _Rays:
     origins: Array
     directions: Array
     length: Array
+
+    @cached_property
+    def starts(self) -> Array:
+        """(3, n): by axis, as numpy is quick with."""
+        return np.ascontiguousarray(self.origins.T)
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(3, n): one over the directions."""
+        with np.errstate(divide="ignore"):
+            return 1.0 / np.ascontiguousarray(self.directions.T)
+
+    @cached_property
+    def plane(self) -> tuple[Array, Array] | None:
+        """A point (3,) and the normal (3,) of the plane that all of them lie in, if they do."""
+        return sections.plane_of(self.origins, self.directions)
 
     def same(self, other: _Rays) -> bool:
         return all(
@@ -50,9 +68,22 @@ class _Rays:
 
 
 @dataclass
+class _Moving:
+    """What a bundle meets among the moving solids `rows`, as they were at their `versions`: by row
+    which rays and how far these go; and with the still ones, ranges and numbers (n,)."""
+
+    rows: NDArray[np.intp]
+    versions: NDArray[np.int64]
+    hits: dict[int, tuple[NDArray[np.intp], Array]]
+    ranges: Array
+    met: NDArray[np.int64]
+
+
+@dataclass
 class _Still:
     """What a bundle meets among the still solids: ranges (n,), the numbers of the solids met (n,),
-    and the box of the rays up to there. `gone_seen`: how much of `Solids.gone` is dealt with."""
+    and the box of the rays up to there. `gone_seen`: how much of `Solids.gone` is dealt with;
+    `moving`: what of the moving ones it met last."""
 
     rays: _Rays
     own: frozenset[int]
@@ -60,6 +91,7 @@ class _Still:
     met: NDArray[np.int64]
     box: tuple[Array, Array]
     gone_seen: int
+    moving: _Moving | None = None
 
 
 @dataclass
@@ -103,9 +135,8 @@ class RayCaster:
         rays = _Rays(origins, directions, length)
         own = self._own_solids(sensor)
         still = self._meet_still(sensor, bundle, rays, own)
-        ranges, met = still.ranges.copy(), still.met.copy()
-        self._meet(own.moving, rays, still.box, ranges, met)
-        return ranges, met
+        found = self._meet_moving(still, own.moving)
+        return found.ranges.copy(), found.met.copy()
 
     def faces_met(
         self, solid: Solid, origins: Array, directions: Array, ranges: Array
@@ -162,6 +193,7 @@ class RayCaster:
         elif known.gone_seen < len(gone):
             again = np.flatnonzero(np.isin(known.met, gone[known.gone_seen :]))
             known.gone_seen = len(gone)
+            known.moving = None
         else:
             return known
         if len(again):
@@ -172,6 +204,63 @@ class RayCaster:
             known.box = rays.box(known.ranges)
         return known
 
+    def _meet_moving(self, still: _Still, rows: NDArray[np.intp]) -> _Moving:
+        """What the bundle meets now, looked for anew where a solid has changed since the last."""
+        versions = self.solids.version[rows]
+        known = still.moving
+        if known is not None and known.rows is rows:
+            changed = rows[versions != known.versions]
+            before = len(known.hits)
+            hits = {row: hit for row, hit in known.hits.items() if row not in changed}
+            dropped = len(hits) < before
+        else:
+            changed, hits, dropped = rows, {}, True
+        found = self._hits(changed, still) if len(changed) else {}
+        if known is not None and not found and not dropped:
+            known.versions = versions
+            return known
+        hits.update(found)
+        ranges, met = still.ranges.copy(), still.met.copy()
+        for row, (which, far) in hits.items():
+            self._shorten(row, which, far, ranges, met)
+        still.moving = _Moving(rows, versions, hits, ranges, met)
+        return still.moving
+
+    def _hits(
+        self, rows: NDArray[np.intp], still: _Still
+    ) -> dict[int, tuple[NDArray[np.intp], Array]]:
+        """By row of those of the solids that a bundle meets: which of its rays do, and how far
+        they go."""
+        found = {}
+        for part in self._near(rows, still.rays, still.box):
+            crossed = self._crossed(part, still.rays, still.ranges)[1]
+            for i in np.flatnonzero(crossed.any(axis=1)).tolist():
+                which = np.flatnonzero(crossed[i])
+                row = int(part[i])
+                far = self._far(row, which, still.rays, still.ranges[which])
+                nearer = far < still.ranges[which]
+                if nearer.any():
+                    found[row] = which[nearer], far[nearer]
+        return found
+
+    def _near(
+        self, rows: NDArray[np.intp], rays: _Rays, box: tuple[Array, Array]
+    ) -> list[NDArray[np.intp]]:
+        """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
+        may compare with each ray."""
+        near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
+        rows = rows[near.all(axis=1)]
+        at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
+        return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
+
+    def _crossed(
+        self, rows: NDArray[np.intp], rays: _Rays, ranges: Array
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Where each ray enters the box of each solid, and whether it does within its range; both
+        (rows, rays)."""
+        enter, leave = _slabs(self.solids.lo[rows], self.solids.hi[rows], rays)
+        return enter, (leave >= enter) & (enter <= ranges)
+
     def _meet(
         self,
         rows: NDArray[np.intp],
@@ -181,53 +270,64 @@ class RayCaster:
         met: NDArray[np.int64],
     ) -> None:
         """Shortens `ranges` in place to the nearest of the solids `rows`; `met` says which."""
-        near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
-        rows = rows[near.all(axis=1)]
-        at_once = max(1, PAIRS_AT_ONCE // len(ranges))
-        for start in range(0, len(rows), at_once):
-            self._meet_some(rows[start : start + at_once], rays, ranges, met)
+        for part in self._near(rows, rays, box):
+            enter, crossed = self._crossed(part, rays, ranges)
+            hit_rows = np.flatnonzero(crossed.any(axis=1))
+            nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
+            for i in hit_rows[nearest_first].tolist():
+                which = np.flatnonzero(crossed[i] & (enter[i] <= ranges))
+                if len(which):
+                    row = int(part[i])
+                    far = self._far(row, which, rays, ranges[which])
+                    self._shorten(row, which, far, ranges, met)
 
-    def _meet_some(
-        self,
-        rows: NDArray[np.intp],
-        rays: _Rays,
-        ranges: Array,
-        met: NDArray[np.int64],
-    ) -> None:
-        lo, hi = self.solids.lo[rows], self.solids.hi[rows]
-        enter, leave = _slabs(lo, hi, rays.origins, rays.directions)
-        crossed = (leave >= enter) & (enter <= ranges)
-        hit_rows = np.flatnonzero(crossed.any(axis=1))
-        nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
-        for i in hit_rows[nearest_first].tolist():
-            which = np.flatnonzero(crossed[i] & (enter[i] <= ranges))
-            if len(which):
-                self._meet_one(int(rows[i]), which, rays, ranges, met)
-
-    def _meet_one(
+    def _shorten(
         self,
         row: int,
         which: NDArray[np.intp],
-        rays: _Rays,
+        far: Array,
         ranges: Array,
         met: NDArray[np.int64],
     ) -> None:
+        nearer = far < ranges[which]
+        which = which[nearer]
+        ranges[which] = far[nearer]
+        met[which] = self.solids.solids[row].number
+
+    def _far(self, row: int, which: NDArray[np.intp], rays: _Rays, limits: Array) -> Array:
+        """How far (k,) the rays `which` (k,) go to a solid; inf where that is beyond the limits."""
         solid = self.solids.solids[row]
-        starts, ways, scale = self._into(solid, rays.origins[which], rays.directions[which])
-        ray_cast = solid.geometry.tree(self._depsgraph).ray_cast
-        limits = ranges[which] * scale * LIMIT_SLACK
-        for ray, start, way, limit, size in zip(
-            which.tolist(),
-            starts.tolist(),
-            ways.tolist(),
-            limits.tolist(),
-            scale.tolist(),
-            strict=True,
-        ):
-            distance = ray_cast(start, way, limit)[3]
-            if distance is not None and distance / size < ranges[ray]:
-                ranges[ray] = distance / size
-                met[ray] = solid.number
+        geometry = solid.geometry
+        origins, directions = rays.origins[which], rays.directions[which]
+        if geometry.deforms and not geometry.has_tree:
+            # Who changes shape at each update is met a few times only: a hierarchy would cost more.
+            corners = geometry.plain_triangles()
+            if corners is not None and rays.plane is not None:
+                return self._far_in_plane(solid, corners, rays.plane, origins, directions)
+        starts, ways, scale = self._into(solid, origins, directions)
+        ray_cast = geometry.tree(self._depsgraph).ray_cast
+        limits = limits * scale * LIMIT_SLACK
+        each = zip(starts.tolist(), ways.tolist(), limits.tolist(), strict=True)
+        found = [ray_cast(start, way, limit)[3] for start, way, limit in each]
+        return np.array([np.inf if far is None else far for far in found]) / scale
+
+    def _far_in_plane(
+        self,
+        solid: Solid,
+        corners: NDArray[np.intp],
+        plane: tuple[Array, Array],
+        origins: Array,
+        directions: Array,
+    ) -> Array:
+        """How far (k,) rays that all lie in one plane go to a solid, inf where they miss it."""
+        point, normal = plane
+        matrix, inverse = self.solids.matrix[solid.row], self.solids.inverse[solid.row]
+        offset = float(normal @ (point - matrix[:3, 3]))
+        vertices = solid.geometry.vertices
+        faces = sections.cut(vertices, corners, normal @ matrix[:3, :3], offset)
+        triangles = vertices[corners[:, faces].T].astype(np.float64)
+        turn = inverse[:3, :3].T
+        return sections.meet(triangles, origins @ turn + inverse[:3, 3], directions @ turn)
 
     def _into(self, solid: Solid, origins: Array, directions: Array) -> tuple[Array, Array, Array]:
         """Starts and ways (n, 3) of rays in the space of a solid's tree; lengths of the ways."""
@@ -240,13 +340,13 @@ class RayCaster:
         return starts, ways, np.linalg.norm(ways, axis=1)
 
 
-def _slabs(lo: Array, hi: Array, origins: Array, directions: Array) -> tuple[Array, Array]:
+def _slabs(lo: Array, hi: Array, rays: _Rays) -> tuple[Array, Array]:
     """Where rays (n) enter and leave boxes (m): two arrays (m, n); it misses if leave < enter."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = 1.0 / directions
-        one = (lo[:, None, :] - origins) * inverse
-        two = (hi[:, None, :] - origins) * inverse
-    # fmin and fmax pass over the NaN of a ray that runs in the plane of a face.
-    enter = np.fmax.reduce(np.fmin(one, two), axis=2)
-    leave = np.fmin.reduce(np.fmax(one, two), axis=2)
-    return np.maximum(enter, 0.0), leave
+    enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
+    with np.errstate(invalid="ignore"):
+        for start, inverse, low, high in zip(rays.starts, rays.inverse, lo.T, hi.T, strict=True):
+            one, two = (low[:, None] - start) * inverse, (high[:, None] - start) * inverse
+            # fmin and fmax pass over the NaN of a ray that runs in the plane of a face.
+            enter = np.fmax(enter, np.fmin(one, two))
+            leave = np.fmin(leave, np.fmax(one, two))
+    return enter, leave

@@ -7,6 +7,7 @@ instances of them; not what is hidden from the viewport. Objects with `angen_ign
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import Any
 
 import bpy
@@ -24,6 +25,8 @@ PADDING = 1e-5
 RELATIVE_PADDING = 1e-6
 
 Key = tuple[int, ...]
+# To be looked up once: at each evaluation it is asked of everything that changed.
+OBJECT = bpy.types.Object
 
 
 class Solid:
@@ -46,7 +49,8 @@ class Solid:
 
 class Solids:
     """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
-    and world bounds `lo`, `hi` (n, 3). `listing` counts how often the list was made anew;
+    world bounds `lo`, `hi` (n, 3), and `version` (n,), another number whenever one has moved or
+    changed its shape. `listing` counts how often the list was made anew;
     `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
     that met them is void; `instanced` are the session uids of objects that others instance."""
 
@@ -57,11 +61,15 @@ class Solids:
         self.lo = np.empty((0, 3))
         self.hi = np.empty((0, 3))
         self.moving = np.empty(0, bool)
+        self.version = np.empty(0, np.int64)
         self.listing = 0
         self.gone: list[int] = []
+        self._inverted = np.empty(0, bool)
         self._by_key: dict[Key, Solid] = {}
+        self._by_shape: dict[int, list[Solid]] = {}
         self._shapes: dict[int, Geometry] = {}
         self._numbers = 0
+        self._syncs = 0
         self._listed: list[Any] = []
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
@@ -82,7 +90,7 @@ class Solids:
             self.forget()
         for update in depsgraph.updates:
             changed = update.id
-            if isinstance(changed, bpy.types.Object):
+            if isinstance(changed, OBJECT):
                 original = changed.original
                 self._touched.add(original.session_uid)
                 if update.is_updated_geometry:
@@ -96,6 +104,7 @@ class Solids:
 
     def sync(self, depsgraph: Any) -> None:
         """Brings the solids to the depsgraph's present state."""
+        self._syncs += 1
         objects = list(depsgraph.objects)
         # Evaluated objects are compared by identity alone, never looked into.
         if (
@@ -122,20 +131,25 @@ class Solids:
         """Nothing appeared or went: moves what moved, reads shapes again that may have changed."""
         world = np.empty(count * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
-        changed = np.flatnonzero((world != self._world).reshape(count, 16).any(axis=1))
-        moved = {s.row for row in changed.tolist() if (s := self._solid_of_row[row])}
-        for solid in (s for row in changed.tolist() if (s := self._solid_of_row[row])):
-            self._set_moving(solid)
-        if len(changed):
-            matrices = _matrices(world)
-            for row in changed.tolist():
-                if solid := self._solid_of_row[row]:
-                    self.matrix[solid.row] = matrices[row]
+        changed = np.unique(np.flatnonzero(world != self._world) // 16).tolist()
+        moved = {s.row: row for row in changed if (s := self._solid_of_row[row])}
+        if moved:
+            rows = np.array(list(moved), np.intp)
+            self.matrix[rows] = _matrices(world.reshape(count, 16)[list(moved.values())])
+            self._invert(rows)
+        if changed:
             self._world = world
-        for solid in self.solids:
-            if solid.key[0] in self._reshaped and self._read_again(depsgraph, solid):
-                moved.add(solid.row)
-        self._place(np.array(sorted(moved), dtype=np.intp))
+        reshaped = [
+            solid.row
+            for uid in self._reshaped
+            for solid in self._by_shape.get(uid, ())
+            if self._read_again(depsgraph, solid)
+        ]
+        for row in moved:
+            self._set_moving(self.solids[row])
+        both = sorted(moved.keys() | set(reshaped))
+        if both:
+            self._place(np.array(both, np.intp))
 
     def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
         evaluated = solid.geometry.source.evaluated_get(depsgraph)
@@ -150,25 +164,29 @@ class Solids:
             self.moving[solid.row] = True
             self.gone.append(solid.number)
 
-    def _place(self, rows: NDArray[np.intp]) -> None:
-        """Inverse matrices and world bounds of some rows. A flattened or NaN one is never hit."""
-        if not len(rows):
-            return
+    def _invert(self, rows: NDArray[np.intp]) -> None:
+        """Inverse matrices of some rows; takes down which of them have one."""
         matrix = self.matrix[rows]
         with np.errstate(all="ignore"):
             determinant = np.linalg.det(matrix[:, :3, :3])
             good = np.isfinite(matrix).all(axis=(1, 2)) & (determinant != 0.0)
             good &= np.isfinite(determinant)
-            inverse = np.linalg.inv(np.where(good[:, None, None], matrix, np.eye(4)))
-            lo = np.array([self.solids[row].geometry.lo for row in rows.tolist()])
-            hi = np.array([self.solids[row].geometry.hi for row in rows.tolist()])
-            good &= np.isfinite(lo).all(axis=1)
-            centre = (np.einsum("nij,nj->ni", matrix[:, :3, :3], (lo + hi) / 2)) + matrix[:, :3, 3]
-            half = np.einsum("nij,nj->ni", np.abs(matrix[:, :3, :3]), (hi - lo) / 2)
+            self.inverse[rows] = np.linalg.inv(np.where(good[:, None, None], matrix, np.eye(4)))
+        self._inverted[rows] = good
+
+    def _place(self, rows: NDArray[np.intp]) -> None:
+        """World bounds of some rows. A flattened or NaN one is never hit."""
+        self.version[rows] = self._syncs
+        turn = self.matrix[rows, :3, :3]
+        shapes = [self.solids[row].geometry for row in rows.tolist()]
+        lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
+        with np.errstate(all="ignore"):
+            good = (self._inverted[rows] & np.isfinite(lo).all(axis=1))[:, None]
+            centre = (turn @ ((lo + hi) / 2)[:, :, None])[:, :, 0] + self.matrix[rows, :3, 3]
+            half = (np.abs(turn) @ ((hi - lo) / 2)[:, :, None])[:, :, 0]
             half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
-        self.inverse[rows] = inverse
-        self.lo[rows] = np.where(good[:, None], centre - half, np.inf)
-        self.hi[rows] = np.where(good[:, None], centre + half, -np.inf)
+        self.lo[rows] = np.where(good, centre - half, np.inf)
+        self.hi[rows] = np.where(good, centre + half, -np.inf)
 
     def _list(self, depsgraph: Any, objects: list[Any]) -> None:
         """Makes the list anew; what was known of solids that stay is kept."""
@@ -230,10 +248,17 @@ class Solids:
         self.matrix = np.array(matrices).reshape(count, 4, 4)
         self.inverse = np.empty((count, 4, 4))
         self.lo, self.hi = np.empty((count, 3)), np.empty((count, 3))
+        self.version = np.empty(count, np.int64)
+        self._inverted = np.empty(count, bool)
         self.moving = np.fromiter((s.moving for s in self.solids), bool, count)
         for row, solid in enumerate(self.solids):
             solid.row = row
-        self._place(np.arange(count))
+        if count:
+            self._invert(np.arange(count))
+            self._place(np.arange(count))
+        self._by_shape = defaultdict(list)
+        for solid in self.solids:
+            self._by_shape[solid.key[0]].append(solid)
         self._listed = objects
         self._instancing = bool(self.instanced) or any(o.is_instancer for o in objects)
         self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
@@ -279,7 +304,7 @@ def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
 
 
 def _matrices(flat: NDArray[np.float32]) -> Array:
-    """(n, 4, 4) from what `foreach_get` gives, which is column by column."""
+    """(n, 4, 4) from what `foreach_get` gives (n, 16), which is column by column."""
     return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
 
 

@@ -13,9 +13,10 @@ import numpy as np
 
 from ...sensor_logic.contact.island import Standing
 from ...sensor_logic.contact.underside import clustered, firmness, underside
+from . import columns
 from .carried import Body, parts_of, same_parts
 from .rays import NOTHING, RayCaster
-from .solids import Solids
+from .solids import Solid, Solids
 from .things import GROUND, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
@@ -30,6 +31,7 @@ SKIN = 1e-4
 def standing(
     depsgraph: Any,
     solids: Solids,
+    surfaces: columns.Surfaces,
     things: Things,
     thing: Thing,
     body: Body,
@@ -39,18 +41,7 @@ def standing(
     """The supports of an animated body, as the solids are now."""
     tolerance = thing.tolerance
     pads = {key for key, other in things.by_key.items() if other.pad}
-    rows = np.array(
-        [
-            solid.row
-            for solid in solids.solids
-            if things.of_solid.get(solid.number) != thing.key
-            and (
-                thing.original.session_uid not in solid.owners
-                or things.of_solid[solid.number] in pads
-            )
-        ],
-        np.intp,
-    )
+    rows = things.supports_of(thing, solids)
     reach = np.abs(up) * DEPTH + tolerance
     lo, hi = body.lo - reach, body.hi + reach
     near = (solids.lo[rows] * metres <= hi) & (solids.hi[rows] * metres >= lo)
@@ -60,7 +51,7 @@ def standing(
     if body.stood is None or not same_parts(body.stood[0], there):
         body.stood = (
             there,
-            _look_below(depsgraph, solids, things, thing, body, rows, pads, up, metres),
+            _look_below(depsgraph, solids, surfaces, things, thing, body, rows, pads, up, metres),
         )
     return body.stood[1]
 
@@ -68,6 +59,7 @@ def standing(
 def _look_below(
     depsgraph: Any,
     solids: Solids,
+    surfaces: columns.Surfaces,
     things: Things,
     thing: Thing,
     body: Body,
@@ -83,12 +75,12 @@ def _look_below(
     # Beyond the body's own bounds it does not matter how far they reach.
     area_lo = np.maximum((solids.lo[rows] * metres - reach).min(axis=0), body.lo)
     area_hi = np.minimum((solids.hi[rows] * metres + reach).max(axis=0), body.hi)
-    caster = RayCaster(solids)
     bounds = [area_lo, area_hi, up]
     if body.beneath is None or not same_parts(body.beneath[0], bounds):
         found = underside(body.triangles, body.closed, up, area_lo, area_hi)
-        above = _room_above(depsgraph, caster, thing, found.points, up, metres)
+        above = _room_above(body, found.points, up)
         body.beneath = bounds, found, above
+        body.below.clear()
     _, samples, height = body.beneath
     if not len(samples.points):
         return []
@@ -96,9 +88,18 @@ def _look_below(
     length = height + tolerance
 
     def cast(rows: np.typing.NDArray[np.intp]) -> tuple[Array, Any]:
-        down = np.broadcast_to(-up, starts.shape)
-        ranges, met = caster.first_met(depsgraph, rows, starts / metres, down, length / metres)
-        return ranges * metres, met
+        """Ranges to the nearest of some solids, and the number of that."""
+        ranges, met = length.copy(), np.full(len(length), NOTHING, np.int64)
+        for row in rows.tolist():
+            solid = solids.solids[row]
+            version = int(solids.version[row]), tolerance
+            known = body.below.get(solid.number)
+            if known is None or known[0] != version:
+                far = _far_below(depsgraph, solids, surfaces, solid, starts, up, length, metres)
+                known = body.below[solid.number] = version, far
+            nearer = known[1] < ranges
+            ranges[nearer], met[nearer] = known[1][nearer], solid.number
+        return ranges, met
 
     is_pad = np.array([things.of_solid[solids.solids[r].number] in pads for r in rows], bool)
     ranges, met = cast(rows[~is_pad])
@@ -110,16 +111,35 @@ def _look_below(
     return _by_support(solids, things, samples.points, samples.areas * firm, met, metres)
 
 
-def _room_above(
-    depsgraph: Any, caster: RayCaster, thing: Thing, points: Array, up: Array, metres: float
+def _far_below(
+    depsgraph: Any,
+    solids: Solids,
+    surfaces: columns.Surfaces,
+    solid: Solid,
+    starts: Array,
+    up: Array,
+    length: Array,
+    metres: float,
 ) -> Array:
+    """How far (n,) below places (n, 3) a solid is, inf where not within a length (n,)."""
+    if solid.geometry.lasting:
+        return columns.meet(surfaces.of(depsgraph, solid, metres), starts, -up, length)
+    # Of what nodes made only its tree is left.
+    row = np.array([solid.row], np.intp)
+    down = np.broadcast_to(-up, starts.shape)
+    ranges, met = RayCaster(solids).first_met(
+        depsgraph, row, starts / metres, down, length / metres
+    )
+    return np.where(met != NOTHING, ranges * metres, np.inf)
+
+
+def _room_above(body: Body, points: Array, up: Array) -> Array:
     """How far (n,) above each point the body is still itself: rays must not start beyond it."""
-    own = np.array([solid.row for solid in thing.surfaces], np.intp)
-    starts = points + up * SKIN
     length = np.full(len(points), DEPTH)
-    upward = np.broadcast_to(up, points.shape)
-    ranges, _ = caster.first_met(depsgraph, own, starts / metres, upward, length / metres)
-    return ranges * metres
+    if not len(points):
+        return length
+    far = columns.meet(columns.with_bounds(body.triangles), points + up * SKIN, up, length)
+    return np.minimum(far, length)
 
 
 def _by_support(

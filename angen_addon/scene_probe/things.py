@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...sensor_logic.contact.underside import is_closed
 from ..animation import is_animated
@@ -40,6 +41,7 @@ class Thing:
         self.half = np.zeros(3)
         self.middle = np.zeros(3)
         self._colliders: dict[tuple[float, ...], Collider] = {}
+        self._last: tuple[tuple[float, ...], Collider] | None = None
         self._closed: tuple[list[Any], bool] | None = None
 
     @property
@@ -59,6 +61,9 @@ class Thing:
 
     def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
         """Its shapes at a scale (3,), read when first asked for."""
+        exact = (*scale.tolist(), metres)
+        if self._last is not None and self._last[0] == exact:
+            return self._last[1]
         named = tuple(np.round(scale, 6).tolist()) + (metres,)
         if named not in self._colliders:
             evaluated = self.original.evaluated_get(depsgraph)
@@ -69,7 +74,8 @@ class Thing:
             else:
                 made = surface_collider(evaluated, scale, metres)
             self._colliders[named] = made
-        return self._colliders[named]
+        self._last = exact, self._colliders[named]
+        return self._last[1]
 
     def is_closed(self, topologies: list[Any]) -> bool:
         """Whether its surfaces, given by their triangles (n, 3) of vertices, all have an inside."""
@@ -99,6 +105,7 @@ class Things:
         self.row: dict[Key, int] = {}
         self.middle, self.half = np.empty((0, 3)), np.empty((0, 3))
         self.even = np.empty(0, bool)
+        self._supports: dict[Key, NDArray[np.intp]] = {}
         self._listing = -1
         self._pads: list[int] = []
 
@@ -128,7 +135,23 @@ class Things:
         self.constraints = [link for link in links if link.rigid_body_constraint]
         return True
 
+    def supports_of(self, thing: Thing, solids: Solids) -> NDArray[np.intp]:
+        """Rows of the solids, as last synced, that a thing may stand on: not its own parts, but for
+        the pads among these."""
+        rows = self._supports.get(thing.key)
+        if rows is None:
+            uid = thing.original.session_uid
+            chosen = []
+            for solid in solids.solids:
+                key = self.of_solid.get(solid.number, GROUND)
+                pad = key in self.by_key and self.by_key[key].pad
+                if key != thing.key and (pad or uid not in solid.owners):
+                    chosen.append(solid.row)
+            rows = self._supports[thing.key] = np.array(chosen, np.intp)
+        return rows
+
     def _finish(self) -> None:
+        self._supports.clear()
         known = list(self.by_key.values())
         self.keys = list(self.by_key)
         self.row = {key: row for row, key in enumerate(self.keys)}

@@ -27,6 +27,16 @@ def needed(values: np.ndarray, tolerance: float) -> list[int]:
     return kept
 
 
+def at_rest(values: np.ndarray, tolerance: float) -> np.ndarray:
+    """The values of keys without creep: what differs by no more than that from the key before
+    stands still."""
+    found = values.copy()
+    for number in range(1, len(found)):
+        if abs(values[number] - found[number - 1]) <= tolerance:
+            found[number] = found[number - 1]
+    return found
+
+
 class Keys:
     """The action of one datablock; works with the actions of 4.2 and the layered ones since."""
 
@@ -60,4 +70,4 @@ class Keys:
     def bake(self, path: str, index: int, values: np.ndarray, tolerance: float) -> None:
         """Keys for one value a frame, the first at frame 1."""
         kept = needed(values, tolerance)
-        self.add(path, index, [k + 1 for k in kept], values[kept])
+        self.add(path, index, [k + 1 for k in kept], at_rest(values[kept], tolerance))

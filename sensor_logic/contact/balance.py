@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -99,8 +100,33 @@ class Balance:
     settled: bool
 
 
+class _Question:
+    """What `balance` is asked; equal to another where every number is."""
+
+    def __init__(self, loads: Sequence[Load], points: Points, joints: Sequence[Joint]) -> None:
+        self.loads, self.points, self.joints = loads, points, joints
+        parts = [[*vars(points).values()], *([*vars(part).values()] for part in (*loads, *joints))]
+        arrays = [np.asarray(value) for part in parts for value in part]
+        # With the shapes no two questions have the same bytes.
+        self._key = tuple((array.shape, array.tobytes()) for array in arrays)
+        self._hash = hash(self._key)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Question) and self._key == other._key
+
+
 def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ()) -> Balance:
-    """The contact forces on bodies 0 … len(loads) − 1."""
+    """The contact forces on bodies 0 … len(loads) − 1; not to be written to: where nothing has
+    moved they are those of the last time."""
+    return _balance(_Question(loads, points, joints))
+
+
+@lru_cache(maxsize=64)
+def _balance(question: _Question) -> Balance:
+    loads, points, joints = question.loads, question.points, question.joints
     axes = np.stack([load.axes for load in loads])
     wrench = _turned(axes, np.stack([load.wrench for load in loads]))
     sizes = np.array([load.size for load in loads])
@@ -144,6 +170,7 @@ def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ())
 
     local = (given * root * scale)[: 3 * count].reshape(count, 3)
     forces = np.einsum("nij,ni->nj", frames, local)
+    forces.flags.writeable = False
     missing = (target - scaled @ given).reshape(-1, 6) * scale / unit
     return Balance(forces, _turned(axes.transpose(0, 2, 1), missing), steps, settled)
 
@@ -251,6 +278,12 @@ class _Problem:
     target: Array
     count: int
 
+    @cached_property
+    def by_direction(self) -> list[Array]:
+        """The map (6·bodies, n) of pressing, and of rubbing along each of the two tangents."""
+        pushes = self.scaled[:, : 3 * self.count]
+        return [np.ascontiguousarray(pushes[:, i::3]) for i in range(3)]
+
     def as_if_held(self, soft: Array) -> Array:
         """The displacement if all points could pull and rub without limit."""
         hessian = self.scaled @ self.scaled.T
@@ -292,12 +325,12 @@ class _Problem:
             turning = mu * state.onto[index] / np.where(size > 0.0, size, 1.0)
             part[:, 1:, 1:] += turning[:, None, None] * across
             jacobian[index] = part
-        held = state.sticks | state.slips
-        rows = len(self.scaled)
-        contacts = self.scaled[:, : 3 * self.count].reshape(rows, self.count, 3)[:, held]
-        pushed = np.einsum("rci,cij->rcj", contacts, jacobian[held])
+        # One product of matrices for each direction is several times as quick as all in one.
         tied = self.scaled[:, 3 * self.count :]
-        hessian: Array = pushed.reshape(rows, -1) @ contacts.reshape(rows, -1).T + tied @ tied.T
+        hessian: Array = tied @ tied.T
+        for j, contacts in enumerate(self.by_direction):
+            pushed = sum(other * jacobian[:, i, j] for i, other in enumerate(self.by_direction))
+            hessian += pushed @ contacts.T
         return hessian
 
 

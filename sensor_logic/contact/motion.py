@@ -58,9 +58,9 @@ def motion(
     spin_out = rotation_vector(turns[2] @ turns[1].T) / dt
     velocity, spin = (step_in + step_out) / (2 * dt), (spin_in + spin_out) / 2
     reach = max(float(np.abs(step_in).max()), float(np.abs(step_out).max()))
-    reach += size * dt * max(float(np.linalg.norm(spin_in)), float(np.linalg.norm(spin_out)))
-    fastest = max(np.linalg.norm(step_in), np.linalg.norm(step_out)) / dt
-    fastest = max(fastest, size * np.linalg.norm(spin_in), size * np.linalg.norm(spin_out))
+    spinning = size * max(_length(spin_in), _length(spin_out))
+    reach += dt * spinning
+    fastest = max(max(_length(step_in), _length(step_out)) / dt, spinning)
     if fastest < rest_speed:
         still = np.zeros(3)
         return Motion(still, still, still, still, reach)
@@ -102,11 +102,17 @@ def _rate(damping: float) -> float:
 def rotation_of(pose: Array) -> Array:
     """(3, 3) rotation of a pose whose columns may be scaled or mirrored."""
     columns = pose[:3, :3]
-    lengths = np.linalg.norm(columns, axis=0)
+    lengths = np.sqrt((columns * columns).sum(axis=0))
     turned: Array = columns / np.where(lengths > 0.0, lengths, 1.0)
-    if np.linalg.det(turned) < 0.0:
+    (a, b, c), (d, e, f), (g, h, i) = turned.tolist()
+    if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) < 0.0:
         turned = -turned
     return turned
+
+
+def _length(vector: Array) -> float:
+    """Of a single vector; `np.linalg.norm` takes several times as long."""
+    return math.sqrt(float(vector @ vector))
 
 
 def rotation_vector(rotation: Array) -> Array:
@@ -118,7 +124,7 @@ def rotation_vector(rotation: Array) -> Array:
             rotation[1, 0] - rotation[0, 1],
         ]
     )
-    sine = float(np.linalg.norm(axis))
+    sine = _length(axis)
     cosine = (float(np.trace(rotation)) - 1.0) / 2.0
     if sine < 1e-9:
         # Half a turn has no direction here; a body that spins so fast is not resolved anyway.

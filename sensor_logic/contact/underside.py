@@ -35,18 +35,20 @@ def centre_of_mass(triangles: Array, closed: bool) -> Array:
 
     The volume's centroid is the sum over tetrahedra to a common point (divergence theorem).
     """
-    origin = triangles.reshape(-1, 3).mean(axis=0)
-    about = triangles - origin
-    volumes = np.einsum("ij,ij->i", about[:, 0], np.cross(about[:, 1], about[:, 2])) / 6.0
-    extent = np.ptp(about.reshape(-1, 3), axis=0)
+    places = _by_axis(triangles)
+    origin: Array = places.mean(axis=(0, 2))
+    about = places - origin[:, None]
+    volumes = _dot(about[0], _cross(about[1], about[2])) / 6.0
+    extent = about.max(axis=(0, 2)) - about.min(axis=(0, 2))
     if closed and abs(volumes.sum()) > LEAST_VOLUME * float(extent.prod()):
-        weights, middles = volumes, about.sum(axis=1) / 4.0
+        weights, share = volumes, 4.0
     else:
-        weights, middles = _areas(triangles), about.mean(axis=1)
+        sides = _cross(about[1] - about[0], about[2] - about[0])
+        weights, share = np.sqrt(_dot(sides, sides)) / 2.0, 3.0
     total = float(weights.sum())
-    centre: Array = origin
-    if total != 0.0:
-        centre = origin + (weights[:, None] * middles).sum(axis=0) / total
+    if total == 0.0:
+        return origin
+    centre: Array = origin + (about.sum(axis=0) @ weights) / (share * total)
     return centre
 
 
@@ -60,10 +62,26 @@ def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
     return bool(np.array_equal(np.sort(forth), np.sort(back)))
 
 
-def _areas(triangles: Array) -> Array:
-    sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    areas: Array = np.linalg.norm(sides, axis=1) / 2.0
-    return areas
+def _by_axis(triangles: Array) -> Array:
+    """(3 corners, 3 axes, n): of many triangles numpy is quickest with one number of each."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
+
+
+def _cross(one: Array, two: Array) -> Array:
+    """Vector products (3, n)."""
+    return np.stack(
+        [
+            one[1] * two[2] - one[2] * two[1],
+            one[2] * two[0] - one[0] * two[2],
+            one[0] * two[1] - one[1] * two[0],
+        ]
+    )
+
+
+def _dot(one: Array, two: Array) -> Array:
+    """Scalar products (n,) of vectors (3, n)."""
+    products: Array = one[0] * two[0] + one[1] * two[1] + one[2] * two[2]
+    return products
 
 
 def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -> Samples:
@@ -72,21 +90,23 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
     Triangles (n, 3, 3) run counter-clockwise seen from outside; of a surface without an inside
     both sides count.
     """
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2.0
-    sizes = np.linalg.norm(normals, axis=1)
-    facing = -(normals @ up)
+    places = _by_axis(triangles)
+    normals = _cross(places[1] - places[0], places[2] - places[0]) / 2.0
+    sizes = np.sqrt(_dot(normals, normals))
+    facing = -(up @ normals)
     if not closed:
         facing = np.abs(facing)
-    elif _volume(triangles) < 0.0:
+    elif _volume(places) < 0.0:
         facing = -facing
-    near = (triangles.min(axis=1) <= hi).all(axis=1) & (triangles.max(axis=1) >= lo).all(axis=1)
-    chosen = near & (facing > STEEPEST * sizes)
-    triangles, facing = triangles[chosen], facing[chosen]
+    near = (places.min(axis=0) <= hi[:, None]) & (places.max(axis=0) >= lo[:, None])
+    chosen = near.all(axis=0) & (facing > STEEPEST * sizes)
+    triangles, places, facing = triangles[chosen], places[:, :, chosen], facing[chosen]
     if not len(triangles):
         return Samples(np.empty((0, 3)), np.empty(0))
     spacing = max(SPACING, float(np.sqrt(2.0 * facing.sum() / MOST_SAMPLES)))
-    edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
-    parts = np.clip(np.ceil(edges / spacing).astype(int), 1, 200)
+    edges = [places[i] - places[i - 1] for i in range(3)]
+    longest = np.sqrt(np.max([_dot(edge, edge) for edge in edges], axis=0))
+    parts = np.clip(np.ceil(longest / spacing).astype(int), 1, 200)
     points, areas = [], []
     for count in np.unique(parts).tolist():
         some = parts == count
@@ -95,15 +115,17 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
         points.append(inside)
         areas.append(np.repeat(facing[some] / len(weights), len(weights)))
     found, share = np.concatenate(points), np.concatenate(areas)
-    kept = ((found >= lo) & (found <= hi)).all(axis=1)
+    within = [(low <= x) & (x <= high) for low, high, x in zip(lo, hi, found.T, strict=True)]
+    kept = within[0] & within[1] & within[2]
     if not kept.any():
         return Samples(np.empty((0, 3)), np.empty(0))
     return Samples(*gathered(found[kept], share[kept], spacing))
 
 
-def _volume(triangles: Array) -> float:
-    about = triangles - triangles.reshape(-1, 3).mean(axis=0)
-    return float(np.einsum("ij,ij->", about[:, 0], np.cross(about[:, 1], about[:, 2])))
+def _volume(places: Array) -> float:
+    """Six times the volume within triangles given by axis, (3, 3, n)."""
+    about = places - places.mean(axis=(0, 2))[:, None]
+    return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
 
 def _centroids(count: int) -> Array:
@@ -127,13 +149,14 @@ def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
 
     Returns places (k, 3), the centroids of the areas in the cells, and areas (k,).
     """
-    grid = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
-    size = grid.max(axis=0) + 1
-    flat = grid[:, 0] + size[0] * (grid[:, 1] + size[1] * grid[:, 2])
+    axes = np.ascontiguousarray(points.T)
+    grid = np.floor((axes - axes.min(axis=1)[:, None]) / cell).astype(np.int64)
+    size = grid.max(axis=1) + 1
+    flat = grid[0] + size[0] * (grid[1] + size[1] * grid[2])
     cells, of = np.unique(flat, return_inverse=True)
     of, count = of.ravel(), len(cells)
     total = np.bincount(of, areas, count).astype(np.float64)
-    sums = np.stack([np.bincount(of, areas * points[:, i], count) for i in range(3)], axis=1)
+    sums = np.stack([np.bincount(of, areas * x, count) for x in axes], axis=1)
     return sums / total[:, None], total
 
 

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays that are met all at once, in one plane or one way, against Blender's hierarchy; and what the
+caster remembers of solids that move now and then."""
+
+import sys
+from pathlib import Path
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+from bl_ext.user_default.angen_sensors.angen_addon import state
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import columns, sections
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
+from mathutils.bvhtree import BVHTree
+
+sys.path.insert(0, str(Path(__file__).parent))
+from random_scene import LAST_FRAME, RandomScene
+
+# Blender's hierarchy is in single precision.
+TOLERANCE = 5e-6
+
+
+def lump(subdivisions=3):
+    """Vertices and triangles of a lumpy ball of 1 m."""
+    mesh = bmesh.new()
+    bmesh.ops.create_icosphere(mesh, subdivisions=subdivisions, radius=1.0)
+    for vertex in mesh.verts:
+        vertex.co *= 1.0 + 0.3 * np.sin(5.0 * vertex.co.x) * np.cos(4.0 * vertex.co.z)
+    mesh.verts.index_update()
+    points = np.array([vertex.co for vertex in mesh.verts], np.float32)
+    corners = np.array([[vertex.index for vertex in face.verts] for face in mesh.faces])
+    mesh.free()
+    return points, corners
+
+
+def tree_of(points, corners):
+    return BVHTree.FromPolygons(points.tolist(), corners.tolist(), all_triangles=True, epsilon=0.0)
+
+
+def met_by(tree, starts, ways, length):
+    found = [tree.ray_cast(s, w, m)[3] for s, w, m in zip(starts, ways, length, strict=True)]
+    return np.array([np.inf if distance is None else distance for distance in found])
+
+
+def fan(random, rays=24):
+    """Origins and directions of a fan that looks at the origin from 3 m, anyhow turned."""
+    at = random.normal(size=3)
+    at *= 3.0 / np.linalg.norm(at)
+    ahead = -at / 3.0
+    aside = np.cross(ahead, random.normal(size=3))
+    aside /= np.linalg.norm(aside)
+    angle = np.linspace(-0.5, 0.5, rays)[:, None]
+    ways = np.cos(angle) * ahead + np.sin(angle) * aside
+    return at + 0.05 * ways, ways
+
+
+@pytest.mark.parametrize("far_off", [0.0, 500.0])
+def test_a_fan_meets_what_its_plane_cuts(far_off):
+    random = np.random.default_rng(1)
+    points, corners = lump()
+    tree = tree_of(points, corners)
+    hits = 0
+    for _ in range(40):
+        origins, ways = fan(random)
+        expected = met_by(tree, origins, ways, np.full(len(ways), 9.0))
+        moved = points.astype(np.float64) + far_off
+        point, normal = sections.plane_of(origins + far_off, ways)
+        faces = sections.cut(moved, corners.T, normal, float(point @ normal))
+        assert 0 < len(faces) < len(corners) / 3
+        got = sections.meet(moved[corners[faces]], origins + far_off, ways)
+        both = np.isfinite(got) & np.isfinite(expected)
+        # On the outline a hair's breadth decides.
+        assert (np.isfinite(got) != np.isfinite(expected)).sum() <= 1
+        assert np.abs(got[both] - expected[both]).max(initial=0.0) < TOLERANCE
+        hits += int(both.sum())
+    assert hits > 400
+
+
+def test_only_rays_of_one_plane_have_one():
+    random = np.random.default_rng(2)
+    origins, ways = fan(random)
+    assert sections.plane_of(origins, ways) is not None
+    for rays in (1, 2):
+        assert sections.plane_of(origins[:rays], ways[:rays]) is not None
+    side_by_side = np.linspace(0, 1, 5)[:, None] * [1.0, 0.0, 0.0]
+    _, normal = sections.plane_of(side_by_side, np.tile([0.0, 0.0, -1.0], (5, 1)))
+    assert abs(normal) == pytest.approx([0.0, 1.0, 0.0])
+    tilted = ways.copy()
+    tilted[3] += 1e-4 * np.cross(ways[0], ways[-1])
+    assert sections.plane_of(origins, tilted) is None
+    lifted = origins.copy()
+    lifted[3] += 1e-4 * np.cross(ways[0], ways[-1])
+    assert sections.plane_of(lifted, ways) is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_columns_meet_the_nearest_triangle_within_their_length(seed):
+    random = np.random.default_rng(seed)
+    points, corners = lump()
+    way = random.normal(size=3) if seed else np.array([0.0, 0.0, -1.0])
+    way /= np.linalg.norm(way)
+    starts = random.uniform(-1.3, 1.3, (700, 3)) - way
+    length = random.uniform(0.1, 2.5, len(starts))
+    expected = met_by(tree_of(points, corners), starts, np.tile(way, (700, 1)), length)
+    surface = columns.with_bounds(points[corners].astype(np.float64))
+    got = columns.meet(surface, starts, way, length)
+    undecided = np.isfinite(got) != np.isfinite(expected)
+    assert undecided.sum() <= 2
+    both = np.isfinite(got) & np.isfinite(expected)
+    # Towards the outline, where a surface is seen nearly edge on, single precision blurs more.
+    error = np.abs(got[both] - expected[both])
+    assert np.median(error) < 1e-6 and np.quantile(error, 0.98) < 2e-5
+    assert 100 < both.sum() < 600
+
+
+def test_columns_leave_no_gap_along_edges():
+    """Straight onto the edges and corners of a grid of triangles."""
+    side = np.linspace(0, 1, 6)
+    corner = np.array([(x, y, 0.0) for x in side[:-1] for y in side[:-1]])
+    a, b = np.array([0.2, 0, 0]), np.array([0, 0.2, 0])
+    triangles = np.concatenate(
+        [np.stack([corner, corner + a, corner + b], 1),
+         np.stack([corner + a, corner + a + b, corner + b], 1)]
+    )  # fmt: skip
+    at = np.linspace(0.0, 1.0, 21)
+    starts = np.array([(x, y, 1.0) for x in at for y in at])
+    surface = columns.with_bounds(triangles)
+    got = columns.meet(surface, starts, np.array([0.0, 0.0, -1.0]), np.full(len(starts), 2.0))
+    assert got == pytest.approx(np.ones(len(starts)), abs=1e-12)
+    beside = columns.meet(surface, starts + [1.01, 0, 0], np.array([0.0, 0, -1.0]), np.full(441, 2))
+    assert np.isinf(beside).all()
+    no_reach = columns.meet(surface, starts, np.array([0.0, 0.0, -1.0]), np.full(441, 0.99))
+    assert np.isinf(no_reach).all()
+
+
+def test_columns_pass_over_what_is_no_place():
+    triangles = np.full((3, 3, 3), np.nan)
+    triangles[1] = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    triangles[2] = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
+    up = np.array([0.0, 0.0, 1.0])
+    got = columns.meet(
+        columns.with_bounds(triangles), np.array([(0.2, 0.2, -1)]), up, np.ones(1) * 3
+    )
+    assert got == pytest.approx([1.0])
+
+
+def test_a_fan_sees_a_body_that_changes_shape_without_a_hierarchy(empty_scene):
+    points, corners = lump()
+    mesh = bpy.data.meshes.new("lump")
+    mesh.from_pydata(points.tolist(), [], corners.tolist())
+    body = bpy.data.objects.new("lump", mesh)
+    bpy.context.scene.collection.objects.link(body)
+    body.rotation_euler, body.scale = (0.3, 0.2, 1.0), (1.0, 1.2, 0.9)
+    body.shape_key_add(name="Basis")
+    key = body.shape_key_add(name="wide")
+    for vertex, point in zip(mesh.vertices, key.data, strict=True):
+        point.co = vertex.co * 1.3
+    key.value = 0.0
+    key.keyframe_insert("value", frame=1)
+    key.value = 1.0
+    key.keyframe_insert("value", frame=20)
+    pair = RayCaster(), SceneRayCaster(bpy.context.scene)
+    for caster in pair:
+        state.CACHE.watch(caster.solids)
+    random = np.random.default_rng(3)
+    hits = 0
+    for frame in range(1, 20):
+        bpy.context.scene.frame_set(frame)
+        origins, ways = fan(random)
+        fast, slow = (
+            caster.update(bpy.context.evaluated_depsgraph_get())
+            or caster.cast(0, 0, origins, ways, np.full(len(ways), 6.0))
+            for caster in pair
+        )
+        wrong = np.abs(fast - slow) > 2e-5
+        assert wrong.sum() <= 1, (frame, fast[wrong], slow[wrong])
+        hits += int((slow < 6.0).sum())
+        assert pair[0].solids.solids[0].geometry.has_tree == (frame == 1)
+    assert hits > 150
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bundles_that_take_turns_miss_no_change(empty_scene, seed):
+    """Each bundle is cast now and then; whatever moved in between, it sees what is there."""
+    world = RandomScene(seed, False)
+    random = np.random.default_rng(seed)
+    pair = RayCaster(), SceneRayCaster(world.scene)
+    for caster in pair:
+        state.CACHE.watch(caster.solids)
+    bundles = [tuple(np.array([tuple(v) for v in part]) for part in world.rays(30)) for _ in "123"]
+    sensor = world.scene.objects[0].session_uid
+    wrong = hits = 0
+    for frame in range(1, min(LAST_FRAME, 24)):
+        world.scene.frame_set(frame)
+        for caster in pair:
+            caster.update(bpy.context.evaluated_depsgraph_get())
+        which = int(random.integers(3))
+        origins, ways = bundles[which]
+        ways = ways / np.linalg.norm(ways, axis=1)[:, None]
+        fast, slow = (c.cast(sensor, which, origins, ways, np.full(30, 6.0)) for c in pair)
+        wrong += int((np.abs(fast - slow) > 2e-5).sum())
+        hits += int((slow < 6.0).sum())
+    # Grazing rays are undecided in single precision.
+    assert wrong <= hits / 100
+    assert hits > 60

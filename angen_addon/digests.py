@@ -9,8 +9,10 @@ keys or a driver set (the keys and the driver are in), and the outputs of sensor
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -20,13 +22,15 @@ from .animation import action_curves
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
+# Of sensors what they say; of images the dots an inch, which loading reads from the image's file.
+OF_NO_CONCERN = {"AngenSensor": OUTPUTS, "Image": {"resolution"}}
 # Worked out by Blender, or of the interface alone.
 DERIVED = {
     "animation_data", "bl_rna", "bound_box", "children", "dimensions", "id_data", "is_evaluated",
     "library", "library_weak_reference", "matrix", "matrix_basis", "matrix_channel",
     "matrix_local", "matrix_world", "name_full", "original", "override_library", "preview",
     "rna_type", "session_uid", "tag", "users", "asset_data", "execution_time", "warning_count",
-    "is_missing", "is_runtime_data", "point_cache", "point_caches",
+    "is_missing", "is_runtime_data", "point_cache", "point_caches", "trail_count",
 }  # fmt: skip
 INTERFACE = {
     "active_index", "active_material", "active_material_index", "active_node", "active_shape_key",
@@ -91,6 +95,8 @@ class _Walk:
             value = getattr(struct, name, None)
             if kind == "VALUE":
                 found.append(self._masked(key[0], name, value))
+            elif kind == "FILE":
+                found.append(_file(struct, value, self._id.library))
             elif kind == "POINTER":
                 found.append(self._pointer(value, depth))
             elif value is not None:
@@ -142,10 +148,29 @@ class _Walk:
         except TypeError:
             return []
         return [
-            (name, self._masked(pointer, name, struct[name]))
+            (name, self._masked(pointer, name, _stored(struct[name])))
             for name in sorted(names)
             if not name.startswith("_")
         ]
+
+
+def _stored(value: Any) -> Any:
+    """As a file gives it back, where truth may have become a number."""
+    return int(value) if isinstance(value, bool) else value
+
+
+def _file(struct: Any, path: Any, library: Any) -> Facts:
+    """What a path leads to, as Save As, which writes paths anew, leaves it: its name, and the size
+    of the file, which tells two of one name apart."""
+    name = re.split(r"[/\\]", path.rstrip("/\\"))[-1]
+    packed = getattr(struct, "packed_file", None)
+    if packed is not None:
+        return [name, packed.size]
+    size = -1
+    with suppress(OSError, ValueError):
+        found = Path(bpy.path.abspath(path, library=library))
+        size = found.stat().st_size if found.is_file() else -1
+    return ["" if name in {".", ".."} else name, size]
 
 
 def _plain(value: Any) -> Any:
@@ -191,7 +216,7 @@ def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
             continue
         if on_screen and (name in {"location", "height", "color", "hide", "dimensions"}):
             continue
-        if cls.__name__ == "AngenSensor" and name in OUTPUTS:
+        if name in OF_NO_CONCERN.get(cls.__name__, ()):
             continue
         if prop.type == "COLLECTION":
             if not name.startswith("all_"):
@@ -199,7 +224,8 @@ def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
         elif prop.type == "POINTER":
             plan.append((name, "POINTER"))
         elif not prop.is_readonly:
-            plan.append((name, "VALUE"))
+            is_path = prop.type == "STRING" and prop.subtype in {"FILE_PATH", "DIR_PATH"}
+            plan.append((name, "FILE" if is_path else "VALUE"))
     return tuple(plan)
 
 
@@ -268,6 +294,13 @@ def _weights(mesh: Any) -> Any:
 def part_facts(datablock: Any, part: Any) -> Any:
     """The same for a part of a datablock, such as a scene's rigid-body world."""
     return _Walk(datablock)._pointer(part, 0)
+
+
+def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
+    """The same for chosen settings of a datablock or of a part of it."""
+    walk = _Walk(datablock)
+    pointer = part.as_pointer()
+    return [walk._masked(pointer, name, getattr(part, name)) for name in names]
 
 
 def custom_facts(datablock: Any) -> Facts:

@@ -15,7 +15,9 @@ from typing import Any
 
 import bpy
 
-from .digests import animation_facts, custom_facts, facts_of, part_facts
+from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.parameters import specs
+from .digests import animation_facts, custom_facts, facts_of, part_facts, setting_facts
 
 SCENE, SHOWN = "scene", "shown"
 # Told by what uses them, or of no sensor's interest.
@@ -32,16 +34,24 @@ SHADING = (
 )  # fmt: skip
 OF_SCENE = (
     "frame_start", "angen_seed", "angen_substeps", "angen_luminous_efficacy", "angen_ray_caster",
-    "use_gravity",
+    "use_gravity", "gravity",
 )  # fmt: skip
 OF_RENDER = (
     "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
 )  # fmt: skip
+OF_UNITS = ("system", "scale_length")
 # A camera that nothing but these uses moves no reading.
 HARMLESS_USERS = (
     bpy.types.Collection, bpy.types.Scene, bpy.types.Screen, bpy.types.WindowManager,
     bpy.types.WorkSpace,
 )  # fmt: skip
+
+# By kind of sensor, its parameters that are texts.
+READS_TEXTS = {
+    kind.identifier: names
+    for kind in KINDS.values()
+    if (names := [n for n, spec in specs(kind.parameters).items() if spec.pointer == "Text"])
+}
 
 
 @dataclass
@@ -80,6 +90,7 @@ def take(scene: Any, depsgraph: Any, light: bool) -> Fingerprint:
             continue
         if light or not isinstance(original, SHADING) or key in read_by_drivers:
             made.digests[key] = digest_of(original)
+        made.digests.update(warmth_of(original))
     made.digests.update(surroundings(scene, view_layer, light))
     return made
 
@@ -87,23 +98,41 @@ def take(scene: Any, depsgraph: Any, light: bool) -> Fingerprint:
 def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
     """Digests of the scene's own settings and of what is shown; cheap."""
     own: list[Any] = [
-        _value(scene, OF_SCENE),
-        _value(scene.render, OF_RENDER),
-        tuple(scene.gravity),
+        setting_facts(scene, part, names)
+        for part, names in (
+            (scene, OF_SCENE),
+            (scene.render, OF_RENDER),
+            (scene.unit_settings, OF_UNITS),
+        )
     ]
-    units = scene.unit_settings
-    own += [units.system, units.scale_length, animation_facts(scene), custom_facts(scene)]
+    own += [animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
-    own += [part_facts(scene, scene.rigidbody_world)]
+    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(view_layer.objects))]
     if light and hasattr(scene, "cycles"):
         own += [part_facts(scene, scene.cycles)]
     shown = [
-        (obj.name_full, obj.hide_get(view_layer=view_layer))
+        (obj.name_full, obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
         if obj.type != "CAMERA"
     ]
     layers = list(_layers(view_layer.layer_collection))
     return {SCENE: _digest(own), SHOWN: _digest([sorted(shown), layers])}
+
+
+def _is_disabled(obj: Any) -> bool:
+    """By the monitor icon, and not only at this frame: it is not evaluated then, and no update
+    tells that it is switched on."""
+    return obj.hide_viewport and bool(setting_facts(obj, obj, ["hide_viewport"])[0])
+
+
+def _texts_read(objects: Iterable[Any]) -> Iterator[str]:
+    """Contents of the texts that sensors read, such as lens tables: no update tells of edits."""
+    for obj in objects:
+        names = READS_TEXTS.get(obj.angen_sensor.kind)
+        if names is not None:
+            group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
+            for text in (getattr(group, name) for name in names):
+                yield text.as_string() if text is not None else ""
 
 
 def key_of(original: Any) -> str:
@@ -114,16 +143,20 @@ def digest_of(original: Any) -> str:
     return _digest(facts_of(original))
 
 
+def warmth_of(original: Any) -> dict[str, str]:
+    """By key, what detectors of warmth see of a material, whose looks they do not see."""
+    if not isinstance(original, bpy.types.Material):
+        return {}
+    facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
+    return {f"Warmth {original.name_full}": _digest(facts)}
+
+
 def is_looked_at(original: Any) -> bool:
     return not isinstance(original, PASSED_OVER) and not original.is_embedded_data
 
 
 def _digest(facts: Any) -> str:
     return hashlib.blake2b(repr(facts).encode(), digest_size=9).hexdigest()
-
-
-def _value(owner: Any, names: Iterable[str]) -> list[Any]:
-    return [getattr(owner, name) for name in names]
 
 
 def _layers(layer: Any) -> Iterator[tuple[Any, ...]]:

@@ -58,6 +58,7 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     kept = state.CACHE.kept(scene)
     if kept is not None and _is_shown(scene, depsgraph):
         kept.note_edit(scene, depsgraph, playing)
+    state.CACHE.note_elsewhere(scene, depsgraph)
     if _holds_an_edit(depsgraph.updates, playing):
         state.CACHE.outdate_live()
     overlay.note_edit(scene)

@@ -9,7 +9,7 @@ import bpy
 
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
-from .fingerprint import Fingerprint, digest_of, is_looked_at, key_of, surroundings, take
+from .fingerprint import Fingerprint, digest_of, is_looked_at, key_of, surroundings, take, warmth_of
 
 NAMED = 3
 HERE = tuple(bpy.app.version[:2])
@@ -78,6 +78,14 @@ class Kept:
             if moved and original.animation_data is not None:
                 self._touched[key_of(original)] = f"'{original.name}'"
 
+    def note_elsewhere(self, depsgraph: Any) -> None:
+        """Another scene was evaluated anew, in part perhaps what this one has too."""
+        for original in (update.id.original for update in depsgraph.updates):
+            # Keys and nodes belong to something that may not be told of.
+            hidden = isinstance(original, bpy.types.Action) or original.is_embedded_data
+            if not isinstance(original, bpy.types.Scene):
+                self.unsure |= hidden or key_of(original) in self.fingerprint.digests
+
     def note_frame(self, scene: Any, depsgraph: Any) -> None:
         """The playhead moved: what is animated is where its keys say."""
         self._touched.clear()
@@ -95,9 +103,11 @@ class Kept:
             if layer is not None:
                 self._compare(surroundings(original, layer, self.fingerprint.light))
             return
+        known = self.fingerprint.digests
         key = key_of(original)
-        if is_looked_at(original) and key in self.fingerprint.digests:
+        if is_looked_at(original) and key in known:
             self._compare({key: digest_of(original)})
+        self._compare({k: d for k, d in warmth_of(original).items() if k in known})
 
     def _note_surroundings(self, scene: Any, depsgraph: Any) -> None:
         layer = scene.view_layers[depsgraph.view_layer.name]

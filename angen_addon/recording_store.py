@@ -28,6 +28,8 @@ LINE = 4096
 
 def put_into_file() -> None:
     """The recordings of all scenes as texts, each encoded once."""
+    # What the file had, if the extension was switched on after it was opened.
+    restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
     for uid, kept in state.CACHE.all_kept().items():
         if uid in scenes:
@@ -55,7 +57,7 @@ def restore() -> None:
             )
             print(f"Ängen Sensors: {state.CACHE.notice}", file=sys.stderr)
         else:
-            if isinstance(scene, bpy.types.Scene):
+            if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
                 find_sensors(kept, scene)
                 state.CACHE.keep(scene, kept)
         bpy.data.texts.remove(text)
@@ -69,8 +71,12 @@ def find_sensors(kept: Kept, scene: Any) -> None:
 
 
 def _texts() -> list[Any]:
-    """Ours, not those of libraries."""
-    return [t for t in bpy.data.texts if t.name.startswith(TEXT) and t.library is None]
+    """Ours, not those of libraries, nor of a user who likes the name."""
+    return [
+        text
+        for text in bpy.data.texts
+        if text.name.startswith(TEXT) and text.library is None and SCENE in text
+    ]
 
 
 def _encoded(kept: Kept) -> str:

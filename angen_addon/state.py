@@ -19,13 +19,15 @@ class Watching(Protocol):
 
 class Cache:
     """The last run of each scene, by its session uid; `running` while a run drives the frames, so
-    that handlers keep still; `live` is what follows the playhead without a recording; `shown_at`
-    when a frame was last shown, by the clock of `time.monotonic`; `notice` what the user should
-    know of a recording that a file had; `overlay` what the viewport draws of the sensors.
+    that handlers keep still, and `progress` the share of it that is done; `live` is what follows
+    the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
+    `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
+    what the viewport draws of the sensors.
     """
 
     def __init__(self) -> None:
         self.running = False
+        self.progress = 0.0
         self.live: Any = None
         self.shown_at = 0.0
         self.notice = ""
@@ -61,6 +63,13 @@ class Cache:
     def all_kept(self) -> dict[int, Kept]:
         """By the session uid of the scene."""
         return dict(self._kept)
+
+    def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
+        """What other scenes share with this one: Blender does not tell of it once they are shown
+        again."""
+        for uid, kept in self._kept.items():
+            if uid != scene.session_uid:
+                kept.note_elsewhere(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
         """A recording made with other settings of `owner`, an object or scene, would be a lie."""

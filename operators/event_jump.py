@@ -15,6 +15,7 @@ from ..angen_addon.timeline.events import log_indices, switch_indices
 from ..sensor_logic.event_log import format_frame
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.recording import Recording, Track
+from .recording import has_fresh_recording
 
 
 def active_sensor(context: Context) -> Sensor | None:
@@ -37,10 +38,10 @@ def poll_recorded(cls: Any, context: Context) -> bool:
         cls.poll_message_set("A simulation is running")
     elif active_sensor(context) is None:
         cls.poll_message_set("Make a sensor the active object: click it")
-    elif recorded(context) is None:
+    elif has_fresh_recording(cls, context):
+        if recorded(context) is not None:
+            return True
         cls.poll_message_set("Nothing is recorded of this sensor: switch it on and simulate")
-    else:
-        return True
     return False
 
 

@@ -16,6 +16,7 @@ from ..angen_addon.timeline.events import log_indices, switch_indices
 from ..sensor_logic.event_log import format_value
 from ..sensor_logic.recording import Recording, Track
 from .event_jump import active_sensor
+from .recording import has_fresh_recording
 
 # Blender draws each marker at each redraw: with more its window gets slow.
 MOST_MARKERS = 5000
@@ -77,8 +78,7 @@ class ANGEN_OT_markers_add(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.recording(context.scene) is None:
-            cls.poll_message_set("Simulate first")
+        if not has_fresh_recording(cls, context):
             return False
         if not _selected(context):
             cls.poll_message_set("Select sensors first")

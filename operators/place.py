@@ -164,13 +164,26 @@ def _surface_under(context: Context, event: Event) -> Surface | None:
     at = (event.mouse_x - region.x, event.mouse_y - region.y)
     if not (0 <= at[0] < region.width and 0 <= at[1] < region.height):
         return None
-    return first_surface(
+    return visible_surface(
         context.scene,
         context.evaluated_depsgraph_get(),
         region_2d_to_origin_3d(region, context.region_data, at),
         region_2d_to_vector_3d(region, context.region_data, at),
-        culled=context.space_data.shading.show_backface_culling,
+        context.space_data.shading.show_backface_culling,
     )
+
+
+def visible_surface(
+    scene: Any, depsgraph: Any, origin: Vector, direction: Vector, culled: bool
+) -> Surface | None:
+    """What the user sees first along a ray: one looks through what is shown as an outline, such as
+    a ceiling from above, unless there is nothing behind it."""
+    met = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)
+    return met or first_surface(scene, depsgraph, origin, direction, culled=culled)
+
+
+def _is_outline(obj: Any) -> bool:
+    return obj.display_type in {"WIRE", "BOUNDS"}
 
 
 def _height(context: Context, place: Vector) -> str:

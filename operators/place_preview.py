@@ -44,9 +44,7 @@ class Preview:
 
     def remove(self, context: Context) -> None:
         _remove(self._handle)
-        self._area.header_text_set(None)
-        context.workspace.status_text_set(None)
-        self._area.tag_redraw()
+        _clear_texts(self._area, context.workspace)
 
     def _draw(self, region: Any) -> None:
         if self.matrix is None or bpy.context.region != region:
@@ -63,6 +61,12 @@ class Preview:
             batch_for_shader(shader, "LINES", {"pos": self._lines}).draw(shader)
 
 
+def _clear_texts(area: Any, workspace: Any) -> None:
+    area.header_text_set(None)
+    workspace.status_text_set(None)
+    area.tag_redraw()
+
+
 def _remove(handle: Any) -> None:
     if handle in _handles:
         _handles.remove(handle)
@@ -70,5 +74,11 @@ def _remove(handle: Any) -> None:
 
 
 def remove_all() -> None:
+    """Takes back what operators show that were never told of their end."""
+    if _handles and bpy.context.window_manager is not None:
+        for window in bpy.context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    _clear_texts(area, window.workspace)
     for handle in list(_handles):
         _remove(handle)

@@ -13,16 +13,20 @@ from ..angen_addon import state
 WAY_OUT = "Simulate again, or undo the change"
 
 
+def why_not_fresh(scene: Any) -> str:
+    """Why there is no recording of the scene as it is, with the way out; empty where there is."""
+    kept = state.CACHE.kept(scene)
+    if kept is None:
+        return "Simulate first"
+    return f"The recording is stale, {kept.stale}. {WAY_OUT}" if kept.stale else ""
+
+
 def has_fresh_recording(operator: Any, context: Context) -> bool:
     """Whether there is a recording, of the scene as it is; sets the poll message."""
-    kept = state.CACHE.kept(context.scene)
-    if kept is None:
-        operator.poll_message_set("Simulate first")
-    elif kept.stale:
-        operator.poll_message_set(f"The recording is stale, {kept.stale}. {WAY_OUT}")
-    else:
-        return True
-    return False
+    why_not = why_not_fresh(context.scene)
+    if why_not:
+        operator.poll_message_set(why_not)
+    return not why_not
 
 
 def is_still_fresh(operator: Any, context: Context) -> bool:

@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Event, Operator
+from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
+from ..angen_addon import state
 from ..angen_addon.sensors import Sensor, all_sensors, unit_scale
 
 # m: the least radius of what is shown around a sensor, so that one sees where it is.
@@ -68,16 +71,18 @@ class ANGEN_OT_sensor_show(Operator):
         return next(iter(exact or named), None)
 
 
-def show(sensor: Sensor, context: Context, extend: bool = False) -> None:
+def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
     """Selects a sensor that is not hidden, alone, and moves the view to it; or adds it to the
-    selection."""
+    selection. `stay`: the view stays where the sensor is in it."""
     obj = sensor.object
     if not extend:
         for selected in context.selected_objects:
             selected.select_set(False)
     obj.select_set(True)
     context.view_layer.objects.active = obj
-    if not extend and context.area is not None and context.area.type == "VIEW_3D":
+    if extend or context.area is None or context.area.type != "VIEW_3D":
+        return
+    if not (stay and is_in_view(obj, context)):
         middle, radius = surroundings(sensor, context)
         frame(context, middle, radius)
 
@@ -92,9 +97,18 @@ def why_hidden(obj: Any, context: Context) -> str:
 
 
 def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
-    """Middle and radius, in Blender units, of what a sensor sees at most."""
+    """Middle and radius, in Blender units, of what a sensor sees, as it is drawn; else of what it
+    sees at most."""
     metres = unit_scale(context.scene)
     matrix = sensor.object.matrix_world
+    drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
+    for seen in drawn:
+        if seen.uid == sensor.uid and seen.ranges is not None and len(seen.ranges):
+            ends = seen.rays.origins + seen.rays.directions * seen.ranges[:, None]
+            points = np.vstack([ends, np.array(matrix.translation)])
+            lo, hi = points.min(axis=0), points.max(axis=0)
+            radius = max(float(np.linalg.norm(hi - lo)) / 2, LEAST_RADIUS / metres)
+            return Vector((lo + hi) / 2), radius
     ahead = -Vector(matrix.col[2][:3]).normalized()
     parameters = getattr(sensor.settings, sensor.kind.attribute)
     reach = float(getattr(parameters, "range_max", 0.0)) / metres
@@ -102,15 +116,50 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     return matrix.translation + ahead * (reach / 2), radius
 
 
+class Window(NamedTuple):
+    """The region that a 3D view draws in, and from where to where (pixels) nothing covers it."""
+
+    region: Any
+    left: int
+    right: int
+
+
+def window_of(area: Any) -> Window:
+    """Toolbar and sidebar lie over the view where the user's preferences want it so."""
+    window = next(region for region in area.regions if region.type == "WINDOW")
+    left, right = 0, window.width
+    for region in area.regions:
+        if region.type in {"TOOLS", "UI"} and region.width > 1:
+            start = region.x - window.x
+            if region.type == "TOOLS" and 0 <= start < window.width:
+                left = max(left, start + region.width)
+            elif region.type == "UI" and 0 < start < window.width:
+                right = min(right, start)
+    return Window(window, left, right) if left < right else Window(window, 0, window.width)
+
+
+def is_in_view(obj: Any, context: Context) -> bool:
+    """Whether the area shows the place of an object, wherever nothing covers it."""
+    window, left, right = window_of(context.area)
+    view = context.space_data.region_3d
+    at = location_3d_to_region_2d(window, view, obj.matrix_world.translation)
+    return at is not None and left < at.x < right and 0 < at.y < window.height
+
+
 def frame(context: Context, middle: Vector, radius: float) -> None:
-    """Moves the view, as View Selected does, without turning it."""
+    """Moves the view, as View Selected does, without turning it, so that nothing covers it."""
     space = context.space_data
     region = context.region_data or space.region_3d
     if region.view_perspective == "CAMERA":
         region.view_perspective = "PERSP"
-    region.view_location = middle
-    half = math.atan(SENSOR_MM / space.lens)
-    region.view_distance = MARGIN * radius / math.sin(half)
+    window, left, right = window_of(context.area)
+    # Of half the longer side, as the lens sees it; and of half of what is free.
+    longer = SENSOR_MM / space.lens
+    share = min(right - left, window.height) / max(window.width, window.height)
+    region.view_distance = MARGIN * radius / math.sin(math.atan(longer * share))
+    pixel = 2 * longer * region.view_distance / max(window.width, window.height)
+    aside = ((left + right) - window.width) / 2
+    region.view_location = middle - region.view_rotation @ Vector((aside * pixel, 0.0, 0.0))
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_sensor_show,))

@@ -68,7 +68,7 @@ class ANGEN_OT_simulate(Operator):
             return False
         return True
 
-    def _end(self, context: Context) -> None:
+    def _end(self, context: Context, early: bool = False) -> None:
         """Keeps what was recorded, if anything, and shows it at the playhead."""
         scene = context.scene
         if not self._updates() or scene is None:
@@ -81,7 +81,8 @@ class ANGEN_OT_simulate(Operator):
         depsgraph = context.evaluated_depsgraph_get()
         state.CACHE.keep(scene, keep(self._recording, scene, depsgraph))
         first, last = self._recording.frame_start, self._recording.frame_end
-        self.report({"INFO"}, f"Recorded frames {first} to {last}: {self._updates()} updates")
+        how = "Stopped, and recorded" if early else "Recorded"
+        self.report({"INFO"}, f"{how} frames {first} to {last}: {self._updates()} updates")
 
     def _updates(self) -> int:
         return sum(len(track) for track in self._recording.tracks.values())
@@ -105,13 +106,14 @@ class ANGEN_OT_simulate(Operator):
         self._started = time.perf_counter()
         manager = context.window_manager
         manager.progress_begin(0, 100)
+        state.CACHE.progress = 0.0
         self._timer = manager.event_timer_add(0.01, window=context.window)
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
         if event.type == "ESC":
-            self._stop(context)
+            self._stop(context, early=True)
             return {"FINISHED"}
         if event.type != "TIMER":
             # The scene is being stepped through: edits now would end up in the recording.
@@ -129,6 +131,7 @@ class ANGEN_OT_simulate(Operator):
             return {"FINISHED"}
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
         context.window_manager.progress_update(share)
+        state.CACHE.progress = share / 100
         left = time_left(progress, time.perf_counter() - self._started)
         context.workspace.status_text_set(
             f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %{left}. "
@@ -144,13 +147,13 @@ class ANGEN_OT_simulate(Operator):
                 return progress
         return None
 
-    def _stop(self, context: Context) -> None:
+    def _stop(self, context: Context, early: bool = False) -> None:
         self._run.close()  # type: ignore[attr-defined]
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
-        self._end(context)
+        self._end(context, early)
 
     def cancel(self, context: Context) -> None:
         self._stop(context)

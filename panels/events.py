@@ -14,6 +14,7 @@ from ..angen_addon.explain import MEMORY, Explanation
 from ..angen_addon.sensors import all_sensors
 from ..angen_addon.timeline.history import HISTORIES, Row
 from ..operators.markers import event_name
+from ..operators.recording import why_not_fresh
 from ..sensor_logic.event_log import format_frame
 from ..sensor_logic.recording import Recording, Track
 from .lines import (
@@ -44,8 +45,11 @@ class ANGEN_PT_events(Panel):
         if sensor is None:
             return
         track = recording.track_of(sensor.uid) if recording else None
-        if recording is None or track is None or not len(track):
-            layout.label(text="Not recorded: simulate", icon="INFO")
+        if recording is None:
+            draw_lines(layout, why_not_fresh(scene), "INFO")
+            return
+        if track is None or not len(track):
+            draw_lines(layout, "Nothing is recorded of it: switch it on and simulate", "INFO")
             return
         history = HISTORIES.get(recording, all_sensors(context.view_layer))
         row = history.row_of(sensor.uid)
@@ -105,7 +109,7 @@ class ANGEN_PT_timeline(Panel):
         column.prop(settings, "rows", expand=True)
         column.prop(settings, "names")
         if state.CACHE.recording(context.scene) is None:
-            layout.label(text="Nothing is recorded: simulate", icon="INFO")
+            layout.label(text=why_not_fresh(context.scene), icon="INFO")
         layout.separator()
         line = layout.row(align=True)
         line.operator("angen.markers_add", icon="MARKER_HLT")

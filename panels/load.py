@@ -10,6 +10,7 @@ from bpy.types import Context, Panel
 
 from ..angen_addon import weights
 from ..angen_addon.advice import is_simulated
+from ..sensor_logic.kinds import NO_KIND
 from .lines import draw_lines
 
 NAMES_SHOWN = 3
@@ -124,6 +125,11 @@ class ANGEN_PT_sidebar_weight(_Weight, Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Sensors"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        # A sensor can have a weight, in the Physics tab; here it would be in the way.
+        return super().poll(context) and context.object.angen_sensor.kind == NO_KIND
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -15,7 +15,7 @@ SIGNS = (
     (ACTIVE, "Motion, open, pressed, lit"),
     (IDLE, "Still, closed, free, dark"),
     (WRONG, "Not valid"),
-    (UNKNOWN, "Not simulated"),
+    (UNKNOWN, "No reading: scrub, play or simulate"),
     (OFF, "Off"),
 )
 

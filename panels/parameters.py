@@ -75,7 +75,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     in_sections = {name for _, names in sections for name in names}
     others = [name for name in specs(sensor.kind.parameters) if name not in in_sections]
     column = _column(layout, enabled)
-    column.prop(sensor.settings, "update_rate")
+    column.prop(sensor.settings, "update_rate", text="Rate (Hz)")
     _draw_parameters(column, sensor, others)
     for number, (title, names) in enumerate(sections):
         header, body = layout.panel(
@@ -100,7 +100,8 @@ def _draw_parameters(column: Any, sensor: Sensor, names: Any) -> None:
     for name in names:
         # What has one choice only is nothing to choose.
         if used(group, name, known[name]) and len(known[name].choices) != 1:
-            column.prop(group, name)
+            # Names are cut where they take more than the column of names has.
+            column.prop(group, name, text=known[name].label.replace(" field of view", ""))
 
 
 def _draw_problem(layout: Any, sensor: Sensor) -> None:

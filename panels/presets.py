@@ -58,6 +58,14 @@ def _draw_own(layout: Any, sensor: Any) -> None:
     layout.operator(ANGEN_OT_user_preset_save.bl_idname, text="Save as Preset …", icon="ADD")
 
 
+def draw_choice(layout: Any, sensor: Any) -> None:
+    """The menu's button, with the name of the part that the sensor is set to."""
+    found = presets_of(sensor.kind.identifier)
+    applied = [preset.label for preset in found if is_applied(sensor.object, preset)]
+    text = applied[0] if applied else "Presets"
+    layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
+
+
 def draw_presets(layout: Any, context: Context) -> None:
     """The menu's button, where the active object is a sensor."""
     if sensor_of(context.object) is not None:

@@ -16,18 +16,27 @@ from ..angen_addon.sensors import Sensor
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
 UNKNOWN = "DOT"
+NOTHING = "–"
+# Kinds whose main reading is what they measure; of the others it is the state.
+MEASURING = {"LIGHT", "PRESSURE"}
 
 
 @dataclass(frozen=True)
 class Shown:
-    """`text` and `icon` for a list; `problem`: why the reading is not valid, or there is none;
-    `fields`: what was published, None where nothing is known of it; `recorded`: not live."""
+    """`text` in full, `short` where there is little room, with the `icon` of the state; `problem`:
+    why the reading is not valid, or there is none; `fields`: what was published, None where nothing
+    is known of it; `recorded`: not live."""
 
     text: str
     icon: str
     problem: str = ""
     fields: Mapping[str, Any] | None = None
     recorded: bool = False
+    brief: str = ""
+
+    @property
+    def short(self) -> str:
+        return self.brief or self.text
 
 
 def shown(sensor: Sensor, scene: Any) -> Shown:
@@ -35,6 +44,9 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
     kind, settings = sensor.kind, sensor.settings
     if not settings.enabled:
         return Shown("Off", OFF)
+    if state.CACHE.running:
+        # What stands is of the frame where the playhead was before the run.
+        return Shown("Simulating", UNKNOWN, brief=NOTHING)
     recorded = _recorded(sensor, scene)
     fields, problem = recorded or _live(sensor, scene)
     value = quantity(settings.value, sensor.value_unit)
@@ -42,11 +54,13 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
         icon = WRONG if fields is None else DOUBTFUL
         # What stands is the last known reading, if there was any.
         text = f"Invalid, {value}" if fields and settings.value else "Invalid"
-        return Shown(text, icon, problem, fields, recorded is not None)
+        return Shown(text, icon, problem, fields, recorded is not None, "Invalid")
     if fields is None and not outputs.output_curves(sensor.object):
-        return Shown("Not simulated", UNKNOWN)
+        return Shown("No reading", UNKNOWN, brief=NOTHING)
     word, icon = (kind.active_label, ACTIVE) if settings.active else (kind.idle_label, IDLE)
-    return Shown(f"{word}, {value}", icon, "", fields, recorded is not None)
+    measures = sensor.kind.identifier in MEASURING
+    brief = rounded(settings.value, sensor.value_unit) if measures else word
+    return Shown(f"{word}, {value}", icon, "", fields, recorded is not None, brief)
 
 
 def _recorded(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str] | None:
@@ -72,14 +86,25 @@ def _live(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str]:
     return live.readings.get(sensor.name), problem
 
 
-def quantity(value: float, unit: str) -> str:
-    """A value as people read it: angles in degrees, forces to a hundredth of a newton."""
+def rounded(value: float, unit: str) -> str:
+    """A value in three or four letters, and its unit."""
     if not math.isfinite(value):
-        return "–"
+        return NOTHING
+    digits = 0 if abs(value) >= 99.95 else 1
+    return f"{value + 0.0:.{digits}f} {unit}".replace("-0.0 ", "0.0 ")
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value as people read it: angles in degrees, forces to a hundredth of a newton, a signal
+    without its sign in percent of what would be an alarm."""
+    if not math.isfinite(value):
+        return NOTHING
     if unit == "rad":
         return f"{math.degrees(value):.0f}°"
     if unit == "N":
         return f"{value + 0.0:.2f} N".replace("-0.00", "0.00")
+    if unit == "of threshold":
+        return f"{abs(value) * 100:.0f} % of threshold"
     if unit == "%":
         return f"{value:.1f} %"
     return f"{value:.3f} {unit}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sidebar tab "Sensors" of the 3D view: simulate, read, and the active sensor."""
+"""Sidebar tab "Sensors" of the 3D view: simulate, export, bake."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon import state
 from .lines import draw_lines
-from .parameters import draw_sensor, sensor_of
-from .presets import draw_presets
 
 
 class _Sidebar:
@@ -23,7 +21,6 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
 
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene
-        layout.use_property_split = True
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("angen.simulate", icon="PLAY")
         draw_recording(layout, scene)
@@ -34,11 +31,21 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         row = layout.row(align=True)
         row.operator("angen.bake_keyframes", icon="KEYFRAME_HLT")
         row.operator("angen.clear_recording", text="", icon="TRASH")
+        layout.prop(scene, "angen_live")
+
+
+class ANGEN_PT_simulation_settings(_Sidebar, Panel):
+    bl_label = "Settings"
+    bl_parent_id = "ANGEN_PT_simulation"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        layout, scene = self.layout, context.scene
+        layout.use_property_split = True
         column = layout.column()
-        column.prop(scene, "angen_live")
         column.prop(scene, "angen_substeps")
         column.prop(scene, "angen_seed")
-        column.prop(scene, "angen_luminous_efficacy")
+        column.prop(scene, "angen_luminous_efficacy", text="Efficacy")
         column.prop(scene, "angen_ray_caster")
 
 
@@ -46,7 +53,7 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
     """Whether there is a recording, and whether it still holds."""
     kept = state.CACHE.kept(scene)
     if state.CACHE.running:
-        layout.label(text="Simulating: Esc keeps what is done", icon="TIME")
+        layout.progress(text="Esc keeps what is done", factor=state.CACHE.progress)
     elif kept is None:
         layout.label(text="Not recorded: live values", icon="INFO")
     elif kept.stale:
@@ -56,31 +63,12 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
         recording = kept.recording
         text = f"Recorded: frames {recording.frame_start} to {recording.frame_end}"
         layout.label(text=text, icon="CHECKMARK")
+        if not recording.covers(scene.frame_current + scene.frame_subframe):
+            layout.label(text="This frame is not in it: live values", icon="INFO")
     if state.CACHE.notice:
         draw_lines(layout, state.CACHE.notice, "ERROR")
 
 
-class ANGEN_PT_active_sensor(_Sidebar, Panel):
-    bl_label = "Active Sensor"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return sensor_of(context.object) is not None
-
-    def draw_header(self, context: Context) -> None:
-        self.layout.prop(context.object.angen_sensor, "enabled", text="")
-
-    def draw_header_preset(self, context: Context) -> None:
-        draw_presets(self.layout, context)
-
-    def draw(self, context: Context) -> None:
-        sensor = sensor_of(context.object)
-        if sensor is None:
-            return
-        self.layout.label(text=f"{sensor.name}: {sensor.kind.label}", icon=sensor.kind.icon)
-        draw_sensor(self.layout, context, sensor)
-
-
 register, unregister = bpy.utils.register_classes_factory(
-    (ANGEN_PT_simulation, ANGEN_PT_active_sensor)
+    (ANGEN_PT_simulation, ANGEN_PT_simulation_settings)
 )

@@ -17,10 +17,10 @@ from .readings import ACTIVE, DOUBTFUL, IDLE, OFF, UNKNOWN, WRONG, Shown, shown
 
 # What wants to be looked at comes first.
 ORDER_OF_STATES = (WRONG, DOUBTFUL, ACTIVE, IDLE, UNKNOWN, OFF)
-ROWS, MOST_ROWS = 4, 12
+ROWS, MOST_ROWS = 4, 8
 # In a region wider than this many pixels at a scale of 1 there is a column for rooms.
 WIDE = 330
-NAME_SHARE, ROOM_SHARE = 0.55, 0.45
+NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 
 
 def sort_key(sensor: Sensor, seen: Shown | None, by: str) -> tuple[Any, ...]:
@@ -63,15 +63,19 @@ class ANGEN_UL_sensors(UIList):
         seen = shown(sensor, context.scene)
         row = layout.row(align=True)
         row.active = sensor.settings.enabled
-        split = row.split(factor=NAME_SHARE, align=True)
-        split.label(text=sensor.name, icon=seen.icon)
-        if _is_wide(context):
+        wide = _is_wide(context)
+        # The active one's row has a button too.
+        active = item == context.view_layer.objects.active
+        narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
+        split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
+        split.label(text=sensor.name, icon=seen.icon, translate=False)
+        if wide:
             split = split.split(factor=ROOM_SHARE, align=True)
-            split.label(text=sensor.room)
+            split.label(text=sensor.room, translate=False)
         value = split.row()
         value.alignment = "RIGHT"
-        value.label(text=seen.text)
-        if item == context.view_layer.objects.active:
+        value.label(text=seen.short, translate=False)
+        if active:
             again = row.operator("angen.sensor_show", text="", icon="ZOOM_SELECTED", emboss=False)
             again.name, again.library = sensor.name, sensor.library
 
@@ -157,12 +161,12 @@ def _active_index(self: PropertyGroup) -> int:
 
 
 def _show_index(self: PropertyGroup, index: int) -> None:
-    """A click on a row selects the sensor and shows it."""
+    """A click on a row selects the sensor, and shows it where it was out of view."""
     context = bpy.context
     objects = context.view_layer.objects
     sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None
     if sensor is not None and context.mode == "OBJECT" and not why_hidden(sensor.object, context):
-        show(sensor, context)
+        show(sensor, context, stay=True)
         bpy.ops.ed.undo_push(message="Show Sensor")
 
 

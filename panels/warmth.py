@@ -118,10 +118,21 @@ def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> N
     """What keeps a pyroelectric detector from feeling what its user expects."""
     if not warmth.pyroelectric([sensor]):
         return
-    for text in (warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)):
-        if text:
-            draw_lines(layout, text, "INFO")
+    cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
+    if cold:
+        draw_lines(layout, cold, "INFO")
+    if slow:
+        _draw_rate(draw_lines(layout, slow, "INFO"), context.scene)
     layout.operator(ANGEN_OT_lens_table.bl_idname, icon="TEXT")
+
+
+def _draw_rate(layout: Any, scene: Any) -> None:
+    """A button that sets the active sensor's rate to one that is enough."""
+    frames = scene.render.fps / scene.render.fps_base
+    # The least that is enough and falls on frames.
+    rate = max(frames / max(1.0, frames // warmth.ENOUGH_RATE), warmth.ENOUGH_RATE)
+    fit = layout.operator("wm.context_set_float", text=f"Set to {rate:g} Hz", icon="CHECKMARK")
+    fit.data_path, fit.value = "object.angen_sensor.update_rate", rate
 
 
 register, unregister = bpy.utils.register_classes_factory(

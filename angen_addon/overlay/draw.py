@@ -15,7 +15,7 @@ from ...panels.readings import Shown, shown
 from .. import state
 from . import labels, refresh
 from .field import Field
-from .picture import Part, lively_figures, picture, still_figures
+from .picture import Part, is_still, lively_figures, picture, still_figures
 
 THIN, BOLD = 1.2, 2.2
 ORDER = ("fills", "thin", "bold", "top_fills", "top")
@@ -62,6 +62,8 @@ def draw_fields() -> None:
     except ReferenceError:
         _drop()
         return
+    # The labels of this view are what Blender asks for next.
+    field.states = context.region.as_pointer(), states
     _draw_parts(_batches(field, context.scene, states))
 
 
@@ -71,7 +73,10 @@ def draw_labels() -> None:
     try:
         field = _field_to_draw(context)
         if field is not None:
-            states = states_of(field, context.scene, context.space_data)
+            region, states = field.states
+            field.states = 0, []
+            if region != context.region.as_pointer() or len(states) != len(field.seen):
+                states = states_of(field, context.scene, context.space_data)
             labels.draw(context, field, states)
     except ReferenceError:
         _drop()
@@ -84,19 +89,27 @@ def _drop() -> None:
 
 
 def _batches(field: Field, scene: Any, states: list[Shown | None]) -> list[dict[str, Any]]:
-    """The GPU's copy of the picture, made anew only where it changed: what changes seldom apart
-    from what changes with every update."""
+    """The GPU's copy of the picture, made anew only where it changed: the fields that are still
+    apart from those in which something moves, and from what changes with every update."""
     only_selected = scene.angen_overlay.which == "SELECTED"
     selected = tuple(seen.selected for seen in field.seen)
     now = [
         None if only_selected and not chosen else one
         for one, chosen in zip(states, selected, strict=True)
     ]
-    icons = tuple(one.icon if one is not None else None for one in now)
-    forces = tuple(_force_of(one) for one in now)
+    looks = [
+        (seen.made if seen.figure is not None else None, one.icon, chosen)
+        if one is not None
+        else None
+        for seen, one, chosen in zip(field.seen, now, selected, strict=True)
+    ]
+    still = tuple(
+        look if is_still(seen) else None for seen, look in zip(field.seen, looks, strict=True)
+    )
+    lively = field.extras, still, tuple(looks), tuple(_force_of(one) for one in now)
     return [
-        _kept(field, "still", (field.version, icons, selected), still_figures, now),
-        _kept(field, "lively", (field.extras, icons, selected, forces), lively_figures, now),
+        _kept(field, "still", (field.listed, still), still_figures, now),
+        _kept(field, "lively", (field.listed, lively), lively_figures, now),
     ]
 
 

@@ -44,7 +44,8 @@ class Seen:
 
     `matrix`: its place in the world; `rays` and their `ranges`, in Blender units, both None where
     it does not look; `outline` (n, 3): of a pad; `figure`, to be made anew where None, and `extra`,
-    what changes with every update; `problem`: why it cannot sense.
+    what changes with every update; `made`: the version of the field that the figure is from, and
+    `calm`: for how many looks it has been the same; `problem`: why it cannot sense.
     """
 
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
@@ -62,6 +63,7 @@ class Seen:
         self.number: int | None = None
         self.figure: Figure | None = None
         self.extra: Figure | None = None
+        self.made = self.calm = 0
         self._parts: dict[int, tuple[Array, Array, Array]] = {}
         self.problem = ""
         self.sweep = Sweep()
@@ -72,6 +74,7 @@ class Seen:
         self.matrix, self.parameters, self.pose = before.matrix, before.parameters, before.pose
         self.rays, self.ranges, self.outline = before.rays, before.ranges, before.outline
         self.figure, self.extra, self.problem = before.figure, before.extra, before.problem
+        self.made, self.calm = before.made, before.calm
         self.sweep, self.stale, self._parts = before.sweep, before.stale, before._parts
 
     def aim(self, rays: Rays | None) -> None:
@@ -104,12 +107,13 @@ def _is_animated(sensor: Sensor) -> bool:
 
 class Field:
     """The sensors of one scene. `version` grows whenever a figure changes, `extras` when what is
-    drawn of an update does; `frame` is that at which they were looked at; `outdated` after an edit
-    since then; `unseen`: something is as sensors saw it at earlier updates."""
+    drawn of an update does, `listed` when others are its sensors; `frame` is that at which they
+    were looked at; `outdated` after an edit since then; `unseen`: something is as sensors saw it at
+    earlier updates."""
 
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
-        self.version = self.extras = 0
+        self.version = self.extras = self.listed = 0
         self.unseen = False
         # By the clock of time.monotonic.
         self.followed_at = 0.0
@@ -119,6 +123,7 @@ class Field:
         self.seen: list[Seen] = []
         # What the GPU was given; only draw.py knows what is in it.
         self.drawn: dict[str, Any] = {}
+        self.states: tuple[int, list[Any]] = (0, [])
         self._clock: Clock | None = None
         self._caster: Caster | None = None
         self._boxes: tuple[Array, Array] = (np.empty((0, 3)), np.empty((0, 3)))
@@ -130,7 +135,7 @@ class Field:
         """Keeps still until the next edit."""
         self.seen, self.drawn = [], {}
         self.frame, self.outdated = scene.frame_current, False
-        self.version += 1
+        self.listed += 1
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any, in_handler: bool = False) -> None:
         """Brings everything to the scene as it is evaluated; `in_handler`: of a frame change, where
@@ -170,7 +175,7 @@ class Field:
             if before is not None and before.sensor.kind is seen.sensor.kind:
                 seen.keep(before)
         if [seen.uid for seen in listed] != list(known):
-            self.version += 1
+            self.listed += 1
         self.seen = listed
 
     def _bound(self) -> None:
@@ -245,9 +250,11 @@ class Field:
             seen.sweep.compare(
                 seen.ranges.reshape(rays.rows, -1) * self.metres, seen.parameters.threshold
             )
+        seen.calm += 1
         if seen.figure is None:
             seen.figure = figure_of(seen, self.metres)
             self.version += 1
+            seen.made, seen.calm = self.version, 0
             seen.extra = None
         if scans and (due or seen.extra is None):
             seen.extra = sweep_figure(seen, self.metres)

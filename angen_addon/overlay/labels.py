@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...panels.readings import Shown
+from ...panels.readings import UNKNOWN, Shown
 from .looks import LOOKS, disc
 
 # Pixels at a scale of 1.
@@ -91,7 +91,7 @@ def _draw(context: Any, near: list[tuple[Any, Shown, Any, bool]]) -> None:
     texts = []
     for seen, one, at, close in near:
         name = seen.sensor.name if settings.names and close else ""
-        value = one.text if settings.values and close else ""
+        value = _reading(seen, one) if settings.values and close else ""
         widths = [_width(text, FONT * scale) for text in (name, value)]
         texts.append((at, name, value, widths))
     gap, sign = GAP * scale, SIGN * scale
@@ -120,6 +120,13 @@ def _draw(context: Any, near: list[tuple[Any, Shown, Any, bool]]) -> None:
             _write(base, name, NAME)
         if value:
             _write(base + ((widths[0] + gap if name else 0.0), 0.0), value, (*look.colour, 1.0))
+
+
+def _reading(seen: Any, one: Shown) -> str:
+    """In full for what is selected; of a sensor without a reading the sign tells enough."""
+    if one.icon == UNKNOWN:
+        return ""
+    return one.text if seen.selected else one.short
 
 
 @lru_cache(maxsize=1024)

@@ -41,6 +41,9 @@ ON_TOP = {"force"}
 SELECTED, OTHER = 1.0, 0.8
 # Whether movement was seen is told by the reading.
 ONLY_ACTIVE = {"lit"}
+# Looks (frames) without a change after which a field is taken for still. Few, and a walker's steps
+# make the many still ones anew; many, and these stay with those that are made anew.
+CALM = 24
 
 
 @dataclass(frozen=True)
@@ -89,21 +92,29 @@ def _join(parts: list[tuple[Array, Array]], corners: int) -> Part:
     return Part(np.ascontiguousarray(points, np.float32), colours, corners)
 
 
+def is_still(seen: Any) -> bool:
+    """Whether what a sensor sees has not changed of late."""
+    return bool(seen.calm >= CALM)
+
+
 def still_figures(field: Any, states: list[Shown | None]) -> list[tuple[Figure, str, bool]]:
-    """The fields of those sensors whose state is given."""
+    """The fields of those sensors whose state is given, as far as they are still."""
     return [
         (seen.figure, shown.icon, seen.selected)
         for seen, shown in zip(field.seen, states, strict=True)
-        if shown is not None and seen.figure is not None
+        if shown is not None and seen.figure is not None and is_still(seen)
     ]
 
 
 def lively_figures(field: Any, states: list[Shown | None]) -> list[tuple[Figure, str, bool]]:
-    """What changes with every update: what is scanned and seen to move, and forces."""
+    """What changes with every update: the other fields, what is scanned and seen to move, and
+    forces."""
     found = []
     for seen, shown in zip(field.seen, states, strict=True):
         if shown is None or seen.figure is None:
             continue
+        if not is_still(seen):
+            found.append((seen.figure, shown.icon, seen.selected))
         for figure in (seen.extra, _force(seen, shown, field.metres)):
             if figure is not None:
                 found.append((figure, shown.icon, seen.selected))

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 SIDE = 16
 # Where the sheet lies, under everything: nothing else is between the clip planes of its camera.
 SHEET = (0.0, 0.0, -1e5)
+# Its camera is that much above it: as near as single precision allows there, for the sake of fog.
+ABOVE = 1.0 / 32.0
 CORNERS = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 UNSEEN_BY = ("diffuse", "glossy", "transmission", "shadow", "volume_scatter")
 
@@ -111,9 +113,9 @@ def _camera(light_scene: Any) -> Any:
     data = own(bpy.data.cameras.new(".angen_light"))
     data.type = "ORTHO"
     data.ortho_scale = SIDE
-    data.clip_start, data.clip_end = 0.5, 1.5
+    data.clip_start, data.clip_end = ABOVE / 2, ABOVE * 1.5
     camera = own(bpy.data.objects.new(".angen_light", data))
-    camera.matrix_world = Matrix.Translation((SHEET[0], SHEET[1], SHEET[2] + 1.0))
+    camera.matrix_world = Matrix.Translation((SHEET[0], SHEET[1], SHEET[2] + ABOVE))
     light_scene.scene.collection.objects.link(camera)
     return camera
 

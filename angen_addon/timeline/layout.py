@@ -139,8 +139,9 @@ def strips(history: History, view: View, chosen: frozenset[int]) -> Picture:
     left_out = len(history.rows) - len(placed)
     if left_out:
         text = f"{left_out} more: make this editor higher"
-        above = placed[0].y + placed[0].high + LETTER * view.scale
-        picture.words.append(Word(view.width / 2, above, text, LETTER * view.scale, DIM))
+        # On the lowest row: above the highest one are the numbers of the frames.
+        size = LETTER * view.scale
+        picture.words.append(Word(6 * view.scale, placed[-1].y + size / 2, text, size, DIM))
     return picture
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import bpy
 
+FRAME = 1130
 CAMERA = "Camera living"
 # Of the view, from its lower left corner: a free piece of wall.
 MOUSE = (0.33, 0.73)
@@ -30,6 +31,9 @@ def steps() -> Iterator[None]:
     space.overlay.show_floor = False
     space.overlay.show_bones = False
     space.show_region_ui = False
+    # Played, so that the sensors have readings.
+    for frame in range(FRAME - 30, FRAME + 1):
+        bpy.context.scene.frame_set(frame)
     yield
     x, y = (int(region.x + MOUSE[0] * region.width), int(region.y + MOUSE[1] * region.height))
     window.cursor_warp(x, y)

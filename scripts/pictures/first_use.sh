@@ -47,7 +47,21 @@ click 970 412; at 500 350
 picture 05_simulating 12
 key Escape; picture 06_stopped 2
 click 940 128; xdotool type --delay 60 "PIR hall"; key Return; click 920 184
-at 500 350; key shift+alt+Right shift+alt+Right
-picture 07_second_event 1
+at 500 350; key shift+alt+Right shift+alt+Right shift+alt+Right
+picture 07_third_event 1
 scroll $DOWN 4
 picture 08_events
+click 965 521; picture 09_explained 2
+click 940 326; picture 10_baked 2
+click 885 300; sleep 2; click 1162 675; picture 11_events_written 2
+click 1050 300; sleep 2; click 1162 675; picture 12_report_written 4
+at 300 500; key g x; xdotool type 0.5; key Return
+picture 13_stale 1.5
+key ctrl+z; picture 14_undone 3
+key ctrl+s; sleep 4
+kill "$window"; wait "$window" || true
+open; click 1114 253; picture 15_reopened 1
+click 970 97                                    # folds the table: presets come into sight
+at 960 400; xdotool click --repeat 8 --delay 60 $DOWN
+picture 16_active_sensor 1
+cp "$home"/home.csv "$home"/home.html "$out"

@@ -352,7 +352,7 @@ def test_what_the_operator_needs(world):
     world.update()
     assert "active" in why()
     bpy.context.view_layer.objects.active = obj
-    assert "simulate" in why()
+    assert "Simulate first" in why()
 
 
 def test_the_command_line_tells_the_same(world, addon_part, tmp_path, capsys):

@@ -150,3 +150,15 @@ def test_what_a_sensor_sees_does_not_depend_on_the_others(world):
     for alone in asked:
         assert measure(alone)[alone.name] == together[alone.name]
     assert len({sample.luminance_percent for sample in together.values()}) > 2
+
+
+def test_fog_in_the_world_counts_from_where_it_sees(world):
+    """To a glowing wall at 4 m, from the near end of its views."""
+    fog = sky(world, 0.0).node_tree
+    absorbs = fog.nodes.new("ShaderNodeVolumeAbsorption")
+    absorbs.inputs["Density"].default_value = 0.2
+    absorbs.inputs["Color"].default_value = (0, 0, 0, 1)
+    output = next(node for node in fog.nodes if node.type == "OUTPUT_WORLD")
+    fog.links.new(absorbs.outputs[0], output.inputs["Volume"])
+    walls(world, *[1.0] * 4, distance=4.0)
+    assert look() == pytest.approx(100 * math.exp(-0.2 * 3.5), abs=0.6)

@@ -350,6 +350,8 @@ def test_every_meaning_is_coloured(world, field, addon_part):
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
     for icon in addon_part("angen_addon.overlay.looks").LOOKS:
         states = [readings.Shown("", icon, "", pad)] * len(found.seen)
+        for seen in found.seen:
+            seen.calm = picture.CALM
         assert len(picture.still_figures(found, states)) == 6
         for figures in (picture.still_figures, picture.lively_figures):
             for name, part in picture.picture(figures(found, states)).items():
@@ -357,6 +359,44 @@ def test_every_meaning_is_coloured(world, field, addon_part):
                 assert len(part.points) % part.corners == 0
                 assert np.isfinite(part.points).all(), name
                 assert part.points.dtype == part.colours.dtype == np.float32
+
+
+def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
+    world, field, addon_part, monkeypatch
+):
+    """A switch whose flag moves from frame 40 on, and two that see nothing move."""
+    picture = addon_part("angen_addon.overlay.picture")
+    draw = addon_part("angen_addon.overlay.draw")
+    readings = addon_part("panels.readings")
+    monkeypatch.setattr(draw, "_batch", lambda part: part)
+    flag = world.box((0.2, 0.2, 0.01), (0, 0, -0.3), name="flag")
+    world.key(flag, "location", {1: (0, 0, -0.3), 40: (0, 0, -0.3), 60: (0, 0, -0.1)})
+    world.switch("a")
+    for name in ("b", "c"):
+        world.switch(name).location.x = 5.0
+    world.box((1, 1, 0.01), (5, 0, -0.2), name="still")
+    world.update()
+
+    def drawn(frame):
+        found = field(frame)
+        states = [readings.Shown("", "RADIOBUT_OFF")] * len(found.seen)
+        draw._batches(found, world.scene, states)
+        still, lively = (found.drawn[name][1] for name in ("still", "lively"))
+        points = {n: len(part.points) for group in (still, lively) for n, part in group.items()}
+        return still, len(picture.still_figures(found, states)), points
+
+    assert drawn(1)[1] == 0, "all are new"
+    for frame in range(2, 35):
+        before = drawn(frame)
+    assert before[1] == 3
+    moved = drawn(43)
+    assert moved[1] == 2 and moved[0] is not before[0]
+    for frame in range(44, 60):
+        still, count, points = drawn(frame)
+        assert count == 2 and still is moved[0], "those are not drawn anew"
+    for frame in range(60, 61 + picture.CALM):
+        still, count, after = drawn(frame)
+    assert count == 3 and after["bold"] >= points["bold"]
 
 
 def test_plates_do_not_cover_each_other(addon_part):

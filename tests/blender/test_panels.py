@@ -51,8 +51,8 @@ class Layout:
         header, body = (self._part("panel", default_closed=default_closed) for _ in range(2))
         return header, body if self.opened else None
 
-    def label(self, text="", icon="NONE"):
-        self._check("label", icon)
+    def label(self, text="", icon="NONE", **arguments):
+        self._check("label", icon, **arguments)
         self.whole.labels.append(text)
         self.whole.icons.append(icon)
 
@@ -63,10 +63,16 @@ class Layout:
 
     def operator(self, idname, text=None, icon="NONE", **arguments):
         self._check("operator", icon, **arguments)
-        assert idname.removeprefix("angen.") in dir(ops)
+        module, _, name = idname.partition(".")
+        assert name in dir(getattr(bpy.ops, module))
         item = SimpleNamespace()
         self.whole.operators.append((text, icon, item))
         return item
+
+    def progress(self, **arguments):
+        self._check("progress", **arguments)
+        assert 0.0 <= arguments["factor"] <= 1.0
+        self.whole.labels.append(arguments["text"])
 
     def separator(self):
         self._check("separator")
@@ -113,6 +119,7 @@ PANELS = (
     "ANGEN_PT_physics",
     "ANGEN_PT_physics_weight",
     "ANGEN_PT_simulation",
+    "ANGEN_PT_simulation_settings",
     "ANGEN_PT_table",
     "ANGEN_PT_overlay",
     "ANGEN_PT_active_sensor",
@@ -215,6 +222,66 @@ def test_presets_are_in_the_header_with_a_tick(world):
 # Readings
 
 
+def test_while_a_run_drives_the_frames_no_old_reading_is_shown(addon_part, physics):
+    """The readings that stand are of the frame before the run."""
+    ops.simulate()
+    physics.scene.frame_set(40)
+    cache = addon_part("angen_addon.state").CACHE
+    cache.running, cache.progress = True, 0.25
+    try:
+        assert drawn("ANGEN_PT_table").labels[1] == "–"
+        assert "Esc keeps what is done" in drawn("ANGEN_PT_simulation").text
+    finally:
+        cache.running = False
+    assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
+
+
+def test_beyond_the_recording_values_are_said_to_be_live(physics):
+    ops.simulate(frame_start=1, frame_end=20)
+    physics.scene.frame_set(20)
+    assert "live" not in drawn("ANGEN_PT_simulation").text
+    physics.scene.frame_set(21)
+    assert "This frame is not in it: live values" in drawn("ANGEN_PT_simulation").text
+
+
+def test_events_say_that_the_recording_is_stale_and_the_way_out(physics):
+    assert drawn("ANGEN_PT_events").text == "Simulate first"
+    ops.simulate()
+    assert "events passed" in drawn("ANGEN_PT_events").text
+    pad().angen_sensor.pressure.threshold = 3.0
+    text = drawn("ANGEN_PT_events").text
+    assert "stale" in text and "Simulate again, or undo the change" in text
+    for operator in (ops.markers_add, ops.event_jump, ops.export_report):
+        with pytest.raises(RuntimeError, match=r"stale.* Simulate again"):
+            operator()
+
+
+def test_a_slow_pyroelectric_detector_gets_a_rate_in_one_click(world):
+    ops.sensor_add(kind="PIR", preset="HC_SR501_PYRO")
+    for fps, rate in ((24, 24.0), (30, 30.0), (60, 20.0), (50, 25.0), (12, 20.0)):
+        world.scene.render.fps = fps
+        bpy.context.object.angen_sensor.update_rate = 10.0
+        buttons = [o for o in drawn("ANGEN_PT_active_sensor").operators if "Hz" in str(o[0])]
+        ((text, _, item),) = buttons
+        assert text == f"Set to {rate:g} Hz" and item.value == rate
+        assert item.data_path == "object.angen_sensor.update_rate"
+        bpy.ops.wm.context_set_float(data_path=item.data_path, value=item.value)
+        assert bpy.context.object.angen_sensor.update_rate == rate
+        assert "updates a second" not in drawn("ANGEN_PT_active_sensor").text
+
+
+def test_a_signal_is_told_in_percent_without_its_sign(addon_part):
+    quantity = addon_part("panels.readings").quantity
+    assert quantity(-1.739, "of threshold") == "174 % of threshold"
+    assert quantity(0.5, "of threshold") == "50 % of threshold"
+
+
+def test_short_readings_are_short(addon_part):
+    rounded = addon_part("panels.readings").rounded
+    found = [rounded(v, "N") for v in (-0.01, 34.67, 99.94, 99.96, 502.24, float("nan"))]
+    assert found == ["0.0 N", "34.7 N", "99.9 N", "100 N", "502 N", "–"]
+
+
 def test_a_recorded_pad_is_shown_in_full(physics):
     ops.simulate()
     physics.scene.frame_set(40)
@@ -227,7 +294,7 @@ def test_a_recorded_pad_is_shown_in_full(physics):
     assert found["Output"] == "4.66 V, ADC 952"
     assert "ERROR" not in layout.icons and "QUESTION" not in layout.icons
     readings = drawn("ANGEN_PT_table")
-    assert readings.labels == ["pad", "Pressed, 49.05 N"]
+    assert readings.labels == ["pad", "49.1 N"]
     assert readings.icons == ["RADIOBUT_ON", "NONE"]
     assert [item.name for _, _, item in readings.operators] == ["pad"], "to show it again"
 
@@ -262,7 +329,7 @@ def test_states_differ_by_word_and_by_icon(addon_part, physics):
     pad().angen_sensor.enabled = False
     found = shown(sensor, physics.scene)
     seen[found.text.partition(",")[0]] = found.icon
-    assert set(seen) == {"Invalid", "Pressed", "Free", "Off", "Not simulated"}
+    assert set(seen) == {"Invalid", "Pressed", "Free", "Off", "No reading"}
     assert len(set(seen.values())) == 5
 
 
@@ -271,7 +338,7 @@ def test_a_recording_is_believed_before_what_was_live(physics):
     assert drawn("ANGEN_PT_table").labels[1].startswith("Invalid")
     ops.simulate()
     physics.scene.frame_set(20)
-    assert drawn("ANGEN_PT_table").labels[1] == "Pressed, 49.05 N"
+    assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
 
 
 def test_a_live_pad_is_shown_in_full(physics):
@@ -437,7 +504,8 @@ def test_drawing_writes_nothing_and_causes_no_update(physics):
     bpy.app.handlers.depsgraph_update_post.append(noted)
     try:
         for name in PANELS:
-            drawn(name)
+            if not hasattr(panel_of(name), "poll") or panel_of(name).poll(bpy.context):
+                drawn(name)
     finally:
         bpy.app.handlers.depsgraph_update_post.remove(noted)
     assert seen == []

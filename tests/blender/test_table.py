@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The table of all sensors: its order, its search, and what a click does."""
 
+import math
 from types import SimpleNamespace
 
 import bpy
 import pytest
+from mathutils import Quaternion, Vector
 
 ops = bpy.ops.angen
 SHOW = 1 << 30
@@ -82,7 +84,7 @@ def test_without_live_values_nothing_is_claimed(home, addon_part):
     home.scene.angen_live = False
     shown = addon_part("panels.readings").shown
     found = {sensor.name: shown(sensor, home.scene) for sensor in home.sensors()}
-    assert found["Door c"].text == "Not simulated" and found["lamp"].text == "Off"
+    assert found["Door c"].text == "No reading" and found["lamp"].text == "Off"
     assert found["Door c"].icon not in {found["lamp"].icon, "RADIOBUT_ON", "RADIOBUT_OFF"}
     home.scene.angen_live = True
     assert shown(home.sensors()[1], home.scene).text.startswith("Open")
@@ -130,9 +132,41 @@ def test_the_view_holds_all_that_a_sensor_sees(home, addon_part):
     home.update()
     middle, radius = show.surroundings(sensor, bpy.context)
     assert tuple(middle) == pytest.approx((5, 6, 5)) and radius == pytest.approx(2.0)
-    region = SimpleNamespace(view_perspective="CAMERA", view_location=None, view_distance=0.0)
-    context = SimpleNamespace(space_data=SimpleNamespace(lens=36.0), region_data=region)
-    show.frame(context, middle, radius)
+    view = framed(show, middle, radius, region("WINDOW", 0, 1000, 1000))
     # A lens of 36 mm on Blender's 72 mm wide window sees 45° to each side.
-    assert region.view_distance == pytest.approx(1.25 * 2.0 * 2**0.5)
-    assert region.view_perspective == "PERSP" and region.view_location == middle
+    assert view.view_distance == pytest.approx(1.25 * 2.0 * 2**0.5)
+    assert view.view_perspective == "PERSP" and view.view_location == middle
+
+
+def region(kind, x, width, height=1000):
+    return SimpleNamespace(type=kind, x=x, width=width, height=height)
+
+
+def framed(show, middle, radius, *regions):
+    """The view of an area with these regions, moved to a place."""
+    view = SimpleNamespace(
+        view_perspective="CAMERA",
+        view_location=None,
+        view_distance=0.0,
+        view_rotation=Quaternion(),
+    )
+    area = SimpleNamespace(regions=regions)
+    space = SimpleNamespace(lens=36.0)
+    show.frame(SimpleNamespace(space_data=space, region_data=view, area=area), middle, radius)
+    return view
+
+
+def test_what_is_shown_is_beside_the_sidebar(addon_part):
+    """A quarter of the window is covered: the middle of the rest is an eighth left of its middle,
+    and the place is seen there; the whole sphere fits."""
+    show, middle = addon_part("operators.show"), Vector((5, 6, 5))
+    regions = region("WINDOW", 100, 1000, 800), region("UI", 850, 250, 800)
+    view = framed(show, middle, 2.0, *regions)
+    to_the_left = (middle - view.view_location).x / view.view_distance
+    assert to_the_left == pytest.approx(-0.25), "of tan 45° to the window's edge"
+    assert view.view_location.yz == middle.yz
+    half = math.atan(0.75)
+    assert view.view_distance * math.sin(half) == pytest.approx(1.25 * 2.0)
+    # A sidebar that lies beside the window, not over it, takes nothing.
+    view = framed(show, middle, 2.0, regions[0], region("UI", 1100, 250, 800))
+    assert view.view_location == middle

@@ -307,7 +307,7 @@ def test_jumps_reach_events_between_frames(world, jumper):
 
 
 def test_a_jump_needs_a_recorded_sensor(world, jumper):
-    with pytest.raises(RuntimeError, match="simulate"):
+    with pytest.raises(RuntimeError, match="Simulate first"):
         bpy.ops.angen.event_jump()
     bpy.context.view_layer.objects.active = bpy.data.objects["door"]
     with pytest.raises(RuntimeError, match="active"):

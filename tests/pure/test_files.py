@@ -122,6 +122,9 @@ def test_folders_that_cannot_take_a_file_are_told(tmp_path):
         ("two\nlines", "two_lines.csv"),
         ("..", "_.csv"),
         (" dots. ", "dots.csv"),
+        ("con", "con_.csv"),
+        ("COM1.x", "COM1.x_.csv"),
+        ("Console", "Console.csv"),
     ],
 )
 def test_sensors_name_their_files(sensor, name):

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sidebar tab "Sensors" of the 3D view: the active sensor."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Panel
+
+from .parameters import draw_sensor, sensor_of
+from .presets import draw_choice
+
+
+class ANGEN_PT_active_sensor(Panel):
+    bl_label = "Active Sensor"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return sensor_of(context.object) is not None
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(context.object.angen_sensor, "enabled", text="")
+
+    def draw(self, context: Context) -> None:
+        sensor = sensor_of(context.object)
+        if sensor is None:
+            return
+        text = f"{sensor.name}: {sensor.kind.label}"
+        self.layout.label(text=text, icon=sensor.kind.icon, translate=False)
+        draw_choice(self.layout, sensor)
+        draw_sensor(self.layout, context, sensor)
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_active_sensor,))

@@ -19,6 +19,7 @@ import bpy
 import numpy as np
 
 from .animation import action_curves
+from .marks import COVERAGE_MARK
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
@@ -150,7 +151,7 @@ class _Walk:
         return [
             (name, self._masked(pointer, name, _stored(struct[name])))
             for name in sorted(names)
-            if not name.startswith("_")
+            if not name.startswith(("_", COVERAGE_MARK))
         ]
 
 

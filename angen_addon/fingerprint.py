@@ -18,6 +18,7 @@ import bpy
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
 from .digests import animation_facts, custom_facts, facts_of, part_facts, setting_facts
+from .marks import COVERAGE_MARK
 
 SCENE, SHOWN = "scene", "shown"
 # Told by what uses them, or of no sensor's interest.
@@ -113,7 +114,7 @@ def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
     shown = [
         (obj.name_full, obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
-        if obj.type != "CAMERA"
+        if obj.type != "CAMERA" and not _is_of_a_map(obj)
     ]
     layers = list(_layers(view_layer.layer_collection))
     return {SCENE: _digest(own), SHOWN: _digest([sorted(shown), layers])}
@@ -152,7 +153,18 @@ def warmth_of(original: Any) -> dict[str, str]:
 
 
 def is_looked_at(original: Any) -> bool:
-    return not isinstance(original, PASSED_OVER) and not original.is_embedded_data
+    if isinstance(original, PASSED_OVER) or original.is_embedded_data:
+        return False
+    return not _is_of_a_map(original)
+
+
+def _is_of_a_map(original: Any) -> bool:
+    """Whether it is of a coverage map or a proposal, as long as no sensor sees it."""
+    if COVERAGE_MARK not in original:
+        return False
+    if isinstance(original, bpy.types.Object):
+        return original.type == "EMPTY" or bool(original.angen_ignored)
+    return True
 
 
 def _digest(facts: Any) -> str:
@@ -160,7 +172,8 @@ def _digest(facts: Any) -> str:
 
 
 def _layers(layer: Any) -> Iterator[tuple[Any, ...]]:
-    yield layer.name, layer.exclude, layer.hide_viewport, layer.collection.hide_viewport
+    if COVERAGE_MARK not in layer.collection:
+        yield layer.name, layer.exclude, layer.hide_viewport, layer.collection.hide_viewport
     for child in layer.children:
         yield from _layers(child)
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.grid import NO_ROOM, Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.model import Array
+from ..marks import COVERAGE_MARK
 from ..plan.fields import placed
 from ..plan.home import Home
 from ..plan.storeys import levels
@@ -39,7 +40,6 @@ NEAR_M = 0.9
 # Heights (m) of a body are this far apart at most, where its surroundings are felt for obstacles.
 EVERY_M = 0.4
 MOST_CELLS = 250_000
-COVERAGE_MARK = "angen_coverage"
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose
 from ...sensor_logic.pir import PirParameters
 from ...sensor_logic.presets import presets_of
+from ..marks import COVERAGE_MARK
 from ..sensors import Sensor, SensorError, decimal, read_parameters, unit_scale
-from .floor import COVERAGE_MARK
 from .mesh import collection, remove_own_collection
 from .proposal import Proposal
 

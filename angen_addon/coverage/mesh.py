@@ -10,8 +10,8 @@ import numpy as np
 
 from ...sensor_logic.coverage.colours import LEVELS, VIRIDIS, levels, linear
 from ...sensor_logic.coverage.grid import CoverageMap
+from ..marks import COVERAGE_MARK
 from ..sensors import unit_scale
-from .floor import COVERAGE_MARK
 
 COLLECTION = "Coverage"
 # m above the floor, so that rugs do not hide it; squares leave a gap, which shows the cells.
@@ -75,6 +75,7 @@ def _mesh(scene: Any, coverage: CoverageMap, name: str) -> Any:
     middle = cells.at + np.array([0.0, 0.0, ABOVE_M])
     points = (middle[:, None, :] + CORNERS * cells.size * FILLED).reshape(-1, 3) / metres
     mesh = bpy.data.meshes.new(name)
+    mesh[COVERAGE_MARK] = True
     mesh.from_pydata(points.tolist(), [], np.arange(len(points)).reshape(-1, 4).tolist())
     level = levels(coverage)
     colours = np.ones((len(points), 4))
@@ -99,5 +100,6 @@ def _material(name: str, level: int) -> Any:
     found = bpy.data.materials.get(name)
     if found is None or found.library is not None:
         found = bpy.data.materials.new(name)
+        found[COVERAGE_MARK] = True
     found.diffuse_color = (*linear(VIRIDIS)[level].tolist(), 1.0)
     return found

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.photometry import luminance
-from ..scene_probe.light_face import face_size
 from ..scene_probe.light_direct import Direct
+from ..scene_probe.light_face import face_size
 from ..scene_probe.light_forms import shine
 from ..scene_probe.light_lamps import Lamp, lamps_of
 from ..scene_probe.light_rays import LightRays

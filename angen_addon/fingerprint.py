@@ -109,8 +109,6 @@ def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
     own += [animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
     own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(view_layer.objects))]
-    if light and hasattr(scene, "cycles"):
-        own += [part_facts(scene, scene.cycles)]
     shown = [
         (obj.name_full, obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects

@@ -216,7 +216,7 @@ def test_export_samples_writes_a_file_a_sensor(door, tmp_path):
         "a_b.csv",
     ]
     rows = read(tmp_path / "Hall, PIR.csv")
-    assert rows[0] == ("time_s", "frame", "angle_rad", "moved", "signal")
+    assert rows[0] == ("time_s", "frame", "angle_rad", "moved")
     assert len(rows) == 1 + 48
 
 

@@ -82,6 +82,9 @@ class LightScene:
 
     def close(self) -> None:
         made, self._made = self._made, []
+        if self.scene is not None and _alive(self.scene):
+            # What Cycles kept is freed now, and not when Blender ends: 4.2 crashes then.
+            self.scene.render.use_persistent_data = False
         self.scene = None
         # The "Render Result" that a render leaves, where there was none.
         left = [i for i in bpy.data.images if i.session_uid not in self._images]

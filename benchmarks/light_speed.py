@@ -78,7 +78,8 @@ def _requests(count: int, method: str) -> list[LightRequest]:
         pose[:3, 0] = np.cos(turn) * x - np.sin(turn) * z
         pose[:3, 2] = np.sin(turn) * x + np.cos(turn) * z
         pose[2, 3] -= 0.1 * (number // len(own))
-        found.append(LightRequest(f"{number:02d}", pose, method))
+        name = own[number].name if number < len(own) else f"Light sensor {number:02d}"
+        found.append(LightRequest(name, pose, method))
     return found
 
 

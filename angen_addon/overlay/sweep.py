@@ -20,6 +20,10 @@ class Sweep:
     """
 
     def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Starts anew: nothing was seen yet."""
         self.tilts = NO_TILTS
         self.lit: NDArray[np.bool_] | None = None
         self._last: int | None = None
@@ -29,7 +33,7 @@ class Sweep:
         """The tilts, of `count`, that are scanned at a frame; and whether the updates before were
         seen too. To be called at each frame in turn."""
         if step < 0:
-            self.__init__()  # type: ignore[misc]
+            self.forget()
             return NO_TILTS, False
         number = schedule.last_update(step)
         if number == self._last:

@@ -34,8 +34,8 @@ SHADING = (
     bpy.types.Texture, bpy.types.World,
 )  # fmt: skip
 OF_SCENE = (
-    "frame_start", "angen_seed", "angen_substeps", "angen_luminous_efficacy", "angen_ray_caster",
-    "use_gravity", "gravity",
+    "frame_start", "angen_seed", "angen_substeps", "angen_luminous_efficacy",
+    "angen_light_reference", "angen_ray_caster", "use_gravity", "gravity",
 )  # fmt: skip
 OF_RENDER = (
     "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",

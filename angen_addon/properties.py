@@ -260,6 +260,18 @@ def _scene_properties() -> dict[str, Any]:
             options=set(),
             update=_settings_changed,
         ),
+        "angen_light_reference": IntProperty(
+            name="Reference paths",
+            description="Light paths a reading for a reference of each state of the lamps, which "
+            "takes most of the noise out of all updates of a run with Cycles: worth its time where "
+            "few lamps change and there are many updates. 0: none",
+            default=0,
+            min=0,
+            soft_max=65536,
+            max=1 << 20,
+            options=set(),
+            update=_settings_changed,
+        ),
         "angen_ambient_temperature": FloatProperty(
             name="Ambient temperature (°C)",
             description="Temperature of everything that has none of its own, in degrees Celsius, "

@@ -33,6 +33,8 @@ SKY = 1.0
 QUALITY = ["-ds", "0.02", "-dj", "0.9", "-dt", "0", "-dc", "1", "-u+"]
 QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7", "-lr", "-100"]
 DIVISIONS = 8_192
+# A window is a small part of what a face may see: of the others' rays too few would find it.
+SKY_DIVISIONS = 1_048_576
 # Ten bounces would miss 4 % of the light in the white closet and 16 % in the bathroom.
 DIRECT_BOUNCES, BOUNCES = 1, 30
 
@@ -51,7 +53,7 @@ def measure(samples: int) -> dict[str, Any]:
             for part in ("direct", "whole"):
                 _set_reflecting(part == "whole")
                 octree = _export(Path(folder), part == "whole")
-                theirs = _radiance(octree, requests, BOUNCES if part == "whole" else DIRECT_BOUNCES)
+                theirs = _radiance(octree, requests, part == "whole")
                 ours = _ours(requests, samples)
                 for request, a, b in zip(requests, ours, theirs, strict=True):
                     rows.append(
@@ -69,8 +71,9 @@ def _simplify(time_of_day: str) -> None:
         materials = [s.material for s in obj.material_slots if s.material]
         if any(is_clear(m) and "ceiling" not in m.name for m in materials):
             obj.hide_set(True)
-        if obj.type == "LIGHT" and (obj.data.type == "SUN") != (time_of_day == "day"):
-            obj.hide_set(True)
+        if obj.type == "LIGHT":
+            by_day = obj.data.type == "SUN" or obj.data.cycles.is_portal
+            obj.hide_set(by_day != (time_of_day == "day"))
         if obj.type == "LIGHT":
             obj.data.color = (1, 1, 1)
             if obj.data.type == "POINT":
@@ -154,10 +157,10 @@ def _export(folder: Path, reflecting: bool) -> Path:
             to = " ".join(f"{-c:.9g}" for c in lamp.axis)
             text.append(f"s{number} source s{number}o\n0\n0\n4 {to} {half:.9g}\n")
         else:
-            radiance = power / (4 * math.pi**2 * lamp.radius**2)
+            area = 4 * math.pi * lamp.radius**2 if lamp.type == "POINT" else lamp.area
+            radiance = power / (math.pi * area)
             text.append(f"void light l{number}\n0\n0\n3" + f" {radiance:.9g}" * 3 + "\n")
-            place = " ".join(f"{c:.9g}" for c in lamp.place)
-            text.append(f"l{number} sphere l{number}o\n0\n0\n4 {place} {lamp.radius:.9g}\n")
+            text.append(f"l{number} {_shape(lamp, f'l{number}o')}\n")
     background = bpy.context.scene.world.node_tree.nodes["Background"]
     sky = background.inputs["Strength"].default_value
     if sky > 0.0:
@@ -168,6 +171,23 @@ def _export(folder: Path, reflecting: bool) -> Path:
     octree = folder / "home.oct"
     octree.write_bytes(_run("oconv", str(scene)))
     return octree
+
+
+def _shape(lamp: Any, name: str) -> str:
+    """A lamp as a sphere, a ring or a rectangle, which shines to its front."""
+    if lamp.type == "POINT":
+        numbers = [*lamp.place, lamp.radius]
+        return f"sphere {name}\n0\n0\n4 " + " ".join(f"{c:.9g}" for c in numbers)
+    if lamp.type != "AREA":
+        raise ValueError(f"'{lamp.name}': a lamp of type {lamp.type} cannot be carried over")
+    if lamp.round:
+        numbers = [*lamp.place, *lamp.axis, 0.0, float(np.linalg.norm(lamp.sides[0])) / 2]
+        return f"ring {name}\n0\n0\n8 " + " ".join(f"{c:.9g}" for c in numbers)
+    x, y = lamp.sides / 2
+    corners = np.array(
+        [lamp.place + a * x + b * y for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
+    )
+    return f"polygon {name}\n0\n0\n12 " + " ".join(f"{c:.9g}" for c in corners.ravel())
 
 
 def _mesh(evaluated: Any, reflecting: bool) -> str:
@@ -196,15 +216,16 @@ def _mesh(evaluated: Any, reflecting: bool) -> str:
 _WRITTEN: dict[str, str] = {}
 
 
-def _radiance(octree: Path, requests: list[LightRequest], bounces: int) -> list[float]:
-    """W/m² at the faces, as the bake has them."""
+def _radiance(octree: Path, requests: list[LightRequest], whole: bool) -> list[float]:
+    """W/m² at the faces."""
     lines = []
     for request in requests:
         normal = -request.matrix[:3, 2]
         size = face_size(bpy.context.scene, [request.matrix])
         place = request.matrix[:3, 3] + normal * size
         lines.append(" ".join(f"{c:.9g}" for c in (*place, *normal)))
-    options = [*QUALITY, "-ab", str(bounces), "-ad", str(DIVISIONS)]
+    bounces, divisions = (BOUNCES, DIVISIONS) if whole else (DIRECT_BOUNCES, SKY_DIVISIONS)
+    options = [*QUALITY, "-ab", str(bounces), "-ad", str(divisions)]
     answer = _run(
         "rtrace", "-I+", "-h", "-n", "2", *options, str(octree), given="\n".join(lines) + "\n"
     )

@@ -46,6 +46,7 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
         column.prop(scene, "angen_substeps")
         column.prop(scene, "angen_seed")
         column.prop(scene, "angen_luminous_efficacy", text="Efficacy")
+        column.prop(scene, "angen_light_reference")
         column.prop(scene, "angen_ray_caster")
 
 

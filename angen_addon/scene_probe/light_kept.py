@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from . import light_engine
 from .light_picture import Seen
+from .light_reference import Reference, ReferenceScene, state_of_lamps
 from .light_scene import LightScene, contents
 
 Array = NDArray[np.float64]
@@ -39,10 +40,16 @@ class _Kept:
 
 
 class KeptScenes:
-    """What `measure` may keep. To be closed before other code can change the scene."""
+    """What `measure` may keep. To be closed before other code can change the scene.
 
-    def __init__(self) -> None:
+    `reference`: light paths a reading that a reference traces, see `light_reference`; none where
+    that is not more than the reading's own.
+    """
+
+    def __init__(self, reference: int = 0) -> None:
+        self.reference = reference
         self._kept: dict[Hashable, _Kept] = {}
+        self._references: dict[Hashable, Reference] = {}
 
     def light(
         self,
@@ -59,22 +66,39 @@ class KeptScenes:
             scene.unit_settings.scale_length,
             tuple((pixel, *_bits(seen)) for pixel, seen in together.items()),
         )
-        found = self._kept.pop(key, None)
         now = contents(scene, view_layer)
+        found = self._kept.pop(key, None)
         if found is not None and (found.contents != now or found.light_scene.has_frozen):
             found.light_scene.close()
             found = None
         if found is None:
-            found = _Kept(now, *_new(scene, view_layer, takes, together, samples))
+            light_scene = LightScene(scene, view_layer)
+            found = _Kept(now, light_scene, _taken(light_scene, takes, together, samples))
         else:
             found.light_scene.follow()
         # The last one used comes last.
         self._kept[key] = found
         while len(self._kept) > AT_MOST:
             self._kept.pop(next(iter(self._kept))).light_scene.close()
-        return found.taken.light(), found.light_scene.notes
+        light = found.taken.light()
+        if self.reference > samples:
+
+            def taken(count: int) -> tuple[ReferenceScene, Takes]:
+                light_scene = ReferenceScene(scene, view_layer)
+                return light_scene, _taken(light_scene, takes, together, count)
+
+            known = self._references.pop((key, now), None)
+            known = known or Reference(taken(samples), taken(self.reference))
+            self._references[key, now] = known
+            while len(self._references) > AT_MOST:
+                self._references.pop(next(iter(self._references))).close()
+            more = known.correction(state_of_lamps(view_layer))
+            light = [a + b for a, b in zip(light, more, strict=True)]
+        return light, found.light_scene.notes
 
     def close(self) -> None:
+        while self._references:
+            self._references.popitem()[1].close()
         while self._kept:
             self._kept.popitem()[1].light_scene.close()
 
@@ -85,15 +109,15 @@ def _bits(seen: Seen) -> tuple[Hashable, ...]:
     return seen.lids, repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()
 
 
-def _new(
-    scene: Any, view_layer: Any, takes: type[Takes], together: dict[int, Seen], samples: int
-) -> tuple[LightScene, Takes]:
-    light_scene = LightScene(scene, view_layer)
+def _taken(
+    light_scene: LightScene, takes: type[Takes], together: dict[int, Seen], samples: int
+) -> Takes:
+    """Enters a light scene and sets up a picture in it."""
     light_scene.__enter__()
     try:
         light_engine.set_up(light_scene.scene, "CYCLES")
         light_scene.scene.render.use_persistent_data = True
-        return light_scene, takes(light_scene, together, samples)
+        return takes(light_scene, together, samples)
     except BaseException:
         light_scene.close()
         raise

@@ -95,14 +95,18 @@ class LightScene:
     def follow(self) -> None:
         """Takes over the moment, and what else of the scene drivers and nodes look at."""
         user, scene = self._user_scene, self.scene
-        _take_over(user, scene, "frame_start", "frame_end", "frame_current")
-        if user.frame_subframe:
-            scene.frame_float = user.frame_current + user.frame_subframe
-        _take_over(user.render, scene.render, "fps", "fps_base")
-        _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
+        take_over(user, scene, "frame_start", "frame_end")
+        self._stand_at_moment(user)
+        take_over(user.render, scene.render, "fps", "fps_base")
+        take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
         for key, value in user.items():
             if isinstance(value, (bool, int, float, str)) and scene.get(key) != value:
                 scene[key] = value
+
+    def _stand_at_moment(self, user: Any) -> None:
+        take_over(user, self.scene, "frame_current")
+        if user.frame_subframe:
+            self.scene.frame_float = user.frame_current + user.frame_subframe
 
     def _show(self) -> None:
         """Puts in what the viewport shows, whatever is hidden in renders."""
@@ -110,16 +114,19 @@ class LightScene:
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
         for obj in shown_objects(self._user_layer):
-            if is_left_out(obj, housings):
-                continue
-            seen = obj
-            if _must_be_frozen(obj):
-                seen = self._frozen(obj)
-                self.has_frozen = True
-            shown.objects.link(seen)
+            seen = None if is_left_out(obj, housings) else self._stand_in(obj)
+            if seen is not None:
+                shown.objects.link(seen)
         # For renders alone: operators from Python first evaluate what the viewport would show.
         shown.hide_viewport = True
         self.scene.collection.children.link(shown)
+
+    def _stand_in(self, obj: Any) -> Any:
+        """What is to be seen for an object; None for nothing."""
+        if not must_be_frozen(obj):
+            return obj
+        self.has_frozen = True
+        return self._frozen(obj)
 
     def _frozen(self, obj: Any) -> Any:
         """A copy that stands where the object stands now, and that renders show."""
@@ -144,7 +151,7 @@ class LightScene:
         world.cycles.sample_map_resolution = DETAILED_MAP if detailed else SMOOTH_MAP
 
 
-def _take_over(of: Any, to: Any, *names: str) -> None:
+def take_over(of: Any, to: Any, *names: str) -> None:
     """Sets what differs: what is set, Blender evaluates anew."""
     for name in names:
         if getattr(to, name) != getattr(of, name):
@@ -155,7 +162,7 @@ def contents(scene: Any, view_layer: Any) -> Hashable:
     """What decides which objects a light scene is made of, and its world."""
     housings = Housings()
     shown = tuple(
-        (obj.session_uid, _must_be_frozen(obj))
+        (obj.session_uid, must_be_frozen(obj))
         for obj in shown_objects(view_layer)
         if not is_left_out(obj, housings)
     )
@@ -168,7 +175,7 @@ def is_left_out(obj: Any, housings: Housings) -> bool:
     return bool(obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES)
 
 
-def _must_be_frozen(obj: Any) -> bool:
+def must_be_frozen(obj: Any) -> bool:
     return obj.hide_render or obj.rigid_body is not None
 
 

@@ -95,6 +95,21 @@ def values(struct: Any) -> list[Any]:
     return [_flat(getattr(struct, name)) for name in _names(struct.bl_rna.identifier)]
 
 
+def settable_values(struct: Any) -> dict[str, Any]:
+    """The plain values of a datablock that can be set, by their names."""
+    return {name: _flat(getattr(struct, name)) for name in _settable(struct.bl_rna.identifier)}
+
+
+@cache
+def _settable(kind: str) -> tuple[str, ...]:
+    properties = getattr(bpy.types, kind).bl_rna.properties
+    return tuple(
+        name
+        for name in _names(kind)
+        if properties[name].type != "POINTER" and not properties[name].is_readonly
+    )
+
+
 @cache
 def _names(kind: str) -> tuple[str, ...]:
     return tuple(

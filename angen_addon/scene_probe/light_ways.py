@@ -21,6 +21,7 @@ class Ways:
         self._scene = scene
         self._depsgraph = view_layer.depsgraph
         self._housings = Housings()
+        self._clear: dict[int, bool] = {}
 
     def are_closed(self, origins: Array, ways: Array, length: float) -> bool:
         """Whether on all ways (n, 3) from origins (n, 3) something opaque is met within `length`
@@ -35,4 +36,12 @@ class Ways:
         hit, _, _, _, obj, _ = self._scene.ray_cast(self._depsgraph, origin, way, distance=length)
         if not hit or not obj.visible_camera or is_left_out(obj.original, self._housings):
             return False
-        return not any(slot.material and is_clear(slot.material) for slot in obj.material_slots)
+        return not any(
+            slot.material and self._is_clear(slot.material) for slot in obj.material_slots
+        )
+
+    def _is_clear(self, material: Any) -> bool:
+        uid = material.original.session_uid
+        if uid not in self._clear:
+            self._clear[uid] = is_clear(material)
+        return self._clear[uid]

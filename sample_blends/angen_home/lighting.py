@@ -63,9 +63,9 @@ def _panel(
     return lamp
 
 
-def _fixture(lamp: bpy.types.Object, builder: MeshBuilder) -> None:
+def _fixture(lamp: bpy.types.Object, builder: MeshBuilder) -> bpy.types.Object:
     """A lamp's body, built about the lamp's light and parented to it."""
-    place(f"{lamp.name} fixture", builder, "Lights", parent=lamp)
+    return place(f"{lamp.name} fixture", builder, "Lights", parent=lamp)
 
 
 def _pendant(at: tuple[float, float, float]) -> MeshBuilder:
@@ -127,7 +127,10 @@ def add_lamps() -> None:
         elif name in ("Lamp kitchen", "Lamp bedroom", "Lamp workroom"):
             _fixture(_light(name, at, 0.04), _wall_lamp())
         elif name == "Lamp bathroom":
-            _fixture(_light(name, at, 0.022), _bar_lamp())
+            bar = _panel(name, at, 0.5, (radians(90), 0, 0))
+            bar.data.shape, bar.data.size_y = "RECTANGLE", 0.05
+            fixture = _fixture(bar, _bar_lamp())
+            fixture.rotation_euler.x = radians(-90)
         elif name == "Lamp balcony":
             lamp = _light(name, at, 0.03)
             b = MeshBuilder("black metal")
@@ -150,7 +153,8 @@ def add_lamps() -> None:
     b = MeshBuilder("white plastic")
     b.box((-0.03, -0.04, 0.04), (0.03, 0.04, 0.05), 0.004)
     b.cushion((-0.025, -0.035, -0.015), (0.025, 0.035, 0.04), 0.012, 0.0, "lamp glass", 2)
-    _fixture(_panel("Night light bathroom", (5.22, 0.35, 0.42), 0.04, (radians(90), 0, 0)), b)
+    night = _panel("Night light bathroom", (5.75, 1.55, 0.42), 0.04, (radians(90), 0, radians(180)))
+    _fixture(night, b)
     b = MeshBuilder("brass")
     b.box((0.09, -0.04, -0.06), (0.1, 0.04, 0.06), 0.003)
     b.tube([(0.09, 0, 0), (0.0, 0, -0.05)], 0.007, 8)
@@ -194,6 +198,21 @@ def add_daylight() -> None:
     bpy.context.scene.world = world
 
 
+def add_portals() -> None:
+    """One at each window: it shines not itself, but tells Cycles from where the sky comes in."""
+    for window in plan.WINDOWS:
+        data = bpy.data.lights.new(f"Portal {window.name}", "AREA")
+        data.shape = "RECTANGLE"
+        data.size = plan.WINDOW_HEAD - plan.WINDOW_SILL
+        data.size_y = window.y1 - window.y0
+        data.cycles.is_portal = True
+        portal = bpy.data.objects.new(data.name, data)
+        middle = (window.y0 + window.y1) / 2, (plan.WINDOW_SILL + plan.WINDOW_HEAD) / 2
+        portal.location = ((window.x0 + window.x1) / 2, *middle)
+        portal.rotation_euler.y = radians(-90.0 * window.inside)
+        collection("Lights").objects.link(portal)
+
+
 def add_cameras() -> None:
     """Four views and a plan; the overview is the scene's camera."""
     scene = bpy.context.scene
@@ -230,6 +249,7 @@ def set_rendering() -> None:
     scene.cycles.diffuse_bounces = 8
     scene.cycles.transparent_max_bounces = 16
     scene.cycles.sample_clamp_indirect = 8.0
+    scene.angen_light_reference = 16384
     scene.render.filepath = "//"
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     scene.view_settings.view_transform = "AgX"
@@ -242,5 +262,6 @@ def add_lighting() -> None:
     """Everything in this module."""
     add_lamps()
     add_daylight()
+    add_portals()
     add_cameras()
     set_rendering()

@@ -8,6 +8,7 @@ not seen, as after a jump, a sensor starts anew: it never compares with a frame 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
 from ..sensor_logic.clock import Clock
@@ -54,6 +55,7 @@ class Live:
         pads = [station.sensor.object for station, _, _ in due if station.sensor.kind.motion]
         self._probes.look(depsgraph, scene.frame_current, pads)
         self.looked_at = scene.frame_current
+        self._watch([s for s, _, _ in due], step, depsgraph)
         changed = [self._finish(station, step) for station in self._stations]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._preview(depsgraph, [s.sensor.name for s, _, _ in due])
@@ -103,6 +105,14 @@ class Live:
             station.reset()
         self._last_update[uid] = number
         return number, follows
+
+    def _watch(self, due: list[Station], step: int, depsgraph: Any) -> None:
+        """Lets those look that watch between their updates."""
+        for station in self._stations:
+            # Of what cannot be sensed, the next update tells.
+            with suppress(SensorError):
+                if station not in due and station.watches:
+                    station.watch(step, depsgraph, self._probes)
 
     def _follow_one(
         self, station: Station, number: int, follows: bool, step: int, depsgraph: Any

@@ -18,6 +18,7 @@ from .scene_probe.light_kept import KeptScenes
 from .scene_probe.light_signature import LightSignature
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
+from .scene_probe.sweep import Sweeper
 from .scene_probe.warmth import Warmth
 from .sensors import Sensor, SensorError, unit_scale
 
@@ -38,7 +39,9 @@ class Probes:
     def __init__(self, scene: Any) -> None:
         self.caster = make_caster(scene)
         self.warmth = Warmth(self.caster)
-        self._bodies = Bodies(self.caster.solids)
+        self.sweeper = Sweeper(self.caster.solids)
+        self._solids = self.caster.solids
+        self._bodies = Bodies(self._solids)
         self._pads: list[Any] = []
         self._light: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
@@ -49,6 +52,15 @@ class Probes:
         """From now on the probes look at what these sensors need."""
         self._pads = [sensor.object for sensor in sensors if sensor.kind.motion]
 
+    @property
+    def heard(self) -> int:
+        """How often something was told of changes; for `untouched`."""
+        return self._solids.heard
+
+    def untouched(self, uid: int, since: int) -> bool:
+        """Whether the object `uid` is as it was when `heard` was `since`."""
+        return self._solids.untouched(uid, since)
+
     def look(self, depsgraph: Any, frame: int | None, due: Sequence[Any] = ()) -> None:
         """Brings the probes to the scene as it is now evaluated.
 
@@ -56,6 +68,7 @@ class Probes:
         whose forces at this frame will be asked for.
         """
         self.caster.update(depsgraph)
+        self.sweeper.next_step()
         if self._pads and frame is not None:
             metres = unit_scale(depsgraph.scene)
             self._bodies.look(depsgraph, frame, metres, self._pads, due)
@@ -75,10 +88,12 @@ class Probes:
         """
         efficacy = scene.angen_luminous_efficacy
         named = tuple((replace(r, matrix=NOWHERE), r.matrix.tobytes()) for r in asked)
-        if not self._lighting.changed(view_layer, depsgraph, (repr(named), efficacy)):
+        asking = repr(named), efficacy, scene.angen_light_reference
+        if not self._lighting.changed(view_layer, depsgraph, asking):
             return
         try:
             kept = self._light_scenes if keep else None
+            self._light_scenes.reference = scene.angen_light_reference
             self._light = measure(scene, view_layer, asked, efficacy, kept)
         except LightError as error:
             raise SensorError(str(error)) from None

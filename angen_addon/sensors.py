@@ -115,6 +115,15 @@ def check(sensor: Sensor) -> None:
     read_parameters(sensor, sensor.settings)
 
 
+def names_others(sensor: Sensor, parameters: Any) -> bool:
+    """Whether parameters hold what something else in the file is called or says, which can change
+    without the sensor."""
+    known = specs(type(parameters))
+    pointers = _reader(sensor.kind.identifier)[1]
+    names = list(known)
+    return any(getattr(parameters, names[index]) is not None for index, _ in pointers)
+
+
 def read_parameters(sensor: Sensor, settings: Any) -> Any:
     """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
     group = getattr(settings, sensor.kind.attribute)
@@ -166,6 +175,7 @@ def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, list[str]]
     return parameters, parameters.problems()
 
 
+@lru_cache(maxsize=1024)
 def decimal(value: float) -> float:
     """The number that the user typed: Blender stores 0.05 as 0.0500000007."""
     return float(f"{value:.7g}")

@@ -10,7 +10,7 @@ import heapq
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import Any
 
 import bpy
@@ -32,9 +32,10 @@ SIMULATED_MODIFIERS = {
     "SOFT_BODY",
 }
 # Where a station's index and the number of its update would be: nobody senses; the frame is only
-# evaluated, is looked at for the motion, or is one at which a pad's forces will be asked for.
+# evaluated, is looked at for the motion, is one at which a pad's forces will be asked for, or is
+# one between two updates of a sensor that watches.
 NO_STATION = -1
-ONLY_STEP, LOOK, PAD = -1, -2, -3
+ONLY_STEP, LOOK, PAD, WATCH = -1, -2, -3, -4
 
 
 @dataclass(frozen=True)
@@ -93,14 +94,18 @@ def _run(
         # Other code may change the scene at a frame in ways that Blender tells nobody.
         keep = not handlers.others_follow_frames()
         probes.serve(station.sensor for station in stations)
+        for station in stations:
+            station.heed(probes)
         waiting: list[Taken] = []
         with _idle_outputs(stations) as driven:
             for stop in _agenda(scene, stations, first, last):
                 frame, subframe = clock.frame_and_subframe(stop.step)
                 scene.frame_set(frame, subframe=subframe)
-                if stop.due or stop.look:
+                if stop.due or stop.look or stop.watching:
                     depsgraph = evaluated_depsgraph()
                     probes.look(depsgraph, frame if stop.look else None, stop.pads)
+                    for station in stop.watching:
+                        station.watch(stop.step, depsgraph, probes)
                     ready, waiting = _ready(waiting, stop.step, clock)
                     for number, station in stop.due:
                         taken = station.take(number, stop.step, depsgraph, probes)
@@ -174,13 +179,14 @@ def _idle_outputs(stations: list[Station]) -> Iterator[bool]:
 
 @dataclass
 class Stop:
-    """A step to evaluate: the updates due, whether the motion there is needed, and the pads whose
-    forces there will be asked for."""
+    """A step to evaluate: the updates due, whether the motion there is needed, the pads whose
+    forces there will be asked for, and who watches there between two updates."""
 
     step: int
     due: list[tuple[int, Station]] = field(default_factory=list)
     look: bool = False
     pads: list[Any] = field(default_factory=list)
+    watching: list[Station] = field(default_factory=list)
 
 
 def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Iterator[Stop]:
@@ -193,6 +199,8 @@ def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Itera
         queues.append(_updates(order, station, first, last))
         if station.sensor.kind.motion:
             queues += [_beside(order, station, first, last, offset) for offset in (-1, 0, 1)]
+        if station.watches:
+            queues.append(_between(order, station, first, last))
     starts = frames_to_step_from(scene)
     if starts:
         start = (min(starts) - scene.frame_start) * substeps
@@ -203,6 +211,8 @@ def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Itera
             stop.look |= number in (LOOK, PAD)
             if number == PAD:
                 stop.pads.append(stations[order].sensor.object)
+            elif number == WATCH:
+                stop.watching.append(stations[order])
             elif number >= 0:
                 stop.due.append((number, stations[order]))
         yield stop
@@ -211,6 +221,13 @@ def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Itera
 def _updates(order: int, station: Station, first: int, last: int) -> Iterator[tuple[int, int, int]]:
     for number, step in station.schedule.updates(first, last):
         yield step, order, number
+
+
+def _between(order: int, station: Station, first: int, last: int) -> Iterator[tuple[int, int, int]]:
+    """The steps between its updates."""
+    for (_, step), (_, after) in pairwise(station.schedule.updates(first, last)):
+        for between in range(step + 1, after):
+            yield between, order, WATCH
 
 
 def _beside(

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -12,16 +12,52 @@ import numpy as np
 from ..sensor_logic.clock import Clock, Schedule
 from ..sensor_logic.model import Array, Emission, PadContact, Pose, Reading, Update
 from ..sensor_logic.noise import generator
+from ..sensor_logic.sweep import Passes
+from .animation import is_animated
 from .probes import Probes
 from .scene_probe.light import LightRequest
 from .scene_probe.moments import gravity_of
-from .sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
+from .scene_probe.sweep import TOLERANCE, Beam, Moment
+from .sensors import (
+    Sensor,
+    check_evaluated,
+    decimal,
+    names_others,
+    read_parameters,
+    read_pose,
+    unit_scale,
+)
+
+# N: the weight of a sensor that feels none.
+NOTHING = np.zeros(3)
 
 
 def clock_of(scene: Any) -> Clock:
     """The scene's time base: t = 0 at its start frame."""
     render = scene.render
     return Clock(scene.frame_start, render.fps, render.fps_base, scene.angen_substeps)
+
+
+@dataclass(frozen=True)
+class Read:
+    """What was read of a sensor when the probes had `heard` so much, at a unit scale."""
+
+    heard: int
+    metres: float
+    parameters: Any
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Where a beam was swept to last: the step, the sensor's pose and where its rays start, both
+    of which are the same objects as long as it stands still, its beam, and the solids."""
+
+    step: int
+    pose: Pose
+    origins: Array
+    beam: Beam
+    moment: Moment
 
 
 @dataclass(frozen=True)
@@ -47,13 +83,36 @@ class Station:
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
         self.sensor = sensor
         self.clock = clock
+        self.uid = sensor.uid
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
+        self._changes: Probes | None = None
         self.reset()
+
+    def heed(self, changes: Probes) -> None:
+        """From now on the sensor is read anew only where these heard of a change of it."""
+        self._changes = changes
 
     def reset(self) -> None:
         """Forgets earlier updates, as after a jump of the playhead."""
         self.model = self.sensor.kind.model()
         self._pose: tuple[Any, float, Pose] | None = None
+        self._read: Read | None = None
+        self._swept: Swept | None = None
+
+    @property
+    def watches(self) -> bool:
+        """Whether the sensor looks at the steps between its updates too, at some frame at least."""
+        attribute = self.sensor.kind.attribute
+        group = getattr(self.sensor.settings, attribute)
+        return hasattr(group, "swept") and (
+            group.swept or is_animated(self.sensor.object, f"angen_sensor.{attribute}.swept")
+        )
+
+    def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
+        """Looks at a step between two updates. Raises SensorError."""
+        taken = self.take(self.schedule.last_update(step) + 1, step, depsgraph, probes)
+        if taken is not None:
+            self.model.watch(taken.parameters, taken.update)
 
     def take(self, number: int, step: int, depsgraph: Any, probes: Probes) -> Taken | None:
         """Update `number` at the scene's present state; None while the sensor is switched off.
@@ -63,21 +122,25 @@ class Station:
         scene = depsgraph.scene
         metres = unit_scale(scene)
         evaluated = self.sensor.object.evaluated_get(depsgraph)
-        if not evaluated.angen_sensor.enabled:
+        read = self._read_now(evaluated, metres)
+        if read is None:
             self.reset()
             return None
-        check_evaluated(self.sensor, evaluated)
-        parameters = read_parameters(self.sensor, evaluated.angen_sensor)
+        parameters, pose = read.parameters, read.pose
 
         def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
             if metres == 1.0:
-                return probes.caster.cast(self.sensor.uid, bundle, origins, directions, length)
+                return probes.caster.cast(self.uid, bundle, origins, directions, length)
             in_units = origins / metres, directions, length / metres
-            return probes.caster.cast(self.sensor.uid, bundle, *in_units) * metres
+            return probes.caster.cast(self.uid, bundle, *in_units) * metres
 
         def warmth(bundle: int, origins: Array, directions: Array, length: Array) -> Emission:
             in_units = origins / metres, directions, length / metres
-            return probes.warmth.see(depsgraph, self.sensor.uid, bundle, *in_units)
+            return probes.warmth.see(depsgraph, self.uid, bundle, *in_units)
+
+        def sweep(origins: Array, directions: Array, length: Array) -> Passes | None:
+            rays = origins, directions, length
+            return self._sweep(step, pose, rays, metres, depsgraph, probes)
 
         def noise() -> np.random.Generator:
             return generator(scene.angen_seed, self.sensor.name, number)
@@ -85,7 +148,7 @@ class Station:
         def part() -> np.random.Generator:
             return generator(scene.angen_seed, f"{self.sensor.name}, part", 0)
 
-        weight, chosen = np.zeros(3), None
+        weight, chosen = NOTHING, None
         if self.sensor.kind.motion:
             weight, chosen = own_weight(evaluated, scene, metres), partners(evaluated)
 
@@ -96,18 +159,70 @@ class Station:
         update = Update(
             number,
             self.clock.step_time(step),
-            self._pose_now(evaluated, metres),
+            pose,
             cast,
             noise,
             part,
             contact,
             lambda: probes.light(self.sensor.name),
             warmth,
+            sweep,
         )
         request = None
         if self.sensor.kind.light:
-            request = light_request(self.sensor.name, parameters, update.pose, metres)
+            request = light_request(self.sensor.name, parameters, pose, metres)
         return Taken(self, step, parameters, update, request)
+
+    def _sweep(
+        self,
+        step: int,
+        pose: Pose,
+        rays: tuple[Array, Array, Array],
+        metres: float,
+        depsgraph: Any,
+        probes: Probes,
+    ) -> Passes | None:
+        """What went through these rays since the step before; None if nobody looked then."""
+        before, (origins, directions, length) = self._swept, rays
+        if before is not None and before.pose is pose and before.origins is origins:
+            beam = before.beam
+        else:
+            matrix = matrix_of(pose, metres)
+            beam = Beam(matrix, origins / metres, directions, length / metres)
+        self._swept = Swept(step, pose, origins, beam, probes.sweeper.moment())
+        if before is None or before.step != step - 1:
+            return None
+        found = probes.sweeper.sweep(
+            depsgraph, self.uid, before.moment, before.beam, beam, TOLERANCE / metres
+        )
+        if metres == 1.0 or not len(found):
+            return found
+        return replace(found, near=found.near * metres, far=found.far * metres)
+
+    def _read_now(self, evaluated: Any, metres: float) -> Read | None:
+        """The parameters and the pose; None while the sensor is switched off. Raises SensorError.
+
+        What Blender has not evaluated anew since need not be read again. Whether it names values
+        that are animated or driven differs between versions: these are always read.
+        """
+        known, changes = self._read, self._changes
+        if (
+            changes is not None
+            and known is not None
+            and known.metres == metres
+            and changes.untouched(self.uid, known.heard)
+        ):
+            return known
+        self._read = None
+        if not evaluated.angen_sensor.enabled:
+            return None
+        check_evaluated(self.sensor, evaluated)
+        parameters = read_parameters(self.sensor, evaluated.angen_sensor)
+        heard = changes.heard if changes is not None else 0
+        read = Read(heard, metres, parameters, self._pose_now(evaluated, metres))
+        if self.sensor.object.animation_data is None and not names_others(self.sensor, parameters):
+            self._read = read
+        return read
 
     def _pose_now(self, evaluated: Any, metres: float) -> Pose:
         """The pose, the same object as long as the sensor stands still."""
@@ -119,14 +234,19 @@ class Station:
         return known[2]
 
 
-def light_request(name: str, parameters: Any, pose: Pose, metres: float) -> LightRequest:
-    """What a light sensor with these parameters asks of the scene, in Blender units."""
+def matrix_of(pose: Pose, metres: float) -> Array:
+    """The matrix (4, 4) of a pose, without scale, in Blender units."""
     matrix = np.eye(4)
     matrix[:3, :3] = pose.axes
     matrix[:3, 3] = pose.origin / metres
+    return matrix
+
+
+def light_request(name: str, parameters: Any, pose: Pose, metres: float) -> LightRequest:
+    """What a light sensor with these parameters asks of the scene, in Blender units."""
     return LightRequest(
         name,
-        matrix,
+        matrix_of(pose, metres),
         parameters.method,
         parameters.engine,
         parameters.samples,

@@ -44,10 +44,14 @@ class Clock:
     def steps_per_second(self) -> Fraction:
         return exact(self.fps) / exact(self.fps_base) * self.substeps
 
+    @cached_property
+    def _steps_over_seconds(self) -> tuple[int, int]:
+        return self.steps_per_second.as_integer_ratio()
+
     def step_time(self, step: int) -> float:
         """Seconds since the start frame at `step`."""
-        rate = self.steps_per_second
-        return step * rate.denominator / rate.numerator
+        steps, seconds = self._steps_over_seconds
+        return step * seconds / steps
 
     def step_frame(self, step: int) -> float:
         """The frame number at `step`; with decimals where it falls between frames."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from .contact.island import PadForces
     from .light import LightSample
+    from .sweep import Passes
 
 Array = NDArray[np.float64]
 
@@ -33,7 +34,8 @@ class CastRays(Protocol):
     """Ranges in metres of `directions` (n, 3), unit vectors, from `origins` (n, 3).
 
     Nothing within `length` metres (n,) reads `length`. `bundle` names the rays for the caches of
-    the caster: the same sensor and number, normally the same rays.
+    the caster: the same sensor and number, normally the same rays. The same array, not writeable,
+    says that nothing changed.
     """
 
     def __call__(self, bundle: int, origins: Array, directions: Array, length: Array) -> Array: ...
@@ -62,6 +64,17 @@ def _no_warmth(bundle: int, origins: Array, directions: Array, length: Array) ->
     raise LookupError("nobody told this update how warm things are")
 
 
+class SweepRays(Protocol):
+    """What rays, given as to `CastRays`, met on the way since the step of the clock before, while
+    they and rigid things moved. None: nobody looked then, as at the first time."""
+
+    def __call__(self, origins: Array, directions: Array, length: Array) -> Passes | None: ...
+
+
+def _no_sweep(origins: Array, directions: Array, length: Array) -> Passes | None:
+    raise LookupError("nobody told this update what moved since the one before")
+
+
 @dataclass(frozen=True)
 class PadContact:
     """What a pressure pad is told of its contacts: the `forces` at the update's frame, the pad's
@@ -78,7 +91,8 @@ class Update:
 
     `noise` makes the update's random generator, `part` that of the device, the same each time.
     `contact` tells a pressure pad what presses on it, `light` a light sensor what shines on it,
-    `warmth` a pyroelectric detector how warm the things are that it sees.
+    `warmth` a pyroelectric detector how warm the things are that it sees, `sweep` a swept switch
+    what went through its beam.
     """
 
     number: int
@@ -90,6 +104,7 @@ class Update:
     contact: Callable[[], PadContact]
     light: Callable[[], LightSample]
     warmth: SeeWarmth = _no_warmth
+    sweep: SweepRays = _no_sweep
 
 
 @dataclass(frozen=True)

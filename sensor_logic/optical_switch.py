@@ -4,6 +4,9 @@
 One ray is the thesis's sensor: open where the range is at least the threshold, without memory.
 Several rays across the aperture resolve a flag that covers part of it: the share of rays that
 pass is the light, and a comparator with hysteresis (a Schmitt trigger) decides.
+
+A swept switch is one whose output is latched, as by an input that interrupts on an edge: what
+breaks its beam between two updates makes it read closed at the next one.
 """
 
 from __future__ import annotations
@@ -12,14 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .model import Array, Reading, Update
+from .breaks import light_between
+from .model import Array, Pose, Reading, Update
 from .parameters import Parameters, parameter
+from .sweep import Passes, no_passes
 
 THESIS = "laser switch of the thesis's Gazebo plugin"
 # Middle of the comparator's two levels, 0.60 and 0.45 of the full light at the default hysteresis.
 SWITCHING_LEVEL = 0.525
 # Blender stores the hysteresis in single precision: 3 of 5 rays must still reach the level 0.60.
 LEVEL_TOLERANCE = 1e-6
+NO_RANGES = np.zeros((0, 2))
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,12 @@ class OpticalSwitchParameters(Parameters):
         unit="m",
         minimum=0.0,
     )
+    swept: bool = parameter(
+        False,
+        "Swept",
+        "Watch the beam at every frame and sweep rigid things from each to the next: a break "
+        "between two updates, however short, is told at the second",
+    )
 
     def contradictions(self) -> list[str]:
         if self.range_min >= self.range_max:
@@ -103,35 +115,130 @@ def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
     return ((np.arange(k) + 0.5) / k - 0.5) * parameters.aperture
 
 
+def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
+    """The rays: starts (k, 3) at range_min, directions (k, 3), and how far they reach (k,)."""
+    ahead = -pose.axes[:, 2]
+    starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
+    reach = np.full(len(starts), parameters.range_max - parameters.range_min)
+    return starts + ahead * parameters.range_min, np.broadcast_to(ahead, starts.shape), reach
+
+
+@dataclass(frozen=True)
+class Look:
+    """The beam at one step: `ranges` (k,) in m, and what went through it since the step before."""
+
+    ranges: Array
+    passes: Passes
+
+
+@dataclass(frozen=True)
+class Caught:
+    """What broke the beam between two updates, at its nearest: `range` in m, how many `steps` of
+    the clock before the update, and the number of the `thing`, 0 where that is not known."""
+
+    range: float
+    steps: float
+    thing: int
+
+
 class SlottedSwitch:
-    """The state of one switch: what its comparator last said."""
+    """The state of one switch: what its comparator last said, and what was seen since.
+
+    `caught`: what alone made the last reading a closed one.
+    """
 
     def __init__(self) -> None:
+        self.caught: Caught | None = None
         self._open: bool | None = None
+        self._looks: list[Look] = []
+        self._beam: tuple[OpticalSwitchParameters, Pose, tuple[Array, Array, Array]] | None = None
+
+    def watch(self, parameters: OpticalSwitchParameters, update: Update) -> None:
+        """Looks at the beam at a step between two updates."""
+        if parameters.swept:
+            self._looks.append(self._look(parameters, update))
+        else:
+            self._looks.clear()
 
     def update(self, parameters: OpticalSwitchParameters, update: Update) -> Reading:
-        ranges = self._ranges(parameters, update)
-        light = float(np.mean(ranges >= parameters.threshold))
+        now = self._look(parameters, update)
+        # A look with another number of rays is none of this beam.
+        looks = [one for one in self._looks if len(one.ranges) == len(now.ranges)] + [now]
+        self._looks.clear()
+        noise = np.zeros(len(now.ranges))
+        if parameters.noise_sigma > 0.0:
+            noise = update.noise().normal(0.0, parameters.noise_sigma, len(noise))
+        seen = [_with_noise(parameters, look, noise) for look in looks]
+        closed_meanwhile = False
+        for look, (ranges, of_passes) in zip(looks, seen, strict=True):
+            steps = [float(np.mean(ranges >= parameters.threshold))]
+            if len(of_passes):
+                before = light_between(look.passes, of_passes, parameters.threshold, len(ranges))
+                steps = before.tolist() + steps
+            for light in steps:
+                was_open, self._open = self._open, self._compared(parameters, light)
+                closed_meanwhile |= bool(was_open) and not self._open
+        is_open, nearest = bool(self._open), float(seen[-1][0].min())
+        self.caught = None
+        if is_open and closed_meanwhile:
+            self.caught = _nearest(looks, seen)
+            is_open, nearest = False, self.caught.range
+        return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
+
+    def _compared(self, parameters: OpticalSwitchParameters, light: float) -> bool:
+        """What the comparator says of a share of the full light."""
         half = parameters.hysteresis / 2
         if self._open is None:
-            self._open = light >= SWITCHING_LEVEL
-        elif light >= SWITCHING_LEVEL + half - LEVEL_TOLERANCE:
-            self._open = True
-        elif light < SWITCHING_LEVEL - half - LEVEL_TOLERANCE:
-            self._open = False
-        nearest = float(ranges.min())
-        return Reading(self._open, nearest, {"open": self._open, "range_m": nearest})
+            return light >= SWITCHING_LEVEL
+        if light >= SWITCHING_LEVEL + half - LEVEL_TOLERANCE:
+            return True
+        return self._open and light >= SWITCHING_LEVEL - half - LEVEL_TOLERANCE
 
-    def _ranges(self, parameters: OpticalSwitchParameters, update: Update) -> Array:
-        """Ranges (k,) in metres, within range_min … range_max."""
-        pose = update.pose
-        beam = -pose.axes[:, 2]
-        starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
-        directions = np.broadcast_to(beam, starts.shape)
-        reach = np.full(len(starts), parameters.range_max - parameters.range_min)
-        ranges = update.cast(0, starts + beam * parameters.range_min, directions, reach)
+    def _rays(self, parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
+        """Its beam; the same arrays as long as neither changes."""
+        known = self._beam
+        if known is None or known[0] is not parameters or known[1] is not pose:
+            known = self._beam = parameters, pose, beam(parameters, pose)
+        return known[2]
+
+    def _look(self, parameters: OpticalSwitchParameters, update: Update) -> Look:
+        rays = self._rays(parameters, update.pose)
+        ranges, reach = update.cast(0, *rays), rays[2]
         # What meets nothing reads range_max itself, not what rounding makes of the sum.
         ranges = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
-        if parameters.noise_sigma > 0.0:
-            ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
-        return np.clip(ranges, parameters.range_min, parameters.range_max)
+        passes = update.sweep(*rays) if parameters.swept else None
+        if passes is None:
+            # What was seen before is not of this interval, or no longer asked for.
+            self._looks.clear()
+            passes = no_passes()
+        return Look(ranges, passes)
+
+
+def _with_noise(
+    parameters: OpticalSwitchParameters, look: Look, noise: Array
+) -> tuple[Array, Array]:
+    """Ranges (k,) of a look and of its passes, at their begin and their end (p, 2), as the sensor
+    has them: with noise, within range_min … range_max."""
+    lo, hi = parameters.range_min, parameters.range_max
+    ranges = np.clip(look.ranges + noise, lo, hi)
+    if not len(look.passes):
+        return ranges, NO_RANGES
+    both = np.stack([look.passes.near, look.passes.far], axis=1) + lo
+    both += noise[look.passes.ray][:, None]
+    return ranges, np.clip(both, lo, hi)
+
+
+def _nearest(looks: list[Look], seen: list[tuple[Array, Array]]) -> Caught:
+    """What was nearest between two updates."""
+    found = []
+    for back, (look, (ranges, of_passes)) in enumerate(
+        zip(reversed(looks), reversed(seen), strict=True)
+    ):
+        found.append(Caught(float(ranges.min()), float(back), 0))
+        if len(of_passes):
+            which, side = divmod(int(np.argmin(of_passes)), 2)
+            when = (look.passes.begin, look.passes.end)[side][which]
+            thing = int(look.passes.thing[which])
+            found.append(Caught(float(of_passes[which, side]), back + 1.0 - float(when), thing))
+    # A look at what is passing, of which the thing is not known, is no nearer than its pass.
+    return min(found, key=lambda one: (round(one.range, 6), one.thing == 0))

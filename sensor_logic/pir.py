@@ -313,6 +313,14 @@ class _AimedRays(NamedTuple):
     reach: Array
 
 
+class _Scan(NamedTuple):
+    """What the rays of a bundle read: ranges as cast, and by tilt what is made of them."""
+
+    rays: _AimedRays
+    cast: Array
+    by_tilt: list[Array]
+
+
 class RangeScan:
     """The state of one detector: the last scan at each tilt, and its output stage."""
 
@@ -320,9 +328,13 @@ class RangeScan:
         self._previous: dict[int, Array] = {}
         self._output = OutputTiming()
         self._aimed: dict[int, _AimedRays] = {}
+        self._scans: dict[int, _Scan] = {}
+        self._fan: tuple[PirParameters, Array] | None = None
 
     def update(self, parameters: PirParameters, update: Update) -> Reading:
-        fan = fan_directions(parameters)
+        if self._fan is None or self._fan[0] is not parameters:
+            self._fan = parameters, fan_directions(parameters)
+        fan = self._fan[1]
         if parameters.sweep == "ALL":
             tilts = range(len(fan))
             bundle = 0
@@ -344,16 +356,25 @@ class RangeScan:
         )
         return Reading(moved, angle, {"angle_rad": angle, "moved": moved, "signal": None})
 
-    def _scan(self, parameters: PirParameters, update: Update, bundle: int, fan: Array) -> Array:
-        """Ranges (tilts, rays) in metres, within range_min … range_max."""
+    def _scan(
+        self, parameters: PirParameters, update: Update, bundle: int, fan: Array
+    ) -> list[Array]:
+        """By tilt, ranges (rays,) in metres, within range_min … range_max; the same arrays where
+        nothing changed."""
         rays = self._aim(parameters, update.pose, bundle, fan)
-        ranges = update.cast(bundle, rays.origins, rays.directions, rays.reach)
+        cast = ranges = update.cast(bundle, rays.origins, rays.directions, rays.reach)
+        known = self._scans.get(bundle)
+        if known is not None and known.cast is cast and known.rays is rays:
+            return known.by_tilt
         # What meets nothing reads range_max itself, not what rounding makes of the sum.
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
             ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
-        within: Array = np.minimum(np.maximum(ranges, parameters.range_min), parameters.range_max)
-        return within.reshape(fan.shape[:2])
+        within = np.minimum(np.maximum(ranges, parameters.range_min), parameters.range_max)
+        by_tilt = list(within.reshape(fan.shape[:2]))
+        if parameters.noise_sigma == 0.0 and not cast.flags.writeable:
+            self._scans[bundle] = _Scan(rays, cast, by_tilt)
+        return by_tilt
 
     def _aim(self, parameters: PirParameters, pose: Pose, bundle: int, fan: Array) -> _AimedRays:
         known = self._aimed.get(bundle)
@@ -365,12 +386,14 @@ class RangeScan:
             self._aimed[bundle] = known
         return known
 
-    def _largest_changes(self, tilts: range, ranges: Array) -> list[float]:
+    def _largest_changes(self, tilts: range, ranges: list[Array]) -> list[float]:
         """Largest |range − range of the previous scan at that tilt|, of each; 0 at the first."""
         change = [0.0] * len(tilts)
         for row, tilt in enumerate(tilts):
-            before = self._previous.get(tilt)
-            if before is not None and before.shape == ranges[row].shape:
-                change[row] = float(np.abs(ranges[row] - before).max())
-            self._previous[tilt] = ranges[row]
+            before, now = self._previous.get(tilt), ranges[row]
+            if before is now:
+                continue
+            if before is not None and before.shape == now.shape:
+                change[row] = float(np.abs(now - before).max())
+            self._previous[tilt] = now
         return change

@@ -10,7 +10,7 @@ import importlib.util
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -83,6 +83,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def addon() -> ModuleType:
     """The extension's root module, switched on."""
     return enabled_addon()
+
+
+@pytest.fixture
+def figure(record_property) -> Callable[..., None]:
+    """Notes what a hard case measured, such as the worst error, for docs/hard_cases.md: of all
+    cases of the test the greatest number, or a text."""
+
+    def note(found: float | str, unit: str = "") -> None:
+        record_property("figure", found if isinstance(found, str) else f"{float(found)!r}\t{unit}")
+
+    return note
 
 
 @pytest.fixture

@@ -17,12 +17,14 @@ RANGE_TOLERANCE = 1e-6
 @dataclass(frozen=True)
 class Beam:
     """One update: the nearest range (m) that the beam reads and what is there (empty: nothing),
-    the share of its rays that pass, and the rays' number."""
+    the share of its rays that pass, and the rays' number. `ago`: how many seconds before it a
+    swept switch was broken, if by no more than what went through its beam."""
 
     range: float
     name: str
     light: float
     rays: int
+    ago: float | None = None
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,9 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     track, sensor = replay.track, replay.sensor
     frame, time = track.frames[index], track.times[index]
     earlier = replay.index_of(replay.number(index) - 1, index)
-    before = None if earlier is None else _look(replay, earlier)
+    before = None if earlier is None else _look_since(replay, earlier)
+    if earlier is not None:
+        replay.watch(earlier, index)
     found = _look(replay, index)
     if found is None:
         return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
@@ -72,6 +76,15 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     )
 
 
+def _look_since(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
+    """Update `index`, with what a swept switch saw since the one before."""
+    earlier = replay.index_of(replay.number(index) - 1, index)
+    if replay.station.watches and earlier is not None:
+        _look(replay, earlier)
+        replay.watch(earlier, index)
+    return _look(replay, index)
+
+
 def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
     taken = replay.take(index)
     if taken is None:
@@ -92,17 +105,34 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
         float(np.mean(ranges >= parameters.threshold)),
         len(ranges),
     )
+    caught = replay.station.model.caught
+    if caught is not None:
+        name = replay.probes.caster.solids.name_of(caught.thing)
+        seconds = caught.steps / float(replay.station.clock.steps_per_second)
+        return parameters, replace(beam, name=name, ago=seconds)
     return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")
 
 
 def _beam_text(beam: Beam, parameters: OpticalSwitchParameters) -> str:
+    if beam.ago is not None:
+        return f"{_thing(beam)} at {metres(beam.range)}, {beam.ago:.3f} s before"
     if not beam.name:
         return f"nothing within {parameters.range_max:g} m"
     return f"{quoted(beam.name)} at {metres(beam.range)}"
 
 
+def _thing(beam: Beam) -> str:
+    """What went through the beam."""
+    return quoted(beam.name) if beam.name else "something"
+
+
 def _headline(cause: BeamCause, parameters: OpticalSwitchParameters) -> str:
     now, before = cause.now, cause.before
+    if now.ago is not None:
+        return (
+            f"Closed: {_thing(now)} went through the beam {metres(now.range)} from the sensor, "
+            f"{now.ago:.3f} s before this update"
+        )
     broken = now.range < parameters.threshold
     if not cause.open:
         if not broken:

@@ -69,6 +69,15 @@ class Replay:
         self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor.object])
         return self.station.take(self.number(index), step, depsgraph, self.probes)
 
+    def watch(self, first: int, last: int) -> None:
+        """Lets the sensor look at the steps between two updates of the track, where it does so."""
+        if not self.station.watches:
+            return
+        for step in range(self.step(first) + 1, self.step(last)):
+            depsgraph = self.go(step)
+            self.probes.look(depsgraph, None)
+            self.station.watch(step, depsgraph, self.probes)
+
     def _show_outputs_before(self, frame: float) -> None:
         """Drivers saw what the sensors had published before this frame."""
         for sensor in self._driven:

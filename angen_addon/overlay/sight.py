@@ -91,5 +91,8 @@ def sight_of(station: Station, depsgraph: Any) -> Sight | None:
     if kind.identifier == "PIR":
         rows = parameters.tilt_count
         taken = replace(taken, parameters=replace(parameters, sweep="ALL"))
+    if getattr(parameters, "swept", False):
+        # What it sweeps are the same rays.
+        taken = replace(taken, parameters=replace(parameters, swept=False))
     taken.reading()
     return Sight(parameters, pose, replace(asked.rays[0], rows=rows, bundles=rows))

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...sensor_logic.contact import underside
 from ...sensor_logic.contact.island import Standing
+from .columns import Columns
 from .solids import Solid, Solids
 from .things import Thing
 
@@ -32,7 +33,8 @@ class Body:
 
     `lo`, `hi` (3,) are its bounds in metres; `stood`: what it stood on, and where that was;
     `beneath`: its underside as last looked at, and within which bounds that was; `below`: how far
-    below that each solid is, by its number, and of which version of the solid that is true.
+    below that each solid is, by its number, and of which version of the solid that is true;
+    `columns`: the rays that look there, and with which tolerance.
     """
 
     def __init__(
@@ -44,6 +46,7 @@ class Body:
         self.stood: tuple[list[Any], list[Standing]] | None = None
         self.beneath: tuple[list[Any], underside.Samples, Array] | None = None
         self.below: dict[int, tuple[tuple[int, float], Array]] = {}
+        self.columns: tuple[float, Columns] | None = None
         self._metres = metres
 
     @cached_property

@@ -8,6 +8,7 @@ lie in which triangle, and those pairs are tested in one go.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -66,36 +67,58 @@ class Surfaces:
 def meet(triangles: Triangles, starts: Array, way: Array, length: Array) -> Array:
     """How far (n,) rays from `starts` (n, 3) along the unit vector `way` (3,) go to the nearest
     triangle, inf where there is none within their length (n,)."""
-    far = np.full(len(starts), np.inf)
-    both = np.concatenate([starts, starts + length[:, None] * way]).T.copy()
-    near = (triangles.lo <= both.max(axis=1)) & (triangles.hi >= both.min(axis=1))
-    corners = triangles.corners[near.all(axis=1)]
-    if not len(corners):
+    return Columns(starts, way, length).meet(triangles)
+
+
+class Columns:
+    """Rays from `starts` (n, 3) along the unit vector `way` (3,), `length` (n,) long; what is
+    needed to find those in a triangle is made once, for all surfaces that they are to meet."""
+
+    def __init__(self, starts: Array, way: Array, length: Array) -> None:
+        self.starts, self.way, self.length = starts, way, length
+        self._axes = _across(way)
+        both = np.concatenate([starts, starts + length[:, None] * way]).T.copy()
+        self._lo, self._hi = both.min(axis=1), both.max(axis=1)
+
+    @cached_property
+    def _seen(self) -> Array:
+        """(3, n): the starts, seen along the rays."""
+        return np.ascontiguousarray((self.starts @ self._axes.T).T)
+
+    @cached_property
+    def _grid(self) -> _Grid:
+        return _Grid(self._seen[0], self._seen[1])
+
+    def meet(self, triangles: Triangles) -> Array:
+        """How far (n,) they go to the nearest triangle, inf where there is none in their length."""
+        far = np.full(len(self.starts), np.inf)
+        near = (triangles.lo <= self._hi) & (triangles.hi >= self._lo)
+        corners = triangles.corners[near.all(axis=1)]
+        if not len(corners):
+            return far
+        flat = corners.reshape(-1, 3) @ self._axes.T
+        x, y, depth = (flat[:, i].reshape(-1, 3) for i in range(3))
+        of, ray = self._grid.pairs(x, y)
+        if not len(of):
+            return far
+        seen, length = self._seen, self.length
+        ax, ay, ad = x[:, 0], y[:, 0], depth[:, 0]
+        one = x[:, 1] - ax, y[:, 1] - ay, depth[:, 1] - ad
+        two = x[:, 2] - ax, y[:, 2] - ay, depth[:, 2] - ad
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            # A triangle that is seen edge on has no area, and is met nowhere.
+            inverse = 1.0 / (one[0] * two[1] - one[1] * two[0])
+            across, along = seen[0][ray] - ax[of], seen[1][ray] - ay[of]
+            u = (across * (two[1] * inverse)[of]) - (along * (two[0] * inverse)[of])
+            v = (along * (one[0] * inverse)[of]) - (across * (one[1] * inverse)[of])
+            inside = np.flatnonzero((u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM))
+            of, ray, u, v = of[inside], ray[inside], u[inside], v[inside]
+            reach = ad[of] + u * one[2][of] + v * two[2][of] - seen[2][ray]
+            met = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
+        # The nearest is written last, and stays.
+        met = met[np.argsort(-reach[met], kind="stable")]
+        far[ray[met]] = reach[met]
         return far
-    axes = _across(way)
-    flat = corners.reshape(-1, 3) @ axes.T
-    x, y, depth = (flat[:, i].reshape(-1, 3) for i in range(3))
-    seen = np.ascontiguousarray((starts @ axes.T).T)
-    of, ray = _pairs(x, y, seen[0], seen[1])
-    if not len(of):
-        return far
-    ax, ay, ad = x[:, 0], y[:, 0], depth[:, 0]
-    one = x[:, 1] - ax, y[:, 1] - ay, depth[:, 1] - ad
-    two = x[:, 2] - ax, y[:, 2] - ay, depth[:, 2] - ad
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        # A triangle that is seen edge on has no area, and is met nowhere.
-        inverse = 1.0 / (one[0] * two[1] - one[1] * two[0])
-        across, along = seen[0][ray] - ax[of], seen[1][ray] - ay[of]
-        u = (across * (two[1] * inverse)[of]) - (along * (two[0] * inverse)[of])
-        v = (along * (one[0] * inverse)[of]) - (across * (one[1] * inverse)[of])
-        inside = np.flatnonzero((u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM))
-        of, ray, u, v = of[inside], ray[inside], u[inside], v[inside]
-        reach = ad[of] + u * one[2][of] + v * two[2][of] - seen[2][ray]
-        met = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
-    # The nearest is written last, and stays.
-    met = met[np.argsort(-reach[met], kind="stable")]
-    far[ray[met]] = reach[met]
-    return far
 
 
 def _across(way: Array) -> Array:
@@ -105,33 +128,52 @@ def _across(way: Array) -> Array:
     return np.stack([one, np.cross(way, one), way])
 
 
-def _pairs(x: Array, y: Array, at_x: Array, at_y: Array) -> tuple[Indices, Indices]:
-    """Pairs of a triangle, with corners x, y (m, 3), and a point (n,) that may lie in it."""
-    count = min(MOST_CELLS, 1 + int(np.sqrt(CELLS * len(at_x))))
-    first_x, last_x, cell_x = _cells(x, at_x, count)
-    first_y, last_y, cell_y = _cells(y, at_y, count)
-    cell = cell_y * count + cell_x
-    order = np.argsort(cell, kind="stable")
-    # Points of a row's neighbouring cells follow each other.
-    begin = np.searchsorted(cell[order], np.arange(count * count + 1))
-    of, row = _spread(last_y - first_y + 1)
-    row += first_y[of]
-    start = begin[row * count + first_x[of]]
-    which, place = _spread(begin[row * count + last_x[of] + 1] - start)
-    return of[which], order[start[which] + place]
+class _Grid:
+    """Points (n,), (n,) of a plane, by square cells, `count` along each axis."""
+
+    def __init__(self, at_x: Array, at_y: Array) -> None:
+        self._count = min(MOST_CELLS, 1 + int(np.sqrt(CELLS * len(at_x))))
+        self._x, self._y = _Axis(at_x, self._count), _Axis(at_y, self._count)
+        cell = self._y.cells_of(at_y) * self._count + self._x.cells_of(at_x)
+        self._order = np.argsort(cell, kind="stable")
+        # Points of a row's neighbouring cells follow each other.
+        filled = np.bincount(cell, minlength=self._count * self._count)
+        self._begin = np.concatenate([[0], np.cumsum(filled)])
+
+    def pairs(self, x: Array, y: Array) -> tuple[Indices, Indices]:
+        """Pairs of a triangle, with corners x, y (m, 3), and a point that may lie in it."""
+        first_x, last_x = self._x.spans(x)
+        first_y, last_y = self._y.spans(y)
+        of, row = _spread(last_y - first_y + 1)
+        row += first_y[of]
+        start = self._begin[row * self._count + first_x[of]]
+        which, place = _spread(self._begin[row * self._count + last_x[of] + 1] - start)
+        return of[which], self._order[start[which] + place]
 
 
-def _cells(corners: Array, points: Array, count: int) -> tuple[Indices, Indices, Indices]:
-    """Along one axis: first and last cell of each triangle, last < first beside all points; and the
-    cell of each point."""
-    low = float(points.min())
-    size = (float(points.max()) - low) / count + 1e-9 + 1e-12 * abs(low)
-    slack = RIM * size
-    least = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
-    most = np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
-    first = np.clip(np.floor((least - slack - low) / size), 0, count).astype(np.intp)
-    last = np.clip(np.floor((most + slack - low) / size), -1, count - 1).astype(np.intp)
-    return first, last, np.minimum(((points - low) / size).astype(np.intp), count - 1)
+class _Axis:
+    """The cells along one axis, which hold all its points (n,)."""
+
+    def __init__(self, points: Array, count: int) -> None:
+        self._count = count
+        self._low = float(points.min())
+        extent = float(points.max()) - self._low
+        self._size = extent / count + 1e-9 + 1e-12 * abs(self._low)
+
+    def cells_of(self, points: Array) -> Indices:
+        """The cell of each point."""
+        return np.minimum(((points - self._low) / self._size).astype(np.intp), self._count - 1)
+
+    def spans(self, corners: Array) -> tuple[Indices, Indices]:
+        """First and last cell of each triangle, with corners (m, 3); last < first beside all
+        points."""
+        low, size, count = self._low, self._size, self._count
+        slack = RIM * size
+        least = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
+        most = np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
+        first = np.clip(np.floor((least - slack - low) / size), 0, count).astype(np.intp)
+        last = np.clip(np.floor((most + slack - low) / size), -1, count - 1).astype(np.intp)
+        return first, last
 
 
 def _spread(counts: Indices) -> tuple[Indices, Indices]:

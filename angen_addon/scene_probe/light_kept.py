@@ -96,6 +96,11 @@ class KeptScenes:
             light = [a + b for a, b in zip(light, more, strict=True)]
         return light, found.light_scene.notes
 
+    @property
+    def states(self) -> int:
+        """How many states of the lamps have a reference now."""
+        return sum(reference.states for reference in self._references.values())
+
     def close(self) -> None:
         while self._references:
             self._references.popitem()[1].close()

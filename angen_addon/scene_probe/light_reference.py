@@ -87,6 +87,11 @@ class Reference:
             self._known[lamps] = found
         return self._known[lamps]
 
+    @property
+    def states(self) -> int:
+        """Of how many states of the lamps it knows the correction."""
+        return len(self._known)
+
     def close(self) -> None:
         self._few[0].close()
         self._many[0].close()

@@ -75,11 +75,10 @@ def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
 
 def _matrices(depsgraph: Any, things: list[Thing], solids: Solids) -> Array:
     matrices = np.full((len(things), 4, 4), np.nan)
-    rows = {solid.key: solid.row for solid in solids.solids}
     for index, thing in enumerate(things):
         if not thing.collides:
             continue
-        row = rows.get(thing.key)
+        row = solids.row_of(thing.key)
         if row is not None:
             matrices[index] = solids.matrix[row]
         else:

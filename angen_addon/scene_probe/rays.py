@@ -9,13 +9,13 @@ in the solid's own space, where single precision is accurate wherever in the wor
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import sections
+from .bundles import Bundle, Moving, Rays, Watch
 from .solids import Solid, Solids
 
 Array = NDArray[np.float64]
@@ -24,74 +24,6 @@ PAIRS_AT_ONCE = 200_000
 # The limit handed to the tree is in single precision: let it pass what is at the limit exactly.
 LIMIT_SLACK = 1.0 + 1e-6
 NOTHING = 0
-
-
-@dataclass
-class _Rays:
-    """A bundle: origins (n, 3), unit directions (n, 3), how far they reach (n,)."""
-
-    origins: Array
-    directions: Array
-    length: Array
-
-    @cached_property
-    def starts(self) -> Array:
-        """(3, n): by axis, as numpy is quick with."""
-        return np.ascontiguousarray(self.origins.T)
-
-    @cached_property
-    def inverse(self) -> Array:
-        """(3, n): one over the directions."""
-        with np.errstate(divide="ignore"):
-            return 1.0 / np.ascontiguousarray(self.directions.T)
-
-    @cached_property
-    def plane(self) -> tuple[Array, Array] | None:
-        """A point (3,) and the normal (3,) of the plane that all of them lie in, if they do."""
-        return sections.plane_of(self.origins, self.directions)
-
-    def same(self, other: _Rays) -> bool:
-        return all(
-            a is b or np.array_equal(a, b)
-            for a, b in (
-                (self.origins, other.origins),
-                (self.directions, other.directions),
-                (self.length, other.length),
-            )
-        )
-
-    def box(self, ranges: Array) -> tuple[Array, Array]:
-        """Bounds (3,), (3,) of the rays as far as `ranges`."""
-        ends = self.origins + self.directions * ranges[:, None]
-        both = np.concatenate([self.origins, ends])
-        return both.min(axis=0), both.max(axis=0)
-
-
-@dataclass
-class _Moving:
-    """What a bundle meets among the moving solids `rows`, as they were at their `versions`: by row
-    which rays and how far these go; and with the still ones, ranges and numbers (n,)."""
-
-    rows: NDArray[np.intp]
-    versions: NDArray[np.int64]
-    hits: dict[int, tuple[NDArray[np.intp], Array]]
-    ranges: Array
-    met: NDArray[np.int64]
-
-
-@dataclass
-class _Still:
-    """What a bundle meets among the still solids: ranges (n,), the numbers of the solids met (n,),
-    and the box of the rays up to there. `gone_seen`: how much of `Solids.gone` is dealt with;
-    `moving`: what of the moving ones it met last."""
-
-    rays: _Rays
-    own: frozenset[int]
-    ranges: Array
-    met: NDArray[np.int64]
-    box: tuple[Array, Array]
-    gone_seen: int
-    moving: _Moving | None = None
 
 
 @dataclass
@@ -110,7 +42,8 @@ class RayCaster:
 
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
-        self._still: dict[tuple[int, int], _Still] = {}
+        self._bundles: dict[tuple[int, int], Bundle] = {}
+        self._watch = Watch(self.solids)
         self._own: dict[int, _Own] = {}
         self._depsgraph: Any = None
 
@@ -131,12 +64,24 @@ class RayCaster:
     def cast_met(
         self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
     ) -> tuple[Array, NDArray[np.int64]]:
-        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
-        rays = _Rays(origins, directions, length)
+        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING.
+
+        Both are the same arrays, not to be written to, as long as nothing changes.
+        """
         own = self._own_solids(sensor)
-        still = self._meet_still(sensor, bundle, rays, own)
-        found = self._meet_moving(still, own.moving)
-        return found.ranges.copy(), found.met.copy()
+        known = self._bundles.get((sensor, bundle))
+        if (
+            known is None
+            or known.moving is None
+            or known.moving.rows is not own.moving
+            or not known.rays.are(origins, directions, length)
+            or self._watch.is_stale(known)
+        ):
+            known = self._meet_still(sensor, bundle, Rays(origins, directions, length), own)
+            self._meet_moving(known, own.moving)
+            self._watch.cast(known)
+        assert known.moving is not None
+        return known.moving.ranges, known.moving.met
 
     def faces_met(
         self, solid: Solid, origins: Array, directions: Array, ranges: Array
@@ -161,7 +106,7 @@ class RayCaster:
         """Ranges (n,) to the nearest of the solids `rows` as last synced, and its number (n,), or
         NOTHING; remembers nothing."""
         self._depsgraph = depsgraph
-        rays = _Rays(origins, directions, length)
+        rays = Rays(origins, directions, length)
         ranges, met = length.copy(), np.full(len(length), NOTHING, np.int64)
         if len(ranges):
             self._meet(rows, rays, rays.box(ranges), ranges, met)
@@ -180,15 +125,17 @@ class RayCaster:
             self._own[sensor] = known
         return known
 
-    def _meet_still(self, sensor: int, bundle: int, rays: _Rays, own: _Own) -> _Still:
+    def _meet_still(self, sensor: int, bundle: int, rays: Rays, own: _Own) -> Bundle:
         """What is known of the bundle, made anew where solids that it met are gone."""
         gone = self.solids.gone
-        known = self._still.get((sensor, bundle))
+        known = self._bundles.get((sensor, bundle))
         if known is None or known.own != own.numbers or not known.rays.same(rays):
             met = np.full(len(rays.length), NOTHING, np.int64)
             ranges = rays.length.copy()
-            known = _Still(rays, own.numbers, ranges, met, rays.box(ranges), len(gone))
-            self._still[sensor, bundle] = known
+            place = known.place if known is not None else self._watch.add()
+            box = rays.box(ranges)
+            known = Bundle(rays, own.numbers, ranges, met, box, len(gone), place)
+            self._bundles[sensor, bundle] = known
             again = np.arange(len(ranges))
         elif known.gone_seen < len(gone):
             again = np.flatnonzero(np.isin(known.met, gone[known.gone_seen :]))
@@ -197,17 +144,17 @@ class RayCaster:
         else:
             return known
         if len(again):
-            part = _Rays(rays.origins[again], rays.directions[again], rays.length[again])
+            part = Rays(rays.origins[again], rays.directions[again], rays.length[again])
             ranges, met = part.length.copy(), np.full(len(again), NOTHING, np.int64)
             self._meet(own.still, part, part.box(ranges), ranges, met)
             known.ranges[again], known.met[again] = ranges, met
             known.box = rays.box(known.ranges)
         return known
 
-    def _meet_moving(self, still: _Still, rows: NDArray[np.intp]) -> _Moving:
+    def _meet_moving(self, bundle: Bundle, rows: NDArray[np.intp]) -> None:
         """What the bundle meets now, looked for anew where a solid has changed since the last."""
         versions = self.solids.version[rows]
-        known = still.moving
+        known = bundle.moving
         if known is not None and known.rows is rows:
             changed = rows[versions != known.versions]
             before = len(known.hits)
@@ -215,36 +162,36 @@ class RayCaster:
             dropped = len(hits) < before
         else:
             changed, hits, dropped = rows, {}, True
-        found = self._hits(changed, still) if len(changed) else {}
+        found = self._hits(changed, bundle) if len(changed) else {}
         if known is not None and not found and not dropped:
             known.versions = versions
-            return known
+            return
         hits.update(found)
-        ranges, met = still.ranges.copy(), still.met.copy()
+        ranges, met = bundle.ranges.copy(), bundle.met.copy()
         for row, (which, far) in hits.items():
             self._shorten(row, which, far, ranges, met)
-        still.moving = _Moving(rows, versions, hits, ranges, met)
-        return still.moving
+        ranges.flags.writeable = met.flags.writeable = False
+        bundle.moving = Moving(rows, versions, hits, ranges, met)
 
     def _hits(
-        self, rows: NDArray[np.intp], still: _Still
+        self, rows: NDArray[np.intp], bundle: Bundle
     ) -> dict[int, tuple[NDArray[np.intp], Array]]:
         """By row of those of the solids that a bundle meets: which of its rays do, and how far
         they go."""
         found = {}
-        for part in self._near(rows, still.rays, still.box):
-            crossed = self._crossed(part, still.rays, still.ranges)[1]
+        for part in self._near(rows, bundle.rays, bundle.box):
+            crossed = self._crossed(part, bundle.rays, bundle.ranges)[1]
             for i in np.flatnonzero(crossed.any(axis=1)).tolist():
                 which = np.flatnonzero(crossed[i])
                 row = int(part[i])
-                far = self._far(row, which, still.rays, still.ranges[which])
-                nearer = far < still.ranges[which]
+                far = self._far(row, which, bundle.rays, bundle.ranges[which])
+                nearer = far < bundle.ranges[which]
                 if nearer.any():
                     found[row] = which[nearer], far[nearer]
         return found
 
     def _near(
-        self, rows: NDArray[np.intp], rays: _Rays, box: tuple[Array, Array]
+        self, rows: NDArray[np.intp], rays: Rays, box: tuple[Array, Array]
     ) -> list[NDArray[np.intp]]:
         """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
         may compare with each ray."""
@@ -254,7 +201,7 @@ class RayCaster:
         return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
 
     def _crossed(
-        self, rows: NDArray[np.intp], rays: _Rays, ranges: Array
+        self, rows: NDArray[np.intp], rays: Rays, ranges: Array
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Where each ray enters the box of each solid, and whether it does within its range; both
         (rows, rays)."""
@@ -264,7 +211,7 @@ class RayCaster:
     def _meet(
         self,
         rows: NDArray[np.intp],
-        rays: _Rays,
+        rays: Rays,
         box: tuple[Array, Array],
         ranges: Array,
         met: NDArray[np.int64],
@@ -294,7 +241,7 @@ class RayCaster:
         ranges[which] = far[nearer]
         met[which] = self.solids.solids[row].number
 
-    def _far(self, row: int, which: NDArray[np.intp], rays: _Rays, limits: Array) -> Array:
+    def _far(self, row: int, which: NDArray[np.intp], rays: Rays, limits: Array) -> Array:
         """How far (k,) the rays `which` (k,) go to a solid; inf where that is beyond the limits."""
         solid = self.solids.solids[row]
         geometry = solid.geometry
@@ -340,7 +287,7 @@ class RayCaster:
         return starts, ways, np.linalg.norm(ways, axis=1)
 
 
-def _slabs(lo: Array, hi: Array, rays: _Rays) -> tuple[Array, Array]:
+def _slabs(lo: Array, hi: Array, rays: Rays) -> tuple[Array, Array]:
     """Where rays (n) enter and leave boxes (m): two arrays (m, n); it misses if leave < enter."""
     enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
     with np.errstate(invalid="ignore"):

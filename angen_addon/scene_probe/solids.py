@@ -49,27 +49,32 @@ class Solid:
 
 class Solids:
     """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
-    world bounds `lo`, `hi` (n, 3), and `version` (n,), another number whenever one has moved or
-    changed its shape. `listing` counts how often the list was made anew;
+    world bounds `lo`, `hi` (n, 3), and `version` (n,), the number of the synchronisation, of which
+    there were `syncs`, at which one last moved or changed its shape. `listing` counts how often the
+    list was made anew; `heard` how often something was told of changes;
     `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
     that met them is void; `instanced` are the session uids of objects that others instance."""
 
     def __init__(self) -> None:
         self.solids: list[Solid] = []
         self.matrix = np.empty((0, 4, 4))
-        self.inverse = np.empty((0, 4, 4))
+        self._inverse = np.empty((0, 4, 4))
         self.lo = np.empty((0, 3))
         self.hi = np.empty((0, 3))
         self.moving = np.empty(0, bool)
         self.version = np.empty(0, np.int64)
         self.listing = 0
         self.gone: list[int] = []
-        self._inverted = np.empty(0, bool)
+        self._invertible = np.empty(0, bool)
+        self._not_inverted: set[int] = set()
         self._by_key: dict[Key, Solid] = {}
         self._by_shape: dict[int, list[Solid]] = {}
         self._shapes: dict[int, Geometry] = {}
         self._numbers = 0
-        self._syncs = 0
+        self.syncs = 0
+        self.heard = 0
+        self._touched_at: dict[int, int] = {}
+        self._forgot_at = 0
         self._listed: list[Any] = []
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
@@ -86,25 +91,44 @@ class Solids:
         Frame changes name every object that could have changed. An edit can change anything,
         visibility included.
         """
+        self.heard += 1
         if edited:
             self.forget()
         for update in depsgraph.updates:
             changed = update.id
             if isinstance(changed, OBJECT):
                 original = changed.original
-                self._touched.add(original.session_uid)
+                uid = original.session_uid
+                self._touched.add(uid)
+                self._touched_at[uid] = self.heard
                 if update.is_updated_geometry:
-                    self._reshaped.add(original.session_uid)
+                    self._reshaped.add(uid)
                     self._must_list |= _may_instance(original)
 
     def forget(self) -> None:
         """Anything may have changed unheard: all is looked at again."""
+        self.heard += 1
+        self._forgot_at = self.heard
         self._must_list = True
         self._unsure = True
 
+    def untouched(self, uid: int, since: int) -> bool:
+        """Whether nothing was told of a change of the object `uid` since `heard` was that."""
+        return since >= self._forgot_at and since >= self._touched_at.get(uid, 0)
+
+    @property
+    def inverse(self) -> Array:
+        """Of each matrix, made when it is asked for; of one that has none it means nothing."""
+        if self._not_inverted:
+            rows = np.array(sorted(self._not_inverted), np.intp)
+            self._not_inverted.clear()
+            good = self._invertible[rows, None, None]
+            self._inverse[rows] = np.linalg.inv(np.where(good, self.matrix[rows], np.eye(4)))
+        return self._inverse
+
     def sync(self, depsgraph: Any) -> None:
         """Brings the solids to the depsgraph's present state."""
-        self._syncs += 1
+        self.syncs += 1
         objects = list(depsgraph.objects)
         # Evaluated objects are compared by identity alone, never looked into.
         if (
@@ -123,6 +147,11 @@ class Solids:
         """Mask (n,) of the solids that belong to the object `uid`: itself and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
+    def row_of(self, key: Key) -> int | None:
+        """The row of the solid with this key, if there is one."""
+        solid = self._by_key.get(key)
+        return None if solid is None else solid.row
+
     def name_of(self, number: int) -> str:
         """What people know the solid `number` by; empty for one that is no more."""
         return next((s.name for s in self.solids if s.number == number), "")
@@ -131,12 +160,13 @@ class Solids:
         """Nothing appeared or went: moves what moved, reads shapes again that may have changed."""
         world = np.empty(count * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
-        changed = np.unique(np.flatnonzero(world != self._world) // 16).tolist()
+        differs = (world != self._world).reshape(count, 16).any(axis=1)
+        changed = np.flatnonzero(differs).tolist()
         moved = {s.row: row for row in changed if (s := self._solid_of_row[row])}
         if moved:
             rows = np.array(list(moved), np.intp)
             self.matrix[rows] = _matrices(world.reshape(count, 16)[list(moved.values())])
-            self._invert(rows)
+            self._note_inverse(rows)
         if changed:
             self._world = world
         reshaped = [
@@ -164,24 +194,24 @@ class Solids:
             self.moving[solid.row] = True
             self.gone.append(solid.number)
 
-    def _invert(self, rows: NDArray[np.intp]) -> None:
-        """Inverse matrices of some rows; takes down which of them have one."""
+    def _note_inverse(self, rows: NDArray[np.intp]) -> None:
+        """Takes down which of some rows have an inverse matrix, to be made when asked for."""
         matrix = self.matrix[rows]
         with np.errstate(all="ignore"):
             determinant = np.linalg.det(matrix[:, :3, :3])
             good = np.isfinite(matrix).all(axis=(1, 2)) & (determinant != 0.0)
             good &= np.isfinite(determinant)
-            self.inverse[rows] = np.linalg.inv(np.where(good[:, None, None], matrix, np.eye(4)))
-        self._inverted[rows] = good
+        self._invertible[rows] = good
+        self._not_inverted.update(rows.tolist())
 
     def _place(self, rows: NDArray[np.intp]) -> None:
         """World bounds of some rows. A flattened or NaN one is never hit."""
-        self.version[rows] = self._syncs
+        self.version[rows] = self.syncs
         turn = self.matrix[rows, :3, :3]
         shapes = [self.solids[row].geometry for row in rows.tolist()]
         lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
         with np.errstate(all="ignore"):
-            good = (self._inverted[rows] & np.isfinite(lo).all(axis=1))[:, None]
+            good = (self._invertible[rows] & np.isfinite(lo).all(axis=1))[:, None]
             centre = (turn @ ((lo + hi) / 2)[:, :, None])[:, :, 0] + self.matrix[rows, :3, 3]
             half = (np.abs(turn) @ ((hi - lo) / 2)[:, :, None])[:, :, 0]
             half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
@@ -246,15 +276,16 @@ class Solids:
     def _finish_list(self, depsgraph: Any, objects: list[Any], matrices: list[Array]) -> None:
         count = len(self.solids)
         self.matrix = np.array(matrices).reshape(count, 4, 4)
-        self.inverse = np.empty((count, 4, 4))
+        self._inverse = np.empty((count, 4, 4))
+        self._not_inverted.clear()
         self.lo, self.hi = np.empty((count, 3)), np.empty((count, 3))
         self.version = np.empty(count, np.int64)
-        self._inverted = np.empty(count, bool)
+        self._invertible = np.empty(count, bool)
         self.moving = np.fromiter((s.moving for s in self.solids), bool, count)
         for row, solid in enumerate(self.solids):
             solid.row = row
         if count:
-            self._invert(np.arange(count))
+            self._note_inverse(np.arange(count))
             self._place(np.arange(count))
         self._by_shape = defaultdict(list)
         for solid in self.solids:

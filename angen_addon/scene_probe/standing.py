@@ -81,11 +81,15 @@ def _look_below(
         above = _room_above(body, found.points, up)
         body.beneath = bounds, found, above
         body.below.clear()
+        body.columns = None
     _, samples, height = body.beneath
     if not len(samples.points):
         return []
-    starts = samples.points + up * height[:, None]
     length = height + tolerance
+    if body.columns is None or body.columns[0] != tolerance:
+        starts = samples.points + up * height[:, None]
+        body.columns = tolerance, columns.Columns(starts, -up, length)
+    down = body.columns[1]
 
     def cast(rows: np.typing.NDArray[np.intp]) -> tuple[Array, Any]:
         """Ranges to the nearest of some solids, and the number of that."""
@@ -95,7 +99,7 @@ def _look_below(
             version = int(solids.version[row]), tolerance
             known = body.below.get(solid.number)
             if known is None or known[0] != version:
-                far = _far_below(depsgraph, solids, surfaces, solid, starts, up, length, metres)
+                far = _far_below(depsgraph, solids, surfaces, solid, down, metres)
                 known = body.below[solid.number] = version, far
             nearer = known[1] < ranges
             ranges[nearer], met[nearer] = known[1][nearer], solid.number
@@ -116,19 +120,17 @@ def _far_below(
     solids: Solids,
     surfaces: columns.Surfaces,
     solid: Solid,
-    starts: Array,
-    up: Array,
-    length: Array,
+    down: columns.Columns,
     metres: float,
 ) -> Array:
-    """How far (n,) below places (n, 3) a solid is, inf where not within a length (n,)."""
+    """How far (n,) below the places where rays start a solid is, inf where beyond their length."""
     if solid.geometry.lasting:
-        return columns.meet(surfaces.of(depsgraph, solid, metres), starts, -up, length)
+        return down.meet(surfaces.of(depsgraph, solid, metres))
     # Of what nodes made only its tree is left.
     row = np.array([solid.row], np.intp)
-    down = np.broadcast_to(-up, starts.shape)
+    ways = np.broadcast_to(down.way, down.starts.shape)
     ranges, met = RayCaster(solids).first_met(
-        depsgraph, row, starts / metres, down, length / metres
+        depsgraph, row, down.starts / metres, ways, down.length / metres
     )
     return np.where(met != NOTHING, ranges * metres, np.inf)
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ MOST_SAMPLES = 2000
 STEEPEST = 0.1
 # A body's contact with one thing is gathered in a grid of this many cells a side.
 CELLS = 8
+# Cells of a grid for each of its points, up to which a table of all of them is made.
+TABLE = 30
 # A closed surface that holds less than this share of its bounds has no inside to speak of.
 LEAST_VOLUME = 1e-6
 
@@ -111,8 +114,11 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
     for count in np.unique(parts).tolist():
         some = parts == count
         weights = _centroids(count)
-        inside = np.einsum("kc,ncd->nkd", weights, triangles[some]).reshape(-1, 3)
-        points.append(inside)
+        corners = triangles[some][:, None]
+        inside = weights[:, 0, None] * corners[:, :, 0]
+        inside += weights[:, 1, None] * corners[:, :, 1]
+        inside += weights[:, 2, None] * corners[:, :, 2]
+        points.append(inside.reshape(-1, 3))
         areas.append(np.repeat(facing[some] / len(weights), len(weights)))
     found, share = np.concatenate(points), np.concatenate(areas)
     within = [(low <= x) & (x <= high) for low, high, x in zip(lo, hi, found.T, strict=True)]
@@ -128,6 +134,7 @@ def _volume(places: Array) -> float:
     return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
 
+@lru_cache(maxsize=256)
 def _centroids(count: int) -> Array:
     """Barycentric centroids (count², 3) of a triangle cut into count² equal ones."""
     upright = [(i, j) for i in range(count) for j in range(count - i)]
@@ -153,11 +160,23 @@ def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
     grid = np.floor((axes - axes.min(axis=1)[:, None]) / cell).astype(np.int64)
     size = grid.max(axis=1) + 1
     flat = grid[0] + size[0] * (grid[1] + size[1] * grid[2])
-    cells, of = np.unique(flat, return_inverse=True)
-    of, count = of.ravel(), len(cells)
+    of, count = _numbered(flat, int(size[0]) * int(size[1]) * int(size[2]))
     total = np.bincount(of, areas, count).astype(np.float64)
     sums = np.stack([np.bincount(of, areas * x, count) for x in axes], axis=1)
     return sums / total[:, None], total
+
+
+def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.intp], int]:
+    """Of each of the cells (n,), which run from 0 to `count`, its number among those that there
+    are, in order; and how many these are."""
+    if count > TABLE * len(cells):
+        found, of = np.unique(cells, return_inverse=True)
+        return of.ravel(), len(found)
+    # Where they are many of few, a table is quicker than sorting.
+    filled = np.zeros(count, bool)
+    filled[cells] = True
+    numbers = np.cumsum(filled)
+    return numbers[cells] - 1, int(numbers[-1])
 
 
 def firmness(gaps: npt.ArrayLike, tolerance: float) -> Array:

@@ -30,7 +30,7 @@ def test_all_settings(sensors, capfd):
         assert obj.angen_sensor.optical_switch.aperture_rays == 5
     assert pir.angen_sensor.update_rate == 24.0
     told = capfd.readouterr().out
-    assert "8 settings of 'one' to 2 sensors" in told
+    assert "9 settings of 'one' to 2 sensors" in told
     assert "left out: 'pir' (another kind: Motion detector (PIR))" in told
 
 

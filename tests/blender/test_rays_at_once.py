@@ -115,6 +115,29 @@ def test_columns_meet_the_nearest_triangle_within_their_length(seed):
     assert 100 < both.sum() < 600
 
 
+def test_columns_meet_each_of_many_surfaces_as_if_it_were_the_only_one():
+    random = np.random.default_rng(5)
+    points, corners = lump()
+    starts, length = random.uniform(-1.3, 1.3, (300, 3)), random.uniform(0.1, 2.5, 300)
+    way = np.array([0.6, 0.0, -0.8])
+    kept = columns.Columns(starts, way, length)
+    met = 0
+    for _ in range(12):
+        moved = points[corners] * random.uniform(0.2, 1.5) + random.uniform(-1.0, 1.0, 3)
+        surface = columns.with_bounds(moved)
+        anew = columns.meet(surface, starts, way, length)
+        assert (kept.meet(surface) == anew).all()
+        expected = met_by(
+            tree_of(moved.reshape(-1, 3), np.arange(len(moved) * 3).reshape(-1, 3)),
+            starts,
+            np.tile(way, (300, 1)),
+            length,
+        )
+        assert (np.isfinite(anew) != np.isfinite(expected)).sum() <= 2
+        met += int(np.isfinite(anew).sum())
+    assert met > 300
+
+
 def test_columns_leave_no_gap_along_edges():
     """Straight onto the edges and corners of a grid of triangles."""
     side = np.linspace(0, 1, 6)

@@ -42,7 +42,7 @@ def housing(world, sensor):
 
 @pytest.mark.parametrize("kind", PARENTS)
 @pytest.mark.parametrize("place", PLACES)
-def test_the_housing_of_a_parented_sensor(world, place, kind):
+def test_the_housing_of_a_parented_sensor(world, figure, place, kind):
     parent = put_under(world, PARENTS[kind], PLACES[place])
     sensor = world.switch()
     sensor.parent = parent
@@ -56,7 +56,9 @@ def test_the_housing_of_a_parented_sensor(world, place, kind):
         @ ahead.to_track_quat("Z", "Y").to_matrix().to_4x4()
     )
     world.update()
-    assert world.range(sensor) == pytest.approx(0.3, abs=ROUNDING[place])
+    found = world.range(sensor)
+    figure(abs(found - 0.3), "m")
+    assert found == pytest.approx(0.3, abs=ROUNDING[place])
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
@@ -137,7 +139,7 @@ def test_a_flag_that_is_modelled_far_from_its_origin(world, place):
 
 @pytest.mark.parametrize("turn", [0.0, 0.7])
 @pytest.mark.parametrize("place", PLACES)
-def test_a_slanted_card_far_from_its_origin(world, place, turn):
+def test_a_slanted_card_far_from_its_origin(world, figure, place, turn):
     """A triangle modelled far away, met where its plane is, from the stored vertices."""
     offset = PLACES[place]
     sensor = world.switch()
@@ -151,7 +153,9 @@ def test_a_slanted_card_far_from_its_origin(world, place, turn):
     place_of = np.array(sensor.matrix_world.translation, np.float64)
     expected = (normal @ (place_of - a)) / normal[2]
     sensor.rotation_euler.z = turn
-    assert world.range(sensor) == pytest.approx(expected, abs=5e-6)
+    found = world.range(sensor)
+    figure(abs(found - expected), "m")
+    assert found == pytest.approx(expected, abs=5e-6)
 
 
 @pytest.mark.parametrize("angle", [0, 30, 45])

@@ -160,3 +160,41 @@ def test_hold_time_is_exact_at_any_frame_rate(stage, frames):
     triggers = "01" + "0" * (frames + 3)
     expected = "0" + "1" * frames + "0" * 4
     assert outputs(stage, triggers, hold_time=frames / 24.0) == expected
+
+
+@pytest.mark.parametrize("sweep", ["SAWTOOTH", "ALL"])
+@pytest.mark.parametrize("noise", [0.0, 0.03])
+def test_an_array_handed_out_again_reads_as_one_that_is_equal(stage, sweep, noise):
+    """What a caster that says "nothing changed" saves must not be seen in the readings."""
+    parameters = PirParameters(sweep=sweep, noise_sigma=noise, **THREE_TILTS)
+    random = np.random.default_rng(1)
+    rays = 15 if sweep == "ALL" else 5
+    kept = [random.uniform(0.1, 5.0, rays) for _ in range(3)]
+    for array in kept:
+        array.flags.writeable = False
+    order = [0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 1, 0, 0, 0, 0, 0, 0, 2, 2, 2, 2]
+
+    def same(which):
+        return lambda bundle, origins, directions, length: kept[which]
+
+    def equal(which):
+        return lambda bundle, origins, directions, length: kept[which].copy()
+
+    first = stage.run(RangeScan(), parameters, [same(which) for which in order])
+    second = stage.run(RangeScan(), parameters, [equal(which) for which in order])
+    assert first == second
+    assert 3 <= sum(moved(first)) < len(order)
+
+
+def test_an_array_that_is_written_to_is_looked_at_again(stage):
+    ranges = np.full(5, 2.0)
+
+    def cast(change):
+        def written(bundle, origins, directions, length):
+            ranges[:] += change
+            return ranges
+
+        return written
+
+    casts = [cast(change) for change in (0.0, 0.0, 0.5, 0.0)]
+    assert moved(stage.run(RangeScan(), PirParameters(**ONE_TILT), casts)) == [0, 0, 1, 0]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from sensor_logic.contact.shapes import rotation_about
 from sensor_logic.contact.underside import (
+    _numbered,
     centre_of_mass,
     clustered,
     firmness,
@@ -132,3 +133,13 @@ def test_firmness():
     """1 where it just touches, 0 at the tolerance; in between, and sunk in, in proportion."""
     found = firmness([0.0, 0.015, 0.03, 0.1, -0.03], 0.03)
     assert found == pytest.approx((1, 0.5, 0, 0, 2))
+
+
+@given(st.lists(st.integers(0, 40), min_size=1, max_size=30))
+def test_cells_are_numbered_in_order_by_a_table_or_by_sorting(cells):
+    known = np.array(cells)
+    rank = {cell: number for number, cell in enumerate(sorted(set(cells)))}
+    for count in (41, 10**15):
+        numbers, found = _numbered(known, count)
+        assert numbers.tolist() == [rank[cell] for cell in cells]
+        assert found == len(rank)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`python -m benchmarks`: what it says and its exit status, with measuring itself replaced."""
+
+import copy
+import json
+import sys
+
+import pytest
+
+from benchmarks import page
+from benchmarks.tables import filled_in, median, spread
+
+DATA = page.known(page.DOCS / "data")
+
+
+@pytest.fixture
+def bench(monkeypatch, tmp_path, capsys):
+    """Runs the command on data as given for its parts (an error is raised) in an empty place."""
+    from benchmarks import __main__ as command
+
+    def run(*arguments, **parts):
+        def measured(name, quick, docs):
+            data = parts.get(name, DATA[name])
+            if isinstance(data, Exception):
+                raise data
+            (docs / "data" / f"{name}.json").write_text(json.dumps(data))
+            return data
+
+        monkeypatch.setattr(command, "ROOT", tmp_path)
+        monkeypatch.setattr(command, "_measure", measured)
+        monkeypatch.setattr(sys, "argv", ["benchmarks", "--quick", *arguments])
+        said = ""
+        try:
+            command.main()
+        except SystemExit as end:
+            said = str(end.code)
+        return said, capsys.readouterr()
+
+    return run
+
+
+def doctored(name, *place, value):
+    data = copy.deepcopy(DATA[name])
+    part = data
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    return data
+
+
+def test_a_run_within_its_bounds_ends_well(bench):
+    said, printed = bench()
+    assert said == ""
+    assert printed.out.startswith("# Benchmarks") and "LEFT OUT" not in printed.err
+
+
+def test_a_run_out_of_its_bounds_fails_and_says_by_what(bench, tmp_path):
+    worse = doctored("rays", "ray_accuracy", "fast_rms_m", value=1e-5)
+    said, printed = bench(rays=worse)
+    assert said.splitlines() == [
+        "What was measured does not hold its bounds:",
+        "rays: range against triangles, rms m: 1e-05, must be at most 8e-07",
+    ]
+    assert printed.out.startswith("# Benchmarks"), "the page is written all the same"
+    for name in page.REPORTS:
+        assert (tmp_path / "build" / "bench" / "data" / f"{name}.json").exists(), name
+
+
+def test_a_part_that_cannot_be_measured_fails_and_the_others_go_on(bench, tmp_path):
+    said, printed = bench(rays=RuntimeError("no such scene"))
+    assert "rays: could not be measured: RuntimeError('no such scene')" in said
+    assert "Traceback" in printed.err
+    assert (tmp_path / "build" / "bench" / "data" / "coverage.json").exists()
+
+
+def test_data_of_another_version_hide_no_regression(bench):
+    old = {key: value for key, value in DATA["peers"].items() if key != "boxes"}
+    worse = doctored("rays", "ray_accuracy", "fast_rms_m", value=1e-5)
+    said, _ = bench(rays=worse, peers=old)
+    assert "rays: range against triangles, rms m" in said
+    assert "the pages could not be written: KeyError('boxes')" in said
+
+
+def test_what_is_not_installed_is_said_and_is_no_failure(bench):
+    without = {**DATA["peers"], "missing": ["Embree (embreex)"]}
+    said, printed = bench("--only", "peers", peers=without)
+    assert said == ""
+    assert "peers: LEFT OUT: Embree (embreex), which is not installed" in printed.err
+
+
+def test_one_part_alone_is_judged_alone(bench):
+    worse = doctored("rays", "ray_accuracy", "fast_rms_m", value=1e-5)
+    assert bench("--only", "peers", rays=worse)[0] == ""
+    assert bench("--only", "rays", rays=worse)[0] != ""
+
+
+def test_spreads():
+    runs = {"median": 2.0, "low": 1.0, "high": 4.0, "runs": 3}
+    assert spread(runs) == "2.00 (1.00–4.00)"
+    assert spread({**runs, "runs": 1}) == spread(2.0) == "2.00"
+    assert median(runs) == median(2.0) == 2.0
+
+
+def test_tables_of_a_page_are_filled_between_their_markers():
+    page_text = "before\n<!-- a: cmd -->\n\nold\n\n<!-- end of a -->\nafter\n"
+    made = filled_in(page_text, "cmd", {"a": "new"})
+    assert made == page_text.replace("old\n", "new")
+    assert filled_in(made, "cmd", {"a": "new"}) == made
+    with pytest.raises(AssertionError, match="no place for b"):
+        filled_in(page_text, "cmd", {"b": "new"})

@@ -23,6 +23,7 @@ test: venv ## run the tests (ARGS="-k pir": pytest's options)
 	@$(RUN) -m pytest $(ARGS)
 
 bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)
+	@sh scripts/add_engines.sh $(VENV)
 	@$(RUN) -m benchmarks $(ARGS)
 
 lint: lint-venv ## check style and types

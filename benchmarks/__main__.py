@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`python -m benchmarks [--quick] [--only PART]`: measures, and writes data, plots and pages.
 
-The data go to docs/data, the page docs/benchmarks.md and docs/pressure.md's tables are made from
-them. With --quick all goes to build/bench instead, and light, which has a program of its own, is
-left out.
+The data go to docs/data; the page docs/benchmarks.md and the tables of docs/pressure.md and
+docs/pir.md are made from them. With --quick all goes to build/bench instead, and light, which has
+a program of its own, is left out. Exit status 1: a figure is out of its bound, or a part could not
+be measured; the data of all others are written all the same.
 """
 
 from __future__ import annotations
@@ -12,12 +13,15 @@ import argparse
 import subprocess
 import sys
 import time
+import traceback
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from angen_addon.standalone import load_extension
 
 from . import page, pressure_report
+from .regressions import broken, held
 
 ROOT = Path(__file__).resolve().parent.parent
 LIGHT = "light"
@@ -40,17 +44,50 @@ def main() -> None:
     arguments = parser.parse_args()
     docs = ROOT / "build" / "bench" if arguments.quick else ROOT / "docs"
     (docs / "data").mkdir(parents=True, exist_ok=True)
+    problems: list[str] = []
     for name in page.REPORTS:
         if arguments.only in (None, name):
-            _measure(name, arguments.quick, docs)
+            problems += _tried(name, arguments.quick, docs)
+    try:
+        _write_pages(docs, arguments.quick)
+    except Exception as error:
+        traceback.print_exc()
+        problems.append(
+            f"the pages could not be written: {error!r}, see above; a part that was measured by "
+            "another version of the benchmarks must be measured anew"
+        )
+    if not arguments.quick and arguments.only in (None, LIGHT):
+        done = subprocess.run([sys.executable, "-m", "benchmarks.light"], cwd=ROOT)
+        if done.returncode:
+            problems.append("light: could not be measured, see above")
+    if problems:
+        raise SystemExit("\n".join(["What was measured does not hold its bounds:", *problems]))
+
+
+def _write_pages(docs: Path, quick: bool) -> None:
     print(page.write(docs))
-    if not arguments.quick:
-        pressure_report.write(page.known(docs / "data")["pressure"])
-        if arguments.only in (None, LIGHT):
-            subprocess.run([sys.executable, "-m", "benchmarks.light"], cwd=ROOT, check=True)
+    for name, data in page.known(docs / "data").items():
+        if not quick and hasattr(page.REPORTS[name], "write"):
+            page.REPORTS[name].write(data)
 
 
-def _measure(name: str, quick: bool, docs: Path) -> None:
+def _tried(name: str, quick: bool, docs: Path) -> list[str]:
+    """Measures a part; what is wrong with its figures, or with measuring them."""
+    try:
+        data = _measure(name, quick, docs)
+    except Exception as error:
+        traceback.print_exc()
+        return [f"{name}: could not be measured: {error!r}, see above"]
+    if hasattr(page.REPORTS[name], "left_out"):
+        for what in page.REPORTS[name].left_out(data):
+            print(f"{name}: LEFT OUT: {what}", file=sys.stderr, flush=True)
+    figures = held(name, data)
+    within = sum(figure.holds for figure in figures)
+    print(f"{name}: {within} of {len(figures)} bounds held", file=sys.stderr, flush=True)
+    return broken(name, data)
+
+
+def _measure(name: str, quick: bool, docs: Path) -> dict[str, Any]:
     """Measures a part and keeps its data at once, whatever becomes of the next part."""
     extension = load_extension()
     extension.register()
@@ -65,6 +102,7 @@ def _measure(name: str, quick: bool, docs: Path) -> None:
     data = {"machine": machine, "quick": quick, "took_s": took, **found}
     (docs / "data" / f"{name}.json").write_text(pressure_report.dumped(data), encoding="utf-8")
     print(f"{name}: {took:.0f} s", file=sys.stderr, flush=True)
+    return data
 
 
 if __name__ == "__main__":

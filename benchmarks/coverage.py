@@ -20,7 +20,8 @@ from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS
 
 from . import office
-from .common import open_home
+from .common import open_home, spread
+from .progress import progress
 
 SIZE = 0.25
 SIZES = (0.5, 0.25, 0.125)
@@ -34,23 +35,28 @@ def measure(quick: bool) -> dict[str, Any]:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     names = ("STEP", "ARM") if quick else tuple(MOTIONS)
     return {
-        "rows": [_row(depsgraph, sensors, name) for name in names],
+        "rows": [_row(depsgraph, sensors, name, 1 if quick else 3) for name in names],
         "sizes": _sizes(depsgraph, sensors, quick),
         "office": office.measure(),
         "cell": SIZE,
     }
 
 
-def _row(depsgraph: Any, sensors: Any, name: str) -> dict[str, Any]:
+def _row(depsgraph: Any, sensors: Any, name: str, rounds: int) -> dict[str, Any]:
     """Time of each stage, and what changes where the motion sets off at other times."""
+    progress("coverage", list(MOTIONS).index(name), len(MOTIONS), name)
     motion = MOTIONS[name]
-    begin = time.perf_counter()
-    home, cells = _floor(depsgraph, sensors, name, SIZE)
-    floor = time.perf_counter()
-    views = {s.name: view_of(home, s) for s in detectors(sensors)}
-    cast = time.perf_counter()
-    found = at_once(views, cells, motion)
-    done = time.perf_counter()
+    taken = []
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        home, cells = _floor(depsgraph, sensors, name, SIZE)
+        floor = time.perf_counter()
+        views = {s.name: view_of(home, s) for s in detectors(sensors)}
+        cast = time.perf_counter()
+        found = at_once(views, cells, motion)
+        done = time.perf_counter()
+        taken.append((floor - begin, cast - floor, done - cast, done - begin))
+    floors, casts, meets, totals = (spread(times) for times in zip(*taken, strict=True))
     motions = int((cells.lengths > 0.0).sum())
     covered = found.count > 0
     others = [
@@ -63,11 +69,11 @@ def _row(depsgraph: Any, sensors: Any, name: str) -> dict[str, Any]:
         "cells": len(cells),
         "motions": motions,
         "detectors": len(views),
-        "floor_s": floor - begin,
-        "cast_s": cast - floor,
-        "meet_s": done - cast,
-        "total_s": done - begin,
-        "us_a_cell_and_detector": (done - cast) / (len(cells) * len(views)) * 1e6,
+        "floor_s": floors,
+        "cast_s": casts,
+        "meet_s": meets,
+        "total_s": totals,
+        "us_a_cell_and_detector": meets["median"] / (len(cells) * len(views)) * 1e6,
         "covered": float(covered.mean()),
         "phases_differ": max(differ),
         "phases_low": min(float((other.count > 0).mean()) for other in [found, *others]),
@@ -92,7 +98,8 @@ def _sizes(depsgraph: Any, sensors: Any, quick: bool) -> list[dict[str, Any]]:
     """Maps of an arm in the living room by the size of the cells, against dense ones."""
     room, reference = "living room", SIZES[-1] if quick else REFERENCE
     maps = {}
-    for size in (*SIZES, reference):
+    for size in dict.fromkeys((*SIZES, reference)):
+        progress("coverage", len(maps), len(SIZES) + 1, f"cells of {size:g} m")
         home, cells = _floor(depsgraph, sensors, "ARM", size)
         inside = cells.of([room])
         views = {s.name: view_of(home, s) for s in detectors(sensors)}

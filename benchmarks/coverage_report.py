@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .tables import percent, table
+from .tables import median, percent, spread, table
 
 TEXT = """\
 ## Coverage maps
@@ -39,12 +39,12 @@ def section(data: dict[str, Any]) -> str:
         cell=data["cell"],
         phases=5,
         rows=table(
-            ("motion", "cells", "motions", "floor", "rays", "bodies", "all",
+            ("motion", "cells", "motions", "floor s", "rays s", "bodies s", "all s",
              "µs a cell and detector", "covered", "other phases", "cells that change"),
             (
                 (
                     row["motion"], f"{row['cells']}", f"{row['motions']}",
-                    *(f"{row[key]:.2f} s" for key in ("floor_s", "cast_s", "meet_s", "total_s")),
+                    *(spread(row[key]) for key in ("floor_s", "cast_s", "meet_s", "total_s")),
                     f"{row['us_a_cell_and_detector']:.0f}",
                     percent(row["covered"]),
                     f"{percent(row['phases_low'])} to {percent(row['phases_high'])}",
@@ -84,5 +84,5 @@ def headline(data: dict[str, Any]) -> list[str]:
     step = data["rows"][0]
     return [
         f"A coverage map of the home's {step['detectors']} detectors, {step['cells']} cells of "
-        f"{data['cell']:g} m in up to eight directions: {step['total_s']:.1f} s"
+        f"{data['cell']:g} m in up to eight directions: {median(step['total_s']):.1f} s."
     ]

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from .common import spread
+from .progress import progress
 
 ROOT = Path(__file__).resolve().parent.parent
 STATUS = Path("/proc/self/status")
@@ -41,9 +42,10 @@ def measure(quick: bool) -> dict[str, Any]:
     sweeps = GLANCE if quick else SWEEPS
     # Round by round, so that a busy moment of the machine meets all cases.
     found: dict[tuple[str, int], list[dict[str, float]]] = {}
-    for _ in range(rounds):
+    for turn in range(rounds):
         for name, sizes in sweeps.items():
             for size in sizes:
+                progress("growth", turn, rounds, f"{size} {name}")
                 found.setdefault((name, size), []).append(_case({**BASE, name: size}))
     return {
         "base": BASE,
@@ -98,9 +100,9 @@ def _run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[
     recording = Recording()
     begin = time.perf_counter()
     first = 0.0
-    for progress in simulate(scene, chosen, scene.frame_start, scene.frame_end, recording):
+    for so_far in simulate(scene, chosen, scene.frame_start, scene.frame_end, recording):
         # All tilts have been looked at once by then: what stands still is known.
-        if progress.seconds_done >= 1.0 and not first:
+        if so_far.seconds_done >= 1.0 and not first:
             first = time.perf_counter() - begin
             steps = len(next(iter(recording.tracks.values())))
     wall = time.perf_counter() - begin

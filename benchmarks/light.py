@@ -19,7 +19,7 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 DATA = DOCS / "light_benchmarks.json"
 BEGIN, END = "<!-- table: python -m benchmarks.light -->\n", "<!-- end of table -->"
 # Some minutes each.
-PARTS = ("ILLUMINANCE", "FOUR_WALL", "radiance")
+PARTS = ("ILLUMINANCE", "FOUR_WALL", "run", "radiance")
 REFERENCE, RADIANCE = 65_536, 131_072
 
 
@@ -34,10 +34,12 @@ def main() -> None:
     extension = load_extension()
     extension.register()
     try:
-        from . import light_radiance, light_report, light_speed
+        from . import light_radiance, light_report, light_run, light_speed
 
         for part in parts:
-            if part != "radiance":
+            if part == "run":
+                found = light_run.measure(1024 if quick else REFERENCE, quick)
+            elif part != "radiance":
                 found = light_speed.measure(part, 4096 if quick else REFERENCE, 1 if quick else 3)
             elif find_spec("pyradiance"):
                 found = light_radiance.measure(1024 if quick else RADIANCE)

@@ -25,6 +25,8 @@ FRAME = 1500
 REFERENCE_SEEDS = 3
 SAMPLES = (256, 1024, 4096, 16384)
 COUNTS = (1, 7, 50)
+# So many are timed alone: each reads the same whatever others there are.
+MANY, MANY_SAMPLES = 500, 1024
 # The preview is timed while people and doors of the story move.
 SCRUBBED = 12
 
@@ -53,7 +55,14 @@ def measure(method: str, reference_samples: int, rounds: int) -> dict[str, Any]:
                     "reference_noise": noise,
                 }
             )
-    return {"rows": rows, "static_ms": _static(scene), "reference_samples": reference_samples}
+    _, cost = _timed(_requests(MANY, method), rounds)
+    many = {"sensors": MANY, "samples": MANY_SAMPLES, "ms_a_sensor": cost / MANY}
+    return {
+        "rows": rows,
+        "many": many,
+        "static_ms": _static(scene),
+        "reference_samples": reference_samples,
+    }
 
 
 def _open() -> Any:
@@ -87,14 +96,15 @@ def _with(request: LightRequest, **changes: Any) -> LightRequest:
     return LightRequest(**{**request.__dict__, **changes})
 
 
-def _number(sample: Any) -> float:
+def number(sample: Any) -> float:
+    """The reading of a sample, in its method's unit."""
     lux, percent = sample.illuminance_lux, sample.luminance_percent
     return float(lux if percent is None else percent)
 
 
 def _values(requests: Sequence[LightRequest], kept: KeptScenes | None = None) -> Any:
     found = light.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
-    return np.array([_number(found[r.name]) for r in requests])
+    return np.array([number(found[r.name]) for r in requests])
 
 
 def _timed(requests: Sequence[LightRequest], rounds: int) -> tuple[Any, float]:
@@ -131,7 +141,7 @@ def _scrubbed(requests: Sequence[LightRequest]) -> tuple[Any, float]:
         first = first or found
     bpy.app.handlers.frame_change_post.remove(note)
     scene.frame_set(FRAME)
-    return np.array([_number(first[r.name]) for r in requests]), float(np.median(costs)) * 1000.0
+    return np.array([number(first[r.name]) for r in requests]), float(np.median(costs)) * 1000.0
 
 
 def _reference(requests: Sequence[LightRequest], samples: int) -> tuple[Any, float]:

@@ -17,11 +17,13 @@ from . import (
     growth_report,
     home_report,
     peers_report,
+    pir_pyroelectric_report,
     pir_report,
     pressure_report,
     rays_report,
     switch_report,
 )
+from .regressions import held
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 # In the order of the page. The light sensor has a page of its own.
@@ -29,6 +31,7 @@ REPORTS: Mapping[str, ModuleType] = {
     "home": home_report,
     "rays": rays_report,
     "pir": pir_report,
+    "pir_pyroelectric": pir_pyroelectric_report,
     "switch": switch_report,
     "pressure": pressure_report,
     "peers": peers_report,
@@ -40,17 +43,22 @@ HEAD = """\
 
 Written by `make bench` from the data in [data/](data/); do not edit. `make bench ARGS=--quick` is
 a glance in under two minutes, written to `build/bench`; `ARGS="--only PART"` measures one part of
-it. Numbers are medians, the least and the greatest of repeated runs in brackets. Ratios are of
-figures of one run, which took turns, so that a busy machine meets both.
+it.
+
+**How to read this.** Numbers are medians, the least and the greatest of repeated runs in brackets;
+a number without brackets was measured once. Ratios are of figures of one run, which took turns, so
+that a busy machine meets both. Every part names its command and what its errors are against: a
+closed form, another engine, or a dense reference. Errors, shares and counts are the same in every
+run; the worst of them are held to bounds (`benchmarks/*_bounds.py`), and a run that breaks one
+says which and fails, in CI too. Times have no bounds: they are the machine's, so compare ratios.
 
 {headlines}
-| part | command | machine | took |
+| part | machine | took | bounds held |
 | --- | --- | --- | --- |
 {parts}
 The light sensor has a page of its own: [light_benchmarks.md](light_benchmarks.md). Hard cases and
 the tests that hold them: [hard_cases.md](hard_cases.md).
 """
-GLANCE = "*A glance with `--quick`, one run: not the full measurement.*\n\n"
 
 
 def known(folder: Path) -> dict[str, dict[str, Any]]:
@@ -70,18 +78,32 @@ def markdown(parts: Mapping[str, dict[str, Any]]) -> str:
         for line in REPORTS[name].headline(data)
     ]
     lines = [
-        f"| {name} | `python -m benchmarks --only {name}{' --quick' if data['quick'] else ''}` "
-        f"| {data['machine']} | {_took(data['took_s'])} |\n"
+        f"| {name} | {data['machine']} | {_took(data.get('took_s'))} | {_held(name, data)} |\n"
         for name, data in parts.items()
     ]
     text = HEAD.format(headlines="".join(headlines), parts="".join(lines))
     for name, data in parts.items():
-        section = REPORTS[name].section(data)
-        if data["quick"]:
-            title, _, rest = section.partition("\n\n")
-            section = f"{title}\n\n{GLANCE}{rest}"
-        text += f"\n{section.strip()}\n"
+        title, _, rest = REPORTS[name].section(data).partition("\n\n")
+        text += f"\n{title}\n\n{_origin(name, data)}\n\n{rest.strip()}\n"
     return text
+
+
+def _origin(name: str, data: dict[str, Any]) -> str:
+    """What measured a part."""
+    if data["quick"]:
+        return (
+            f"`python -m benchmarks --only {name} --quick`: *a glance, one run, not the full "
+            "measurement.*"
+        )
+    return f"`python -m benchmarks --only {name}`"
+
+
+def _held(name: str, data: dict[str, Any]) -> str:
+    figures = held(name, data)
+    count = sum(figure.holds for figure in figures)
+    return (
+        f"{count} of {len(figures)}" if count == len(figures) else f"**{count} of {len(figures)}**"
+    )
 
 
 def _took(seconds: float | None) -> str:

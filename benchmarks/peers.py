@@ -21,6 +21,7 @@ from angen_sensors.angen_addon.station import evaluated_depsgraph
 from . import pressure_scenes
 from .box_home import RATE, BoxHome, blender_scene, make, triangles
 from .common import spread
+from .progress import progress
 from .walkers import ranges_to
 
 Array = np.typing.NDArray[np.float64]
@@ -34,14 +35,15 @@ Looks = Iterator[tuple[float, Array]]
 
 def measure(quick: bool) -> dict[str, Any]:
     home = make(0.5 if quick else 3.0)
-    rounds = 1 if quick else 5
+    rounds = 1 if quick else 3
     exact = [_exact(home, look) for look in range(len(home.walker))]
     engines = [(name, work) for name, module, work in ENGINES if _has(module)]
     taken: dict[str, list[float]] = {name: [] for name, _ in engines}
     starts: dict[str, list[float]] = {name: [] for name, _ in engines}
     errors: dict[str, Array] = {}
-    for _ in range(rounds):
+    for turn in range(rounds):
         for name, work in engines:
+            progress("peers", turn, rounds, name)
             looks = list(work(home))
             times = [seconds for seconds, _ in looks[1:]]
             # The first look is the start: still things are met there.

@@ -34,6 +34,12 @@ loads stands in [pressure.md](pressure.md).
 """
 
 
+def left_out(data: dict[str, Any]) -> list[str]:
+    """What this run did without, in words."""
+    found = [f"{name}, which is not installed" for name in data["missing"]]
+    return [*found, *([] if data["touch"] else ["MuJoCo's touch sensor, which is not installed"])]
+
+
 def section(data: dict[str, Any]) -> str:
     rows = data["rays"]
     ours = next(row for row in rows if row["engine"] == OURS)

@@ -1,28 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks.pir_pyroelectric [--quick]`: what the pyroelectric detector's error and
-cost depend on, and where it and the range scan differ. Writes docs/data/pir_pyroelectric.json and
-the tables of docs/pir.md; with --quick it prints them only.
+"""What the pyroelectric detector's error and cost depend on, and where it and the range scan
+differ. Rays are met in closed form but for the cost, which is that in the sample home.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import re
 import time
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
+from angen_sensors.angen_addon.probes import Probes
+from angen_sensors.angen_addon.sensors import Sensor, all_sensors
+from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
+from angen_sensors.sensor_logic.model import Emission, Update
+from angen_sensors.sensor_logic.motion_detector import MotionDetector
+from angen_sensors.sensor_logic.pir import PirParameters
 
-from angen_addon.standalone import load_extension
+from .common import open_home, spread
+from .progress import progress
+from .walkers import FURNITURE, SENSOR, WALKERS, WALLS, Boxes, Walker, passes, ranges_to
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
-DATA, PAGE = DOCS / "data" / "pir_pyroelectric.json", DOCS / "pir.md"
-MARKERS = "<!-- {name}: python -m benchmarks.pir_pyroelectric -->", "<!-- end of {name} -->"
+PART = "pir_pyroelectric"
 RAYS, RATES = (1, 2, 4, 8, 12, 24, 48), (60.0, 24.0, 10.0)
+# Of them in a glance: the default, and the finest, which must come near to the dense reference.
+GLANCE_RAYS, GLANCE_RATES = (12, 48), (60.0, 24.0)
 DENSE_RAYS, DENSE_RATE = 300, 120.0
 ROOM_CELSIUS, ZERO = 20.0, 273.15
 BODY_CELSIUS = {"cat": 27.0}
@@ -32,45 +35,18 @@ REST_BEFORE, REST_AFTER = 1.0, 1.5
 FIRST, FRAMES = 600, 48
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.pir_pyroelectric",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--quick", action="store_true", help="less of it; writes no file")
-    quick = parser.parse_args().quick
-    extension = load_extension()
-    extension.register()
-    try:
-        data = measure(quick)
-    finally:
-        extension.unregister()
-    for name, text in tables(data).items():
-        print(f"{name}\n{text}")
-    if not quick:
-        DATA.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-        PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), data), encoding="utf-8")
-
-
 def measure(quick: bool) -> dict[str, Any]:
-    from .common import machine
-
     return {
-        "machine": machine(),
-        "quick": quick,
-        "error": measure_error(3 if quick else 12),
-        "cost": measure_cost(12 if quick else FRAMES),
-        "models": measure_models(3 if quick else 20),
+        "error": measure_error(6 if quick else 12, quick),
+        "cost": measure_cost(12 if quick else FRAMES, 1 if quick else 3),
+        "models": measure_models(5 if quick else 20),
     }
 
 
 class Scene:
     """The furnished room of `benchmarks.walkers` with one who moves in it, as both models ask."""
 
-    def __init__(self, walker: Any, way: tuple[Any, float, float], celsius: float, room: float):
-        from .walkers import FURNITURE, WALLS, Boxes
-
+    def __init__(self, walker: Walker, way: tuple[Any, float, float], celsius: float, room: float):
         self._still = Boxes.upright((*WALLS, *FURNITURE))
         self._known: dict[int, tuple[Any, Any]] = {}
         self.walker, (self._start, self._yaw, self.length) = walker, way
@@ -78,8 +54,6 @@ class Scene:
         self.time = 0.0
 
     def _ranges(self, bundle: int, origins: Any, directions: Any, reach: Any) -> tuple[Any, Any]:
-        from .walkers import ranges_to
-
         known = self._known.get(bundle)
         if known is None or known[0] is not directions:
             known = directions, ranges_to(self._still, origins, directions, reach)
@@ -92,20 +66,13 @@ class Scene:
         return self._ranges(bundle, origins, directions, reach)[1]
 
     def warmth(self, bundle: int, origins: Any, directions: Any, reach: Any) -> Any:
-        from angen_sensors.sensor_logic.model import Emission
-
         room, body = self._ranges(bundle, origins, directions, reach)
         kelvin = np.where(body < room, self.celsius, self.room) + ZERO
         return Emission(kelvin, np.full(len(kelvin), 0.95), self.room + ZERO)
 
 
-def run(scene: Scene, parameters: Any, rate: float) -> tuple[list[Any], float]:
+def run(scene: Scene, parameters: PirParameters, rate: float) -> tuple[list[Any], float]:
     """Readings of one pass, with rest before and after; seconds until the first detection."""
-    from angen_sensors.sensor_logic.model import Update
-    from angen_sensors.sensor_logic.motion_detector import MotionDetector
-
-    from .walkers import SENSOR
-
     detector, readings, latency = MotionDetector(), [], np.inf
     seconds = scene.walker.seconds(scene.length)
     for k in range(int((REST_BEFORE + seconds + REST_AFTER) * rate)):
@@ -127,23 +94,21 @@ def peak(readings: list[Any]) -> float:
     return max(abs(reading.fields["signal"]) for reading in readings)
 
 
-def pyroelectric() -> Any:
-    from angen_sensors.sensor_logic.pir import PirParameters
-
+def pyroelectric() -> PirParameters:
     return PirParameters(model="PYROELECTRIC", range_max=5.0)
 
 
-def measure_error(count: int) -> list[dict[str, Any]]:
+def measure_error(count: int, quick: bool) -> list[dict[str, Any]]:
     """Relative error of the peak signal, rms and worst over walks through the room."""
-    from .walkers import WALKERS, passes
-
     walk = next(walker for walker in WALKERS if walker.name == "walk")
     scenes = [Scene(walk, way, PERSON_CELSIUS, ROOM_CELSIUS) for way in passes(walk, count)]
     dense = replace(pyroelectric(), zone_rays=DENSE_RAYS)
     exact = np.array([peak(run(scene, dense, DENSE_RATE)[0]) for scene in scenes])
     rows = []
-    for rays in RAYS:
-        for rate in RATES:
+    chosen = GLANCE_RAYS if quick else RAYS
+    for done, rays in enumerate(chosen):
+        progress(PART, done, len(chosen), f"error with {rays} rays a zone")
+        for rate in GLANCE_RATES if quick else RATES:
             parameters = replace(pyroelectric(), zone_rays=rays)
             found = np.array([peak(run(scene, parameters, rate)[0]) for scene in scenes])
             error = found / exact - 1
@@ -160,19 +125,10 @@ def measure_error(count: int) -> list[dict[str, Any]]:
     return rows
 
 
-def measure_cost(frames: int) -> list[dict[str, Any]]:
+def measure_cost(frames: int, rounds: int) -> list[dict[str, Any]]:
     """Milliseconds of processor time an update of one detector in the sample home, after its first
     second."""
-    import bpy
-    from angen_sensors.angen_addon.probes import Probes
-    from angen_sensors.angen_addon.sensors import all_sensors
-    from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
-
-    from .common import HOME
-
-    bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
-    scene = bpy.context.scene
-    scene.angen_live = False
+    scene = open_home()
     person = bpy.data.objects["Person"].angen_warmth
     person.use_temperature, person.temperature = True, 28.0
     for material in bpy.data.objects["Person"].data.materials:
@@ -182,56 +138,58 @@ def measure_cost(frames: int) -> list[dict[str, Any]]:
     sensors = [s for s in all_sensors(bpy.context.view_layer) if s.kind.identifier == "PIR"]
     rows = []
     for model, rays in (("RANGE_SCAN", 120), *(("PYROELECTRIC", r) for r in (4, 12, 48))):
+        progress(PART, len(rows), 4, f"cost of {model} in the home")
         for sensor in sensors:
             pir = sensor.settings.pir
             pir.model, pir.sweep = model, "ALL"
             pir.rays, pir.zone_rays = 120, rays
             sensor.settings.update_rate = 24.0
-        clock, probes = clock_of(scene), Probes(scene)
-        stations = [Station(sensor, clock) for sensor in sensors]
-        taken, updates, moved = 0.0, 0, 0
-        first = FIRST - scene.frame_start
-        for step in range(first - 24, first + frames):
-            scene.frame_set(step + scene.frame_start)
-            depsgraph = evaluated_depsgraph()
-            probes.look(depsgraph, None)
-            # Trees of what has moved are built once for all sensors, whatever their model.
-            for solid in probes.caster.solids.solids:
-                if solid.moving and np.isfinite(solid.geometry.lo).all():
-                    solid.geometry.tree(depsgraph)
-            begin = time.process_time()
-            for station in stations:
-                reading = station.take(step, step, depsgraph, probes).reading()
-                moved += reading.active and step >= first
-            if step >= first:
-                taken += time.process_time() - begin
-                updates += len(stations)
-        cast = 1080 if model == "RANGE_SCAN" else 42 * rays
+        runs = [_in_home(scene, sensors, frames) for _ in range(rounds)]
         rows.append(
             {
                 "model": model,
                 "zone_rays": rays,
-                "rays": cast,
-                "ms": taken / updates * 1e3,
-                "updates": updates,
-                "active": moved,
+                "rays": 1080 if model == "RANGE_SCAN" else 42 * rays,
+                "ms": spread([milliseconds for milliseconds, *_ in runs]),
+                "updates": runs[0][1],
+                "active": runs[0][2],
             }
         )
     return rows
 
 
+def _in_home(scene: Any, sensors: list[Sensor], frames: int) -> tuple[float, int, int]:
+    """Milliseconds an update, updates, and those that said that something moves."""
+    clock, probes = clock_of(scene), Probes(scene)
+    stations = [Station(sensor, clock) for sensor in sensors]
+    taken, updates, moved = 0.0, 0, 0
+    first = FIRST - scene.frame_start
+    for step in range(first - 24, first + frames):
+        scene.frame_set(step + scene.frame_start)
+        depsgraph = evaluated_depsgraph()
+        probes.look(depsgraph, None)
+        # Trees of what has moved are built once for all sensors, whatever their model.
+        for solid in probes.caster.solids.solids:
+            if solid.moving and np.isfinite(solid.geometry.lo).all():
+                solid.geometry.tree(depsgraph)
+        begin = time.process_time()
+        for station in stations:
+            reading = station.take(step, step, depsgraph, probes).reading()
+            moved += reading.active and step >= first
+        if step >= first:
+            taken += time.process_time() - begin
+            updates += len(stations)
+    return taken / updates * 1e3, updates, moved
+
+
 def measure_models(count: int) -> list[dict[str, Any]]:
     """Shares of passes detected, and the median latency, of the two models side by side."""
-    from angen_sensors.sensor_logic.pir import PirParameters
-
-    from .walkers import WALKERS, passes
-
-    both: tuple[tuple[str, Any, float], ...] = (
+    both: tuple[tuple[str, PirParameters, float], ...] = (
         ("thesis", PirParameters(), 10.0),
         ("all tilts", PirParameters(sweep="ALL"), 10.0),
         ("pyroelectric", pyroelectric(), 24.0),
     )
-    situations: list[tuple[str, Any, float, float]] = [
+    situations: list[tuple[str, Walker, float, float]] = [
         (w.name, w, BODY_CELSIUS.get(w.name, PERSON_CELSIUS), ROOM_CELSIUS) for w in WALKERS
     ]
     walk = next(walker for walker in WALKERS if walker.name == "walk")
@@ -242,7 +200,8 @@ def measure_models(count: int) -> list[dict[str, Any]]:
         ("walk at 0.1 m/s", replace(walk, speed=0.1), PERSON_CELSIUS, ROOM_CELSIUS),
     ]
     rows = []
-    for name, walker, celsius, room in situations:
+    for done, (name, walker, celsius, room) in enumerate(situations):
+        progress(PART, done, len(situations), name)
         row: dict[str, Any] = {"situation": name, "passes": count}
         for label, parameters, rate in both:
             latencies = np.array(
@@ -258,63 +217,3 @@ def measure_models(count: int) -> list[dict[str, Any]]:
             }
         rows.append(row)
     return rows
-
-
-def tables(data: dict[str, Any]) -> dict[str, str]:
-    return {"error": _error(data), "cost": _cost(data), "models": _models(data)}
-
-
-def _error(data: dict[str, Any]) -> str:
-    from .tables import table
-
-    by = {(row["zone_rays"], row["rate"]): row for row in data["error"]}
-    rates = sorted({rate for _, rate in by}, reverse=True)
-    rows = [
-        [str(rays)]
-        + [
-            f"{by[rays, rate]['rms']:.1%} / {by[rays, rate]['mean']:+.1%}".replace("-", "−")
-            for rate in rates
-        ]
-        for rays in sorted({rays for rays, _ in by})
-    ]
-    return table(["rays a zone", *(f"{rate:g} Hz: rms / mean" for rate in rates)], rows)
-
-
-def _cost(data: dict[str, Any]) -> str:
-    from .tables import table
-
-    names = {"RANGE_SCAN": "range scan, all tilts", "PYROELECTRIC": "pyroelectric, {} rays a zone"}
-    rows = [
-        [names[row["model"]].format(row["zone_rays"]), str(row["rays"]), f"{row['ms']:.2f}"]
-        for row in data["cost"]
-    ]
-    return table(["model", "rays", "ms an update"], rows)
-
-
-def _models(data: dict[str, Any]) -> str:
-    from .tables import table
-
-    labels = ("thesis", "all tilts", "pyroelectric")
-    rows = []
-    for row in data["models"]:
-        cells = [row["situation"]]
-        for label in labels:
-            late = row[label]["latency_s"]
-            cells.append(f"{row[label]['detected']:.0%}" + (f", {late:.2f} s" if late else ""))
-        rows.append(cells)
-    return table(
-        ["who moves", "range scan (thesis)", "range scan, all tilts", "pyroelectric"], rows
-    )
-
-
-def filled(page: str, data: dict[str, Any]) -> str:
-    """The page with its tables made anew."""
-    for name, text in tables(data).items():
-        begin, end = (marker.format(name=name) for marker in MARKERS)
-        made: Callable[[re.Match[str]], str] = lambda _, b=begin, t=text, e=end: f"{b}\n{t}{e}"  # noqa: E731
-        page = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", made, page, flags=re.DOTALL)
-    return page
-
-
-if __name__ == "__main__":
-    main()

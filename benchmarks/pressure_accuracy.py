@@ -28,6 +28,7 @@ from .pressure_scenes import (
     solid,
 )
 from .pressure_table import legs_exactly
+from .progress import progress
 
 G = 9.81
 Row = dict[str, Any]
@@ -37,7 +38,11 @@ PILES = 100
 
 def measure(quick: bool) -> list[Row]:
     cases = QUICK if quick else CASES
-    return [row for case in cases for row in case()]
+    rows = []
+    for done, case in enumerate(cases):
+        progress("pressure", done, len(cases), case.__name__)
+        rows += case()
+    return rows
 
 
 def row(

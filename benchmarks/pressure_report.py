@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from .plot import BLACK, BLUE, GREEN, ORANGE, PURPLE, Panel, Series, figure
+from .tables import filled_in
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE, DATA = DOCS / "pressure.md", DOCS / "data" / "pressure.json"
 FIGURE = DOCS / "pictures" / "pressure_table.svg"
-MARKERS = "<!-- {name}: python -m benchmarks --only pressure -->", "<!-- end of {name} -->"
+COMMAND = "python -m benchmarks --only pressure"
 GROUPS = {
     "rest": "Resting and stacked",
     "four legs": "Four legs, the worst of them",
@@ -30,6 +31,11 @@ GROUPS = {
     "extremes": "Extremes, at rest",
     "piles": "Random piles, sum against the weight",
 }
+
+
+def left_out(data: dict[str, Any]) -> list[str]:
+    """What this run did without, in words."""
+    return [] if data["mujoco"] else ["the same scenes in MuJoCo, which is not installed"]
 
 
 def section(data: dict[str, Any]) -> str:
@@ -147,14 +153,8 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def filled(page: str, data: dict[str, Any]) -> str:
-    """The page with its tables made anew between their markers."""
-    for name, text in tables(data).items():
-        first, last = (marker.format(name=name) for marker in MARKERS)
-        before, _, rest = page.partition(first)
-        _, found, after = rest.partition(last)
-        assert found, f"{PAGE.name} has no place for {name}"
-        page = f"{before}{first}\n\n{text}\n{last}{after}"
-    return page
+    """docs/pressure.md with its tables made anew."""
+    return filled_in(page, COMMAND, tables(data))
 
 
 def picture(data: dict[str, Any]) -> str:

@@ -10,7 +10,6 @@ The first second, in which the fast layer meets all that stands still, is told a
 from __future__ import annotations
 
 import random
-import statistics
 import time
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,7 +21,8 @@ from angen_sensors.angen_addon.sensors import Sensor, all_sensors
 from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
 
 from .common import HOME as HOME
-from .common import open_home
+from .common import open_home, spread
+from .progress import progress
 
 # Where the story has the person walk from the kitchen to the living room.
 FIRST_FRAME = 600
@@ -45,15 +45,19 @@ class Run:
 
 def measure(quick: bool) -> dict[str, Any]:
     frames, rounds = (24, 1) if quick else (72, 3)
-    rows = []
-    for pirs in PIRS[1:2] if quick else PIRS:
-        for rays in RAYS:
-            rows.append(compare("Ängen home", 0, pirs, rays, "SAWTOOTH", frames, rounds))
-    rows.append(compare("Ängen home", 0, 7, 120, "SAWTOOTH", frames, rounds))
+    home, crowded = ("Ängen home", 0), (f"home and {CROWD} objects", CROWD)
+    cases = [
+        (*home, p, r, "SAWTOOTH", rounds) for p in (PIRS[1:2] if quick else PIRS) for r in RAYS
+    ]
     if not quick:
-        rows.append(compare("Ängen home", 0, 7, 120, "ALL", frames, rounds))
-        rows.append(compare(f"home and {CROWD} objects", CROWD, 7, 120, "SAWTOOTH", frames, rounds))
-        rows.append(compare(f"home and {CROWD} objects", CROWD, 7, 120, "ALL", frames, 1))
+        cases.append((*home, 7, 120, "SAWTOOTH", rounds))
+        cases.append((*home, 7, 120, "ALL", rounds))
+        cases.append((*crowded, 7, 120, "SAWTOOTH", rounds))
+        cases.append((*crowded, 7, 120, "ALL", 1))
+    rows = []
+    for done, (name, crowd, pirs, rays, sweep, repeats) in enumerate(cases):
+        progress("rays", done, len(cases), f"{name}, {pirs} PIRs, {rays} rays, {sweep}")
+        rows.append(compare(name, crowd, pirs, rays, sweep, frames, repeats))
     return {"frames": frames, "rounds": rounds, "rows": rows}
 
 
@@ -80,11 +84,9 @@ def compare(
         "sweep": sweep,
         "frames": frames,
         "start_ms": fast.starting * 1e3,
-        "fast_ms": statistics.median(fast_times),
-        "reference_ms": statistics.median(slow_times),
-        "ratio": statistics.median(ratios),
-        "ratio_low": min(ratios),
-        "ratio_high": max(ratios),
+        "fast_ms": spread(fast_times),
+        "reference_ms": spread(slow_times),
+        "ratio": spread(ratios),
         "evaluation_ms": fast.evaluating / frames * 1e3,
         "worst_range_error_m": error,
         "updates": len(fast.moved),

@@ -3,23 +3,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
+
+from .tables import median, short, spread
 
 INTRODUCTION = """\
 ## The ray layer
 
 The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames in one process:
-milliseconds a frame of sensing alone, median of the rounds ({rounds}; the last row: one), and
-their ratio with its spread. *Start* is what the fast layer's first second costs once, in
-milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
+milliseconds a frame of sensing alone, in rounds that take turns ({rounds}; the last row of the
+full measurement: one), and their ratio. *Start* is what the fast layer's first second costs once,
+in milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
 need, is told beside it. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that
 differ* compares what every detector said at every update.
 
 """
 
 ACCURACY = """
-## Accuracy of a range
+### Accuracy of a range
 
 Every ray of the home's seven detectors that meets a face, at some of the frames above, {rays} in
 all, against the float64 intersection with the triangle that it meets. Errors in metres; the last
@@ -36,19 +38,19 @@ that sooner or later. The fast layer meets each object in the object's own space
 numbers are smaller.
 """
 
-COLUMNS = (
-    ("scene", "{scene}"),
-    ("objects", "{objects}"),
-    ("PIRs", "{pirs}"),
-    ("rays", "{rays}"),
-    ("sweep", "{sweep}"),
-    ("start", "{start_ms:.0f}"),
-    ("fast ms", "{fast_ms:.3f}"),
-    ("reference ms", "{reference_ms:.2f}"),
-    ("evaluation ms", "{evaluation_ms:.2f}"),
-    ("ratio (spread)", "{ratio:.1f} ({ratio_low:.1f}–{ratio_high:.1f})"),
-    ("worst range difference m", "{worst_range_error_m:.1e}"),
-    ("updates that differ", "{updates_that_differ} of {updates}"),
+COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
+    ("scene", lambda row: f"{row['scene']}"),
+    ("objects", lambda row: f"{row['objects']}"),
+    ("PIRs", lambda row: f"{row['pirs']}"),
+    ("rays", lambda row: f"{row['rays']}"),
+    ("sweep", lambda row: f"{row['sweep']}"),
+    ("start", lambda row: f"{row['start_ms']:.0f}"),
+    ("fast ms", lambda row: spread(row["fast_ms"])),
+    ("reference ms", lambda row: spread(row["reference_ms"])),
+    ("evaluation ms", lambda row: f"{row['evaluation_ms']:.2f}"),
+    ("ratio", lambda row: spread(row["ratio"])),
+    ("worst range difference m", lambda row: f"{row['worst_range_error_m']:.1e}"),
+    ("updates that differ", lambda row: f"{row['updates_that_differ']} of {row['updates']}"),
 )
 
 
@@ -56,10 +58,19 @@ def section(data: dict[str, Any]) -> str:
     layer = data["ray_layer"]
     text = INTRODUCTION.format(**layer)
     text += _line(name for name, _ in COLUMNS) + _line("---" for _ in COLUMNS)
-    text += "".join(_line(form.format(**row) for _, form in COLUMNS) for row in layer["rows"])
+    text += "".join(_line(cell(row) for _, cell in COLUMNS) for row in layer["rows"])
     if len({row["pirs"] for row in layer["rows"]}) > 1:
         text += "\n" + _cost_of_a_detector(layer["rows"])
     return text + ACCURACY.format(**data["ray_accuracy"])
+
+
+def headline(data: dict[str, Any]) -> list[str]:
+    ratios = [median(row["ratio"]) for row in data["ray_layer"]["rows"]]
+    differ = sum(row["updates_that_differ"] for row in data["ray_layer"]["rows"])
+    return [
+        f"The ray layer is {short(min(ratios), 2)} to {short(max(ratios), 2)} times as fast as "
+        f"Blender's `scene.ray_cast` in the same run; {differ} updates differ."
+    ]
 
 
 def _line(cells: Iterable[str]) -> str:
@@ -79,8 +90,8 @@ def _cost_of_a_detector(rows: list[dict[str, Any]]) -> str:
         few, many = min(same, key=_pirs), max(same, key=_pirs)
         if few is not many:
             added = many["pirs"] - few["pirs"]
-            fast = (many["fast_ms"] - few["fast_ms"]) / added
-            slow = (many["reference_ms"] - few["reference_ms"]) / added
+            fast = (median(many["fast_ms"]) - median(few["fast_ms"])) / added
+            slow = (median(many["reference_ms"]) - median(few["reference_ms"])) / added
             lines.append(f"| {rays} | {fast:.3f} | {slow:.2f} |")
     return "\n".join(lines) + "\n"
 

@@ -3,8 +3,8 @@
 
 The light that passes a straight edge is known in closed form, and so is the chance that a flag of
 width w at speed v is between two looks T apart: it is seen in min(1, w / (v·T)) of the crossings.
-The first two are the product's own model with rays in closed form, the last is its simulation of
-a Blender scene.
+A swept switch must see all of them. The first is the product's own model with rays in closed
+form, the others are its simulation of a Blender scene.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ FLAGS = (
     ("card, 1 cm at 1 m/s", 0.01, 1.0),
     ("0.5 mm at 1 m/s", 0.0005, 1.0),
 )
+# How often a run with swept switches and one without take turns, for their times.
+TURNS = 5
 POSE = Pose(np.zeros(3), np.eye(3))
 
 
@@ -49,6 +51,10 @@ def measure(quick: bool) -> dict[str, Any]:
             _flags(name, width, speed, substeps, 40 if quick else 200)
             for name, width, speed in FLAGS
             for substeps in (SUBSTEPS[::2] if quick else SUBSTEPS)
+        ],
+        "swept": [
+            _swept(name, width, speed, 40 if quick else 200, 2 if quick else TURNS)
+            for name, width, speed in FLAGS
         ],
     }
 
@@ -107,13 +113,8 @@ def _aperture(rays: int, edges: int) -> dict[str, Any]:
 def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> dict[str, Any]:
     """One flag passes `count` switches side by side, each at another moment between two looks."""
     scene = _scene_of_switches(width, speed, substeps, count)
-    recording = Recording()
-    sensors = all_sensors(bpy.context.view_layer)
-    begin = time.perf_counter()
-    for _ in simulate(scene, sensors, scene.frame_start, scene.frame_end, recording):
-        pass
-    wall = time.perf_counter() - begin
-    seen = sum(0 in track.active for track in recording.tracks.values()) / count
+    wall, recording = _run(scene)
+    seen = _share_seen(recording)
     exact = min(1.0, width * FPS * substeps / speed)
     return {
         "name": name,
@@ -128,6 +129,57 @@ def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> 
         "steps": len(next(iter(recording.tracks.values()))),
         "ms_a_step": wall * 1e3 / len(next(iter(recording.tracks.values()))),
     }
+
+
+def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dict[str, Any]:
+    """The same with swept switches, at whole frames: the share seen; those that say so at another
+    update than the one at or next after the crossing; the time of a run over that of an unswept
+    one."""
+    scene = _scene_of_switches(width, speed, 1, count)
+    switches = [obj for obj in scene.objects if obj.angen_sensor.kind == "OPTICAL_SWITCH"]
+    walls: dict[bool, list[float]] = {True: [], False: []}
+    recording = Recording()
+    for _ in range(turns):
+        for swept in (False, True):
+            for switch in switches:
+                switch.angen_sensor.optical_switch.swept = swept
+            wall, recording = _run(scene)
+            walls[swept].append(wall)
+    wrong = 0
+    for switch in switches:
+        times = FPS * np.array([switch.location.x, switch.location.x + width]) / speed
+        track = recording.tracks[switch.name]
+        told = [
+            round(t * FPS)
+            for t, is_open in zip(track.times, track.active, strict=True)
+            if not is_open
+        ]
+        first, last = int(np.ceil(times[0])), int(np.ceil(times[1]))
+        # At an update while it is in the beam; where there is none, at the next one.
+        wrong += told != list(range(first, max(last, first + 1)))
+    return {
+        "name": name,
+        "width_m": width,
+        "speed_m_s": speed,
+        "switches": count,
+        "seen": _share_seen(recording),
+        "wrong": wrong,
+        "cost": spread([a / b for a, b in zip(walls[True], walls[False], strict=True)]),
+    }
+
+
+def _run(scene: Any) -> tuple[float, Recording]:
+    """Seconds that a run took, and what it recorded."""
+    recording = Recording()
+    sensors = all_sensors(bpy.context.view_layer)
+    begin = time.perf_counter()
+    for _ in simulate(scene, sensors, scene.frame_start, scene.frame_end, recording):
+        pass
+    return time.perf_counter() - begin, recording
+
+
+def _share_seen(recording: Recording) -> float:
+    return sum(0 in track.active for track in recording.tracks.values()) / len(recording.tracks)
 
 
 def _scene_of_switches(width: float, speed: float, substeps: int, count: int) -> Any:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 
@@ -16,12 +16,16 @@ def _line(cells: Iterable[str]) -> str:
     return f"| {' | '.join(cells)} |\n"
 
 
-def spread(found: dict[str, Any], digits: int = 3) -> str:
+def spread(found: dict[str, Any] | float, digits: int = 3) -> str:
     """Median (least–greatest) of repeated runs; of a single one, the number alone."""
-    median = short(found["median"], digits)
-    if found["runs"] == 1:
-        return median
-    return f"{median} ({short(found['low'], digits)}–{short(found['high'], digits)})"
+    if not isinstance(found, dict) or found["runs"] == 1:
+        return short(median(found), digits)
+    low, high = short(found["low"], digits), short(found["high"], digits)
+    return f"{short(found['median'], digits)} ({low}–{high})"
+
+
+def median(found: dict[str, Any] | float) -> float:
+    return float(found["median"]) if isinstance(found, dict) else found
 
 
 def short(value: float, digits: int = 3) -> str:
@@ -36,3 +40,15 @@ def short(value: float, digits: int = 3) -> str:
 
 def percent(share: float) -> str:
     return f"{share:.0%}" if share in (0.0, 1.0) else f"{share:.1%}"
+
+
+def filled_in(page: str, command: str, texts: Mapping[str, str]) -> str:
+    """A page with its tables made anew, each between its two markers; the first names the command
+    that measures it."""
+    for name, text in texts.items():
+        first, last = f"<!-- {name}: {command} -->", f"<!-- end of {name} -->"
+        before, _, rest = page.partition(first)
+        _, found, after = rest.partition(last)
+        assert found, f"the page has no place for {name}: {first} … {last}"
+        page = f"{before}{first}\n\n{text}\n{last}{after}"
+    return page

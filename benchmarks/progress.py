@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lines on standard error that tell how far a long part is."""
+
+from __future__ import annotations
+
+import sys
+
+
+def progress(part: str, done: int, total: int, now: str) -> None:
+    print(f"  {part}: {done} of {total} done, now {now}", file=sys.stderr, flush=True)

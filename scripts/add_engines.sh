@@ -1,0 +1,23 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Adds the engines that the benchmarks compare with to an environment of make_venv.sh, once:
+#   scripts/add_engines.sh DIR
+# One that cannot be had here is named, and the benchmarks do without it and say so too.
+set -eu
+requirements=$(dirname "$0")/requirements-bench.txt
+venv=$1
+stamp=$(cksum <"$requirements")
+[ "$(cat "$venv/engines" 2>/dev/null)" != "$stamp" ] || exit 0
+
+# Blender's module needs the numpy that it came with.
+"$venv/bin/python" -c 'import numpy; print("numpy==" + numpy.__version__)' >"$venv/numpy.txt"
+complete=true
+while read -r engine; do
+    "$venv/bin/python" -m pip install -qq --disable-pip-version-check --retries 1 \
+        -c "$venv/numpy.txt" "$engine" && continue
+    echo "Could not install $engine: the benchmarks leave it out; pip's message is above." >&2
+    complete=false
+done <"$requirements"
+if $complete; then
+    echo "$stamp" >"$venv/engines"
+fi

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
+# Beginnings of the data paths of an object's own place.
+PLACE = ("location", "rotation_", "scale", "delta_")
+
 
 def action_curves(action: Any, slot: Any) -> list[Any]:
     """The F-curves of an action. From Blender 4.4 on it can hold those of several datablocks,
@@ -34,3 +37,19 @@ def is_animated(obj: Any, path: str) -> bool:
     if animation is None:
         return False
     return bool(curves(obj, {path})) or any(d.data_path == path for d in animation.drivers)
+
+
+def stays(obj: Any, *paths: str) -> bool:
+    """Whether nothing in the file moves an object or changes what begins with these data paths.
+
+    What only may move it counts: constraints, physics, strips of the NLA, a parent's shape.
+    """
+    animation, parent = obj.animation_data, obj.parent
+    if obj.constraints or obj.rigid_body is not None:
+        return False
+    if animation is not None:
+        slot = getattr(animation, "action_slot", None)
+        curves = [*action_curves(animation.action, slot), *animation.drivers]
+        if animation.nla_tracks or any(c.data_path.startswith(PLACE + paths) for c in curves):
+            return False
+    return parent is None or (obj.parent_type == "OBJECT" and stays(parent))

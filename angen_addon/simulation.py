@@ -19,6 +19,7 @@ from ..sensor_logic.clock import Clock
 from ..sensor_logic.recording import Recording, Track
 from . import handlers, outputs, state
 from .probes import Probes
+from .scene_probe.zones import has_simulation_zone
 from .sensors import Sensor, SensorError, check, check_names, report_steps, simulated
 from .station import Station, Taken, clock_of, evaluated_depsgraph
 
@@ -249,26 +250,8 @@ def frames_to_step_from(scene: Any) -> list[int]:
         starts.append(world.point_cache.frame_start)
     for obj in scene.objects:
         for modifier in obj.modifiers:
-            if modifier.type in SIMULATED_MODIFIERS or _has_simulation_zone(modifier):
+            if modifier.type in SIMULATED_MODIFIERS or has_simulation_zone(modifier):
                 holder = getattr(modifier, "particle_system", modifier)
                 cache = getattr(holder, "point_cache", None)
                 starts.append(cache.frame_start if cache else scene.frame_start)
     return starts
-
-
-def _has_simulation_zone(modifier: Any) -> bool:
-    group = getattr(modifier, "node_group", None)
-    return group is not None and _tree_has_zone(group, set())
-
-
-def _tree_has_zone(tree: Any, seen: set[str]) -> bool:
-    if tree.name_full in seen:
-        return False
-    seen.add(tree.name_full)
-    for node in tree.nodes:
-        if node.bl_idname == "GeometryNodeSimulationOutput":
-            return True
-        inner = getattr(node, "node_tree", None)
-        if inner is not None and _tree_has_zone(inner, seen):
-            return True
-    return False

@@ -13,7 +13,7 @@ from ..sensor_logic.clock import Clock, Schedule
 from ..sensor_logic.model import Array, Emission, PadContact, Pose, Reading, Update
 from ..sensor_logic.noise import generator
 from ..sensor_logic.sweep import Passes
-from .animation import is_animated
+from .animation import is_animated, stays
 from .probes import Probes
 from .scene_probe.light import LightRequest
 from .scene_probe.moments import gravity_of
@@ -84,6 +84,7 @@ class Station:
         self.sensor = sensor
         self.clock = clock
         self.uid = sensor.uid
+        self._steady = sensor.kind.light and stays(sensor.object, "angen_sensor.light.")
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self._changes: Probes | None = None
         self.reset()
@@ -170,7 +171,7 @@ class Station:
         )
         request = None
         if self.sensor.kind.light:
-            request = light_request(self.sensor.name, parameters, pose, metres)
+            request = light_request(self.sensor.name, parameters, pose, metres, self._steady)
         return Taken(self, step, parameters, update, request)
 
     def _sweep(
@@ -242,7 +243,9 @@ def matrix_of(pose: Pose, metres: float) -> Array:
     return matrix
 
 
-def light_request(name: str, parameters: Any, pose: Pose, metres: float) -> LightRequest:
+def light_request(
+    name: str, parameters: Any, pose: Pose, metres: float, steady: bool
+) -> LightRequest:
     """What a light sensor with these parameters asks of the scene, in Blender units."""
     return LightRequest(
         name,
@@ -254,6 +257,7 @@ def light_request(name: str, parameters: Any, pose: Pose, metres: float) -> Ligh
         parameters.clip_end / metres,
         parameters.field_of_view,
         parameters.exposure,
+        steady,
     )
 
 

@@ -42,6 +42,8 @@ def main() -> None:
         help="this part alone; the others as last measured",
     )
     arguments = parser.parse_args()
+    if arguments.quick and arguments.only == LIGHT:
+        parser.error("light has a glance of its own: python -m benchmarks.light --quick")
     docs = ROOT / "build" / "bench" if arguments.quick else ROOT / "docs"
     (docs / "data").mkdir(parents=True, exist_ok=True)
     problems: list[str] = []
@@ -66,6 +68,7 @@ def main() -> None:
 
 def _write_pages(docs: Path, quick: bool) -> None:
     print(page.write(docs))
+    print(f"written to {docs.relative_to(ROOT)}/benchmarks.md", file=sys.stderr, flush=True)
     for name, data in page.known(docs / "data").items():
         if not quick and hasattr(page.REPORTS[name], "write"):
             page.REPORTS[name].write(data)

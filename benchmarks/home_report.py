@@ -43,8 +43,10 @@ at which this one did too; *extra*: of this one's, those at which the dense one 
 ![Speed over the number of detectors](pictures/bench_pirs.svg)
 
 {counts}
-**The far plane of a light sensor** (four walls). What a path tracer does is decided by its
-paths, not by how far they reach; the thesis's rasteriser draws what is nearer than the plane.
+**The far plane of a light sensor** (the bathroom's, four walls). What a path tracer does is
+decided by its paths, not by how far they reach; the thesis's rasteriser draws what is nearer than
+the plane. A view in which nothing is nearer than that sees the sky, which is bright. All seven
+sensors: [light_benchmarks.md](light_benchmarks.md).
 
 {far}"""
 

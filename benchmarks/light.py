@@ -17,9 +17,11 @@ from angen_addon.standalone import load_extension
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 DATA = DOCS / "light_benchmarks.json"
+# Between these docs/light.md has a table.
 BEGIN, END = "<!-- table: python -m benchmarks.light -->\n", "<!-- end of table -->"
+BEGIN_RUN, END_RUN = "<!-- run: python -m benchmarks.light -->\n", "<!-- end of run -->"
 # Some minutes each.
-PARTS = ("ILLUMINANCE", "FOUR_WALL", "run", "radiance")
+PARTS = ("ILLUMINANCE", "FOUR_WALL", "plane", "run", "radiance")
 REFERENCE, RADIANCE = 65_536, 131_072
 
 
@@ -34,11 +36,13 @@ def main() -> None:
     extension = load_extension()
     extension.register()
     try:
-        from . import light_radiance, light_report, light_run, light_speed
+        from . import light_plane, light_radiance, light_report, light_run, light_speed
 
         for part in parts:
             if part == "run":
                 found = light_run.measure(1024 if quick else REFERENCE, quick)
+            elif part == "plane":
+                found = light_plane.measure(quick)
             elif part != "radiance":
                 found = light_speed.measure(part, 4096 if quick else REFERENCE, 1 if quick else 3)
             elif find_spec("pyradiance"):
@@ -53,11 +57,17 @@ def main() -> None:
     if not quick:
         DATA.write_text(json.dumps(data, indent=1) + "\n")
         (DOCS / "light_benchmarks.md").write_text(text)
-        page = DOCS / "light.md"
-        before, _, rest = page.read_text().partition(BEGIN)
-        after = rest.partition(END)[2]
-        page.write_text(f"{before}{BEGIN}\n{light_report.table(data)}\n{END}{after}")
+        _fill(BEGIN, END, light_report.table(data))
+        _fill(BEGIN_RUN, END_RUN, light_report.run_table(data))
         (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
+
+
+def _fill(begin: str, end: str, table: str) -> None:
+    """Puts a table into docs/light.md."""
+    page = DOCS / "light.md"
+    before, _, rest = page.read_text().partition(begin)
+    after = rest.partition(end)[2]
+    page.write_text(f"{before}{begin}\n{table}\n{end}{after}")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from . import tables
+
 INTRODUCTION = """\
 # Light sensor: speed against error
 
@@ -49,6 +51,20 @@ RUN_ROW = (
     "| {method} | {samples} | {reference} | {states} | {ms_a_sensor:.1f} | {ms_further:.1f} "
     "| {rms:.1%} | {median:.1%} | {worst:.1%} | {noise_rms:.1%} |\n"
 )
+PLANE = """
+## The far plane
+
+The seven sensors at the same moment, looking at four walls, as their far clip plane (*Clip end*)
+moves out; nothing else changes. *ms a sensor*: median (least–greatest) of {runs} further updates of
+{samples} light paths, in which the planes took turns. *Views that end*: of their {views} views,
+those in which something stands before the plane, by Blender's own ray; a view that does not end
+sees nothing but the world, here a sky brighter than any wall. The readings: {exact} light paths.
+
+A path tracer's cost is that of its paths: where a view is cut off they are cut short, and where it
+is not, they are as long as the rooms make them. So pick the plane for what the sensor should see:
+far enough for every wall, not for speed.
+
+"""
 RADIANCE = """
 ## Cycles against Radiance
 
@@ -93,6 +109,8 @@ def markdown(data: dict[str, Any]) -> str:
                 f"\n{many['sensors']} sensors ({method}, {many['samples']} samples): "
                 f"{many['ms_a_sensor']:.1f} ms a sensor.\n"
             )
+    if "plane" in data:
+        text += _plane(data["plane"])
     if "run" in data:
         text += RUN.format(**data["run"])
         text += "".join(RUN_ROW.format(**row) for row in data["run"]["rows"])
@@ -117,6 +135,40 @@ def table(data: dict[str, Any]) -> str:
         "Seven sensors in the Ängen home, an update, on two cores; the reference's own noise is "
         + ", ".join(f"{data[m]['rows'][0]['reference_noise']:.1%}" for m in COLOURS if m in data)
         + f" (median):\n\n{text}"
+    )
+
+
+def run_table(data: dict[str, Any]) -> str:
+    """For docs/light.md: a whole run, with and without a reference."""
+    text = "| method | samples | reference paths | ms a sensor and update | rms error | median |\n"
+    text += "|---|---|---|---|---|---|\n"
+    for row in data.get("run", {}).get("rows", ()):
+        text += (
+            f"| {NAMES[row['method']]} | {row['samples']} | {row['reference']} "
+            f"| {row['ms_a_sensor']:.1f} | {row['rms']:.1%} | {row['median']:.1%} |\n"
+        )
+    return text
+
+
+def _plane(data: dict[str, Any]) -> str:
+    first = data["rows"][0]
+    rooms = [name.removeprefix("Light sensor ") for name in first["percent"]]
+    return PLANE.format(
+        runs=first["ms_a_sensor"]["runs"],
+        views=first["views"],
+        samples=data["samples"],
+        exact=data["exact"],
+    ) + tables.table(
+        ("far plane m", "ms a sensor", "views that end", *(f"{room} %" for room in rooms)),
+        (
+            (
+                f"{row['far_m']:g}",
+                tables.spread(row["ms_a_sensor"]),
+                f"{row['ended']}",
+                *(f"{value:.2f}" for value in row["percent"].values()),
+            )
+            for row in data["rows"]
+        ),
     )
 
 

@@ -21,7 +21,7 @@ from .ray_layer import HOME
 
 METHODS = ("ILLUMINANCE", "FOUR_WALL")
 # Light paths of an update, and of a reference.
-WAYS = ((256, 0), (1024, 0), (256, 16_384), (1024, 16_384), (1024, 65_536))
+WAYS = ((512, 0), (1024, 0), (256, 16_384), (512, 16_384), (512, 65_536))
 # As many updates of the story, spread over it, are compared; and by as many seeds.
 COMPARED, SEEDS = 14, 2
 

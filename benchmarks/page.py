@@ -7,6 +7,8 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
@@ -119,10 +121,18 @@ def figures(parts: Mapping[str, dict[str, Any]]) -> dict[str, str]:
     return found
 
 
+def _linked(text: str, folder: Path) -> str:
+    """The page with links that lead from `folder` to the other pages, which are in docs."""
+    if folder == DOCS:
+        return text
+    way = Path(os.path.relpath(DOCS, folder)).as_posix()
+    return re.sub(r"\]\((?=[\w-]+\.md\))", f"]({way}/", text)
+
+
 def write(docs: Path) -> str:
     """Writes the page and the plots beside the data in `docs`; the page."""
     parts = known(docs / "data")
-    text = markdown(parts)
+    text = _linked(markdown(parts), docs)
     (docs / "benchmarks.md").write_text(text, encoding="utf-8")
     pictures = docs / "pictures"
     pictures.mkdir(exist_ok=True)

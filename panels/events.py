@@ -61,7 +61,8 @@ def _draw_events(layout: Any, scene: Any, recording: Recording, track: Track, ro
     frame = scene.frame_current + scene.frame_subframe + 1e-4
     frames = [track.frames[i] for i in row.switches.tolist()]
     passed = sum(f <= frame for f in frames)
-    text = f"{track.sensor}: {passed} of {len(frames)} events passed"
+    # The name last: it is long, and what does not fit is cut.
+    text = f"{passed} of {len(frames)} events passed: {track.sensor}"
     layout.label(text=text, icon="PREVIEW_RANGE", translate=False)
     line = layout.row(align=True)
     line.operator("angen.event_jump", text="Previous", icon="PREV_KEYFRAME").direction = "PREVIOUS"

@@ -45,9 +45,12 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
         column = layout.column()
         column.prop(scene, "angen_substeps")
         column.prop(scene, "angen_seed")
-        column.prop(scene, "angen_luminous_efficacy", text="Efficacy")
-        column.prop(scene, "angen_light_reference")
         column.prop(scene, "angen_ray_caster")
+        # Names are cut where they take more than the column of names has.
+        column = layout.column()
+        column.label(text="Light")
+        column.prop(scene, "angen_luminous_efficacy", text="Efficacy")
+        column.prop(scene, "angen_light_reference", text="Reference")
 
 
 def draw_recording(layout: UILayout, scene: Scene) -> None:

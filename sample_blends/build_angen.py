@@ -43,7 +43,8 @@ COLLECTIONS = (
     "Home/Walls", "Home/Floors", "Home/Ceiling", "Home/Windows", "Home/Doors",
     "Home/Furniture/Living room", "Home/Furniture/Kitchen", "Home/Furniture/Bedroom",
     "Home/Furniture/Workroom", "Home/Furniture/Bathroom", "Home/Furniture/Closet",
-    "Home/Furniture/Hall", "Home/Furniture/Balcony", "Lights", "Cameras", "People",
+    "Home/Furniture/Hall", "Home/Furniture/Balcony", "Lights", "Lights/Portals", "Cameras",
+    "People",
     "Sensors/Motion detectors", "Sensors/Door switches", "Sensors/Light sensors",
     "Sensors/Pressure sensors",
 )  # fmt: skip

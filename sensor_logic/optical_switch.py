@@ -87,8 +87,9 @@ class OpticalSwitchParameters(Parameters):
     swept: bool = parameter(
         False,
         "Swept",
-        "Watch the beam at every frame and sweep rigid things from each to the next: a break "
-        "between two updates, however short, is told at the second",
+        "Miss nothing rigid that goes through the beam between two updates, however fast: the "
+        "beam is watched at every frame, and things are swept from each frame to the next. The "
+        "break is told at the later update",
     )
 
     def contradictions(self) -> list[str]:

@@ -43,7 +43,8 @@ class LightError(Exception):
 @dataclass(frozen=True)
 class LightRequest:
     """What one sensor asks. `matrix` (4, 4): its pose in the world, orthonormal axes, Blender
-    units; lengths too in Blender units; the angle in radians. `samples`: light paths a reading."""
+    units; lengths too in Blender units; the angle in radians. `samples`: light paths a reading.
+    `steady`: whether nothing in the file changes any of this from frame to frame."""
 
     name: str
     matrix: Array
@@ -54,6 +55,7 @@ class LightRequest:
     clip_end: float = 5.0
     field_of_view: float = 0.02
     exposure: float = 1.0
+    steady: bool = True
 
 
 def busy() -> bool:
@@ -84,15 +86,17 @@ def measure(
         solids = Solids()
         solids.sync(view_layer.depsgraph)
         samples.update(measure_direct(solids, view_layer.depsgraph, closed_forms, efficacy))
-    groups: dict[tuple[str, str, int], list[LightRequest]] = {}
+    groups: dict[tuple[str, str, int, bool], list[LightRequest]] = {}
     for request in asked:
         known = samples.get(request.name)
         if known is None or known.note:
             # What the closed forms do not model, Cycles measures.
             engine = "CYCLES" if request.engine == "DIRECT" else request.engine
-            key = engine, request.method, request.samples
+            # One that moves would take the others' pictures from them.
+            apart = kept is not None and kept.refers(request.samples) and not request.steady
+            key = engine, request.method, request.samples, apart
             groups.setdefault(key, []).append(request)
-    for (engine, _, count), group in sorted(groups.items()):
+    for (engine, _, count, _), group in sorted(groups.items()):
         with quietly():
             if engine == "CYCLES":
                 found, notes = _by_cycles(scene, view_layer, group, count, kept)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,12 +17,21 @@ from numpy.typing import NDArray
 
 from . import light_engine
 from .light_picture import Seen
-from .light_reference import Reference, ReferenceScene, state_of_lamps
+from .light_reference import (
+    Found,
+    Reference,
+    ReferenceScene,
+    corrected,
+    looks_at_frame,
+    state_of_lamps,
+)
 from .light_scene import LightScene, contents
 
 Array = NDArray[np.float64]
 # As many pictures are kept; each holds the scene in memory, as Cycles sees it.
 AT_MOST = 4
+# Of so many states of the lamps, each picture by itself, it is remembered what a reference found.
+STATES = 4096
 NOWHERE = np.zeros(0)
 
 
@@ -43,13 +53,15 @@ class KeptScenes:
     """What `measure` may keep. To be closed before other code can change the scene.
 
     `reference`: light paths a reading that a reference traces, see `light_reference`; none where
-    that is not more than the reading's own.
+    that is not more than the reading's own, and none for what is asked only once: of a sensor that
+    is not `steady`.
     """
 
     def __init__(self, reference: int = 0) -> None:
         self.reference = reference
         self._kept: dict[Hashable, _Kept] = {}
         self._references: dict[Hashable, Reference] = {}
+        self._found: dict[Hashable, Found] = {}
 
     def light(
         self,
@@ -68,7 +80,9 @@ class KeptScenes:
         )
         now = contents(scene, view_layer)
         found = self._kept.pop(key, None)
-        if found is not None and (found.contents != now or found.light_scene.has_frozen):
+        if found is not None and (
+            found.contents != now or found.light_scene.has_frozen or self._looks_at_frame
+        ):
             found.light_scene.close()
             found = None
         if found is None:
@@ -81,27 +95,55 @@ class KeptScenes:
         while len(self._kept) > AT_MOST:
             self._kept.pop(next(iter(self._kept))).light_scene.close()
         light = found.taken.light()
-        if self.reference > samples:
-
-            def taken(count: int) -> tuple[ReferenceScene, Takes]:
-                light_scene = ReferenceScene(scene, view_layer)
-                return light_scene, _taken(light_scene, takes, together, count)
-
-            known = self._references.pop((key, now), None)
-            known = known or Reference(taken(samples), taken(self.reference))
-            self._references[key, now] = known
-            while len(self._references) > AT_MOST:
-                self._references.pop(next(iter(self._references))).close()
-            more = known.correction(state_of_lamps(view_layer))
-            light = [a + b for a, b in zip(light, more, strict=True)]
+        steady = all(seen.request.steady for seen in together.values())
+        if steady and self.refers(samples) and not self._looks_at_frame:
+            state = key, now, state_of_lamps(view_layer)
+            if state not in self._found:
+                while len(self._found) >= STATES:
+                    self._found.pop(next(iter(self._found)))
+                reference = self._reference(scene, view_layer, takes, together, samples, state[:2])
+                self._found[state] = reference.light()
+            pairs = zip(light, self._found[state], strict=True)
+            light = [corrected(own, few, many) for own, (few, many) in pairs]
         return light, found.light_scene.notes
+
+    @cached_property
+    def _looks_at_frame(self) -> bool:
+        """Nothing but frames changes as long as scenes are kept."""
+        return looks_at_frame()
+
+    def refers(self, samples: int) -> bool:
+        """Whether readings of so many light paths have a reference."""
+        return self.reference > samples
+
+    def _reference(
+        self,
+        scene: Any,
+        view_layer: Any,
+        takes: type[Takes],
+        together: dict[int, Seen],
+        samples: int,
+        picture: Hashable,
+    ) -> Reference:
+        def taken(count: int) -> tuple[ReferenceScene, Takes]:
+            light_scene = ReferenceScene(scene, view_layer)
+            return light_scene, _taken(light_scene, takes, together, count)
+
+        kept = self._references
+        # The last one used comes last.
+        known = kept.pop(picture, None)
+        kept[picture] = known or Reference(taken(samples), taken(self.reference))
+        while len(kept) > AT_MOST:
+            kept.pop(next(iter(kept))).close()
+        return kept[picture]
 
     @property
     def states(self) -> int:
-        """How many states of the lamps have a reference now."""
-        return sum(reference.states for reference in self._references.values())
+        """How many states of the lamps have a reference now, each picture by itself."""
+        return len(self._found)
 
     def close(self) -> None:
+        self._found.clear()
         while self._references:
             self._references.popitem()[1].close()
         while self._kept:

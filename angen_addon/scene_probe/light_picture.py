@@ -102,7 +102,9 @@ class Picture:
         """Linear radiance (n, 3) of all pixels, row by row from the top."""
         with tempfile.TemporaryDirectory(prefix="angen_light_") as folder:
             self._scene.render.filepath = str(Path(folder, "views"))
-            bpy.ops.render.render(write_still=True, scene=self._scene.name)
+            # Named as an argument, a scene is put to the frame of the user's.
+            with bpy.context.temp_override(scene=self._scene):
+                bpy.ops.render.render(write_still=True)
             picture = exr.read_rgb(Path(folder, "views.exr"))
         return to_rec709(picture).reshape(SIDE * SIDE, 3)
 

@@ -4,11 +4,16 @@
 A control variate: the reference scene is the home as it stands at its first frame, in the present
 light of its lamps. Its picture by the update's own few paths, with the same random numbers, errs
 much as the update's picture does; by many paths it hardly errs. Their difference corrects the
-update's picture. It adds no bias, whatever moved since the first frame: what moved only makes the
+update's picture. Whatever moved since the first frame, it adds no bias: what moved only makes the
 two errors less alike. As long as the lamps stay as they are the difference is known, so many paths
 are traced once for each state of the lamps, not for each update.
 
+Errors grow with the light. Where it is darker than in the reference, as at night or behind a door
+that was shut, the difference is taken in proportion: a closed box reads nothing, whatever day it
+was at the first frame. Such a ratio has a bias of the second order in the errors.
+
 Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates;
+Cochran, Sampling Techniques, chapter 6, on ratio estimates;
 Rousselle, Jarosz, Novák, Image-space control variates for rendering, 2016, on pictures.
 """
 
@@ -17,18 +22,32 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_scene import LightScene, must_be_frozen
-from .light_values import settable_values
+from ..animation import is_animated
+from .light_scene import LightScene, must_be_frozen, shown_objects
+from .light_values import lamp_values
+from .zones import has_simulation_zone
 
 Array = NDArray[np.float64]
 # What these make depends on the frames before, and those a reference does not go through.
 PHYSICS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}
 Taken = tuple["ReferenceScene", Any]
-# As many states of the lamps are remembered.
-STATES = 512
+# Whose drivers can look at a frame; those of lamps do not matter.
+DRIVEN = (
+    "armatures",
+    "curves",
+    "materials",
+    "meshes",
+    "node_groups",
+    "objects",
+    "shape_keys",
+    "worlds",
+)
+# Of each request, what few and what many light paths find.
+Found = list[tuple[Array, Array]]
 
 
 class ReferenceScene(LightScene):
@@ -36,17 +55,17 @@ class ReferenceScene(LightScene):
 
     def __init__(self, scene: Any, view_layer: Any) -> None:
         super().__init__(scene, view_layer)
-        self._lamps: list[tuple[Any, Any]] = []
+        # Each with its copy here, and the values that this has.
+        self._lamps: list[tuple[Any, Any, str]] = []
 
     def light_lamps(self) -> None:
         """Sets the lamps as the user's are now; they stand where they stood at the first frame."""
-        depsgraph = self._user_layer.depsgraph
-        for original, own in self._lamps:
-            now = settable_values(original.evaluated_get(depsgraph).data)
-            was = settable_values(own.data)
-            for name, value in now.items():
-                if was.get(name) != value:
-                    setattr(own.data, name, value)
+        for number, (original, own, values) in enumerate(self._lamps):
+            now = repr(lamp_values(original.data))
+            if values != now:
+                before, own.data = own.data, self._lamp_of(original)
+                self.disown(before)
+                self._lamps[number] = original, own, now
 
     def _stand_at_moment(self, user: Any) -> None:
         if self.scene.frame_current != user.frame_start:
@@ -58,14 +77,29 @@ class ReferenceScene(LightScene):
         if obj.type != "LIGHT":
             return obj
         own = self.own(obj.copy())
-        own.data = self.own(obj.data.copy())
-        own.data.animation_data_clear()
-        self._lamps.append((obj, own))
+        own.data = self._lamp_of(obj)
+        self._lamps.append((obj, own, repr(lamp_values(obj.data))))
+        return own
+
+    def _properties_of(self, user: Any) -> dict[str, Any]:
+        """Those that are animated say what is now."""
+        return {
+            key: value
+            for key, value in user.items()
+            if not is_animated(user, f'["{bpy.utils.escape_identifier(key)}"]')
+        }
+
+    def _lamp_of(self, obj: Any) -> Any:
+        """A copy of a lamp's data and nodes as they are now, and stay."""
+        own = self.own(obj.data.copy())
+        own.animation_data_clear()
+        if own.node_tree is not None:
+            own.node_tree.animation_data_clear()
         return own
 
 
 class Reference:
-    """The reference of one picture: what corrects it in each state of the lamps.
+    """The reference of one picture.
 
     `few`, `many`: a scene with its picture each, as Cycles draws other random numbers in a scene
     whose number of light paths has been another before.
@@ -73,24 +107,10 @@ class Reference:
 
     def __init__(self, few: Taken, many: Taken) -> None:
         self._few, self._many = few, many
-        self._known: dict[Hashable, list[Array]] = {}
 
-    def correction(self, lamps: Hashable) -> list[Array]:
-        """What is to be added to each reading, the lamps being in the state `lamps`: what many
-        light paths find beyond few."""
-        if lamps not in self._known:
-            pairs = zip(_light(self._many), _light(self._few), strict=True)
-            # What is no number is told where it is read.
-            found = [np.nan_to_num(a - b, nan=0.0, posinf=0.0, neginf=0.0) for a, b in pairs]
-            while len(self._known) >= STATES:
-                self._known.pop(next(iter(self._known)))
-            self._known[lamps] = found
-        return self._known[lamps]
-
-    @property
-    def states(self) -> int:
-        """Of how many states of the lamps it knows the correction."""
-        return len(self._known)
+    def light(self) -> Found:
+        """What few and many light paths find of each request, the lamps being as they are now."""
+        return list(zip(_light(self._few), _light(self._many), strict=True))
 
     def close(self) -> None:
         self._few[0].close()
@@ -103,17 +123,43 @@ def _light(taken: Taken) -> list[Array]:
     return picture.light()
 
 
+def corrected(light: Array, few: Array, many: Array) -> Array:
+    """What few paths found, with what many find beyond few in the reference; never negative."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(light < few, light / few, 1.0)
+        more = share * (many - few)
+    # What is no number is told where it is read.
+    return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
+
+
 def state_of_lamps(view_layer: Any) -> Hashable:
     """What a reference takes over from the lamps at the present frame."""
-    depsgraph = view_layer.depsgraph
     return tuple(
-        (obj.session_uid, *settable_values(obj.evaluated_get(depsgraph).data).values())
-        for obj in view_layer.objects
-        if obj.type == "LIGHT"
+        (obj.session_uid, repr(lamp_values(obj.data)))
+        for obj in shown_objects(view_layer)
+        if obj.type == "LIGHT" and not must_be_frozen(obj)
+    )
+
+
+def looks_at_frame() -> bool:
+    """Whether a driver asks the user's scene for its frame: no other scene can stand at the first
+    one for it."""
+    for group in DRIVEN:
+        for datablock in getattr(bpy.data, group):
+            for owner in (datablock, getattr(datablock, "node_tree", None)):
+                animation = getattr(owner, "animation_data", None)
+                if animation is not None and any(map(_asks_for_frame, animation.drivers)):
+                    return True
+    return False
+
+
+def _asks_for_frame(curve: Any) -> bool:
+    return any(
+        target.id_type == "SCENE" and target.data_path.startswith("frame_")
+        for variable in curve.driver.variables
+        for target in variable.targets
     )
 
 
 def _goes_through_frames(modifier: Any) -> bool:
-    tree = modifier.node_group if modifier.type == "NODES" else None
-    simulated = tree is not None and any(n.type == "SIMULATION_INPUT" for n in tree.nodes)
-    return simulated or modifier.type in PHYSICS
+    return modifier.type in PHYSICS or has_simulation_zone(modifier)

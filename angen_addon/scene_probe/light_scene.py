@@ -65,6 +65,11 @@ class LightScene:
         self._made.append(datablock)
         return datablock
 
+    def disown(self, datablock: Any) -> None:
+        """Removes what was made by `own` and is of no use any more."""
+        self._made.remove(datablock)
+        bpy.data.batch_remove([datablock])
+
     def __enter__(self) -> LightScene:
         with ExitStack() as undo:
             undo.callback(self.close)
@@ -99,9 +104,13 @@ class LightScene:
         self._stand_at_moment(user)
         take_over(user.render, scene.render, "fps", "fps_base")
         take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
-        for key, value in user.items():
+        for key, value in self._properties_of(user).items():
             if isinstance(value, (bool, int, float, str)) and scene.get(key) != value:
                 scene[key] = value
+
+    def _properties_of(self, user: Any) -> dict[str, Any]:
+        """The custom properties of the user's scene that are to be seen here."""
+        return dict(user.items())
 
     def _stand_at_moment(self, user: Any) -> None:
         take_over(user, self.scene, "frame_current")

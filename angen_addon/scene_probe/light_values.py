@@ -92,29 +92,22 @@ def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
 
 def values(struct: Any) -> list[Any]:
     """The plain values of a datablock or a node."""
-    return [_flat(getattr(struct, name)) for name in _names(struct.bl_rna.identifier)]
+    made_of: Any = type(struct)
+    return [_flat(getattr(struct, name)) for name in _names(made_of)]
 
 
-def settable_values(struct: Any) -> dict[str, Any]:
-    """The plain values of a datablock that can be set, by their names."""
-    return {name: _flat(getattr(struct, name)) for name in _settable(struct.bl_rna.identifier)}
-
-
-@cache
-def _settable(kind: str) -> tuple[str, ...]:
-    properties = getattr(bpy.types, kind).bl_rna.properties
-    return tuple(
-        name
-        for name in _names(kind)
-        if properties[name].type != "POINTER" and not properties[name].is_readonly
-    )
+def lamp_values(lamp: Any) -> list[Any]:
+    """All values of a lamp's data: its own, Cycles' and the user's, and those of its nodes."""
+    own = [(key, _flat(value)) for key, value in lamp.items() if not hasattr(value, "items")]
+    nodes = tree_values(lamp.node_tree)[0] if lamp.node_tree else None
+    return [values(lamp), values(lamp.cycles), own, nodes]
 
 
 @cache
-def _names(kind: str) -> tuple[str, ...]:
+def _names(kind: Any) -> tuple[str, ...]:
     return tuple(
         p.identifier
-        for p in getattr(bpy.types, kind).bl_rna.properties
+        for p in kind.bl_rna.properties
         if p.type in SIMPLE
         and p.identifier not in NO_VALUES
         and not p.identifier.startswith(("bl_", "is_", "show_", "rna_", "node_tree", "preview"))

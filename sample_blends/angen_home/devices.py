@@ -121,7 +121,10 @@ def add_light_sensors() -> None:
     b.lathe([(0, 0.01), (0.026, 0.01)][::-1], segments=16)
     mesh = b.build("Light sensor housing")
     for name, mount in plan.LIGHT_SENSORS.items():
-        _house(_looking(name, "LIGHT", mount.room, mount.at, mount.yaw), "LIGHT", mesh)
+        sensor = _looking(name, "LIGHT", mount.room, mount.at, mount.yaw)
+        # With the scene's reference, more paths an update take little more noise away.
+        sensor.angen_sensor.light.samples = 512
+        _house(sensor, "LIGHT", mesh)
 
 
 def add_pressure_sensor() -> None:

@@ -29,6 +29,9 @@ POWER = {
     "Night light bathroom": 2.0,
     "Bedside lamp": 4.0,
 }
+# Length of the line by which the viewport shows where an area lamp looks, m. Blender's own 40 m go
+# through the whole home; the light itself is not cut off.
+AXIS = 0.3
 CAMERAS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], float]] = {
     # name: place, point looked at, focal length in mm
     "Camera overview": ((9.2, -3.2, 18.8), (6.0, 4.75, 0.0), 35.5),
@@ -59,6 +62,7 @@ def _panel(
     lamp = _light(name, at, 0.0)
     lamp.data.type = "AREA"
     lamp.data.shape, lamp.data.size = "DISK", diameter
+    lamp.data.cutoff_distance = AXIS
     lamp.rotation_euler = turn
     return lamp
 
@@ -205,12 +209,15 @@ def add_portals() -> None:
         data.shape = "RECTANGLE"
         data.size = plan.WINDOW_HEAD - plan.WINDOW_SILL
         data.size_y = window.y1 - window.y0
+        data.cutoff_distance = AXIS
         data.cycles.is_portal = True
         portal = bpy.data.objects.new(data.name, data)
+        # Nobody should pick it who clicks on the window.
+        portal.hide_select = True
         middle = (window.y0 + window.y1) / 2, (plan.WINDOW_SILL + plan.WINDOW_HEAD) / 2
         portal.location = ((window.x0 + window.x1) / 2, *middle)
         portal.rotation_euler.y = radians(-90.0 * window.inside)
-        collection("Lights").objects.link(portal)
+        collection("Lights/Portals").objects.link(portal)
 
 
 def add_cameras() -> None:

@@ -205,3 +205,223 @@ def test_nothing_is_left_and_the_scene_is_as_it_was(room, scenes):
     assert objects("point").data.energy == pytest.approx(3.0)
     scenes.close()
     assert before == [len(getattr(bpy.data, name)) for name in names]
+
+
+def night(world):
+    """Daylight at the first frame, none from the fifth on; with a wall around the sensors."""
+    node = next(n for n in bpy.context.scene.world.node_tree.nodes if n.type == "BACKGROUND")
+    move(node.inputs["Strength"], "default_value", (50.0, 0.0))
+    for name in ("room", "screen"):
+        objects(name).hide_viewport = True
+    for name in ("point", "area"):
+        objects(name).data.energy = 1e-6
+    wall = world.box((0.5, 4, 4), (1.5, 0, 0), "wall")
+    wall.data.materials.append(material(0.5, name="plaster"))
+
+
+def shut(world):
+    """A black box is shut about one of the sensors."""
+    box = world.box((0.2, 0.2, 0.2), (0.3, -1, 0.2), "box")
+    box.data.materials.append(material(0.001, name="black"))
+    world.key(box, "location", {1: (0, 0, 9), 5: (0.3, -1, 0.2)})
+
+
+@pytest.mark.parametrize("darken", [night, shut])
+def test_the_dark_has_no_noise_of_the_light_before(room, scenes, darken):
+    """A reading is no worse for its reference, however dark it has become."""
+    darken(room)
+    bpy.context.scene.frame_set(1)
+    day = in_a_run(scenes)[0]
+    bpy.context.scene.frame_set(9)
+    found, few = in_a_run(scenes)[0], plain(FEW)[0] or 0.0
+    assert 0.0 <= (found or 0.0) < 1e-3 * day
+    assert (found or 0.0) == pytest.approx(few, rel=0.1, abs=0.0)
+
+
+def test_corrections_fit_the_light():
+    """As much as in the reference where there is as much light or more; below, in proportion."""
+    corrected = part("light_reference").corrected
+    light, few = np.array([0.0, 1.0, 4.0, 5.0, 1.0]), np.array([4.0, 4.0, 4.0, 4.0, 0.0])
+    many = np.array([2.0, 2.0, 2.0, 2.0, np.nan])
+    assert corrected(light, few, many).tolist() == [0.0, 0.5, 2.0, 3.0, 1.0]
+    random = np.random.default_rng(0)
+    light, few, many = random.exponential(1.0, (3, 1000))
+    assert (corrected(light, few, many) >= 0.0).all()
+
+
+def key_nodes():
+    data = objects("area").data
+    if not data.node_tree:
+        data.use_nodes = True
+    brighten(data.node_tree, "Strength")
+
+
+def key_bounces():
+    move(objects("area").data.cycles, "max_bounces", (0, 20))
+
+
+def key_own_property():
+    """A lamp whose strength its own custom property tells."""
+    key_nodes()
+    data = objects("area").data
+    data["dim"] = 1.0
+    for frame, value in ((1, 1.0), (5, 0.2)):
+        data["dim"] = value
+        data.keyframe_insert('["dim"]', frame=frame)
+    tree = data.node_tree
+    node = tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_type, node.attribute_name = "OBJECT", "dim"
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(node.outputs["Fac"], emission.inputs["Strength"])
+
+
+def key_scene_property():
+    """A glow that a property of the scene tells."""
+    scene = bpy.context.scene
+    for frame, value in ((1, 0.0), (9, 1.0)):
+        scene["glow"] = value
+        scene.keyframe_insert('["glow"]', frame=frame)
+    tree = bpy.data.materials["screen"].node_tree
+    node = tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_type, node.attribute_name = "VIEW_LAYER", "glow"
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(node.outputs["Fac"], emission.inputs["Strength"])
+
+
+def drive_by_frame():
+    driver = objects("screen").driver_add("location", 2).driver
+    target = driver.variables.new().targets[0]
+    target.id_type, target.id, target.data_path = "SCENE", bpy.context.scene, "frame_current"
+    driver.expression = f"{driver.variables[0].name} / 20"
+
+
+def key_type():
+    move(objects("point").data, "type", ("POINT", "SPOT"))
+    move(objects("area").data, "shape", ("RECTANGLE", "DISK"))
+
+
+PRESENT = (key_nodes, key_bounces, key_own_property, key_scene_property, drive_by_frame, key_type)
+
+
+@pytest.mark.parametrize("change", PRESENT)
+def test_a_reference_holds_nothing_of_the_frame_it_was_made_at(room, scenes, change):
+    change()
+    bpy.context.scene.frame_set(9)
+    alone = in_a_run(scenes)
+    other = part("light_kept").KeptScenes(MANY)
+    for frame in (1, 4, 9):
+        bpy.context.scene.frame_set(frame)
+        again = in_a_run(other)
+    other.close()
+    assert (again == alone).all()
+
+
+def test_lamps_with_nodes_are_read_as_by_many_paths(room, scenes):
+    key_nodes()
+    objects("screen").animation_data_clear()
+    for frame in (1, 3, 5):
+        bpy.context.scene.frame_set(frame)
+        assert in_a_run(scenes) == pytest.approx(plain(MANY), rel=1e-5)
+
+
+def made(monkeypatch):
+    """How many scenes of references are made."""
+    reference, found = part("light_reference").ReferenceScene, []
+    enter = reference.__enter__
+    monkeypatch.setattr(reference, "__enter__", lambda self: found.append(enter(self)) or self)
+    return found
+
+
+def test_lamps_that_nobody_sees_cost_nothing(room, scenes, monkeypatch):
+    key_lamp((1, 20), (1.0, 9.0))
+    objects("point").hide_viewport = True
+    for frame in (1, 5, 9):
+        bpy.context.scene.frame_set(frame)
+        in_a_run(scenes)
+    assert scenes.states == 1
+
+
+def test_more_pictures_than_are_kept_do_not_trace_many_paths_again(room, scenes, monkeypatch):
+    found, scene, layer = made(monkeypatch), bpy.context.scene, bpy.context.view_layer
+    requests = [request(f"of {FEW + n}", facing((0, 1, 0)), samples=FEW + n) for n in range(6)]
+    for frame in (1, 5, 9):
+        scene.frame_set(frame)
+        part("light").measure(scene, layer, requests, 1.0, scenes)
+    assert len(found) == 12 and scenes.states == 6
+
+
+def light_sensor(world, name, at=(0, 0, 0)):
+    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 6.0}
+    sensor = world.sensor("LIGHT", name, **settings)
+    sensor.location = at
+    return sensor
+
+
+def carried(world, sensor):
+    sensor.parent = world.link("carrier", None)
+    world.key(sensor.parent, "location", {1: (0, 0, 0), 48: (1, 0, 0)})
+
+
+MOVES = {
+    "keys": lambda w, s: w.key(s, "location", {1: (0, 0, 0), 48: (1, 0, 0)}),
+    "a parent": carried,
+    "a constraint": lambda w, s: s.constraints.new("COPY_LOCATION"),
+    "what it asks": lambda w, s: w.key(s, "angen_sensor.light.clip_end", {1: 5.0, 48: 3.0}),
+}
+
+
+@pytest.mark.parametrize("how", MOVES)
+def test_a_sensor_that_moves_makes_no_references(room, monkeypatch, how):
+    """They would be of use but once, and take the others' with them."""
+    bpy.context.scene.angen_light_reference = 64
+    light_sensor(room, "still", (0.5, 0, 0))
+    found = made(monkeypatch)
+    still = room.series(room.run(1, 20), "still", "illuminance_lux")
+    assert len(found) == 2
+    found.clear()
+    MOVES[how](room, light_sensor(room, "moves"))
+    recording = room.run(1, 20)
+    assert len(found) == 2
+    assert room.series(recording, "still", "illuminance_lux") == still
+    bpy.context.scene.angen_light_reference = 0
+    plain_run = room.series(room.run(1, 20), "moves", "illuminance_lux")
+    assert room.series(recording, "moves", "illuminance_lux") == plain_run
+
+
+def test_a_reference_stands_at_the_first_frame(room, scenes, monkeypatch):
+    """While it is rendered, and afterwards; nothing of that reaches the user's scene."""
+    picture, frames = part("light_picture").Picture, []
+    pixels = picture.pixels
+
+    def spied(self):
+        found = pixels(self)
+        frames.append(self._scene.frame_current)
+        return found
+
+    monkeypatch.setattr(picture, "pixels", spied)
+    key_lamp((1, 20), (1.0, 9.0))
+    for frame in (9, 17):
+        frames.clear()
+        bpy.context.scene.frame_set(frame)
+        place = objects("screen").location.copy()
+        in_a_run(scenes)
+        assert frames == [frame, 1, 1]
+        assert bpy.context.scene.frame_current == frame
+        bpy.context.view_layer.update()
+        assert objects("screen").location == place
+
+
+def test_a_zone_within_a_group_is_what_goes_through_frames(room):
+    inner = bpy.data.node_groups.new("inner", "GeometryNodeTree")
+    outer = bpy.data.node_groups.new("outer", "GeometryNodeTree")
+    outer.nodes.new("GeometryNodeGroup").node_tree = inner
+    modifier = objects("screen").modifiers.new("nodes", "NODES")
+    modifier.node_group = outer
+    with_it = part("light_reference").ReferenceScene
+    shown = []
+    for zone in (False, True):
+        if zone:
+            inner.nodes.new("GeometryNodeSimulationOutput")
+        with with_it(bpy.context.scene, bpy.context.view_layer) as made_of:
+            shown.append("screen" in made_of.scene.objects)
+    assert shown == [True, False]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,11 +19,12 @@ from . import light_engine
 from .light_picture import Seen
 from .light_reference import (
     Found,
+    Part,
     Reference,
     ReferenceScene,
     corrected,
     looks_at_frame,
-    state_of_lamps,
+    states_of_lamps,
 )
 from .light_scene import LightScene, contents
 
@@ -97,12 +98,17 @@ class KeptScenes:
         light = found.taken.light()
         steady = all(seen.request.steady for seen in together.values())
         if steady and self.refers(samples) and not self._looks_at_frame:
-            state = key, now, state_of_lamps(view_layer)
+            lamps = states_of_lamps(view_layer)
+            state = key, now, lamps
             if state not in self._found:
                 while len(self._found) >= STATES:
                     self._found.pop(next(iter(self._found)))
-                reference = self._reference(scene, view_layer, takes, together, samples, state[:2])
-                self._found[state] = reference.light()
+                apart = all(lamps)
+                picture = key, now, apart
+                reference = self._reference(
+                    scene, view_layer, takes, together, samples, apart, picture
+                )
+                self._found[state] = reference.light(lamps[0])
             pairs = zip(light, self._found[state], strict=True)
             light = [corrected(own, few, many) for own, (few, many) in pairs]
         return light, found.light_scene.notes
@@ -123,16 +129,25 @@ class KeptScenes:
         takes: type[Takes],
         together: dict[int, Seen],
         samples: int,
+        apart: bool,
         picture: Hashable,
     ) -> Reference:
-        def taken(count: int) -> tuple[ReferenceScene, Takes]:
-            light_scene = ReferenceScene(scene, view_layer)
+        """`apart`: suns and other lamps each by themselves."""
+
+        def taken(count: int, part: Part) -> tuple[ReferenceScene, Takes]:
+            light_scene = ReferenceScene(scene, view_layer, part)
             return light_scene, _taken(light_scene, takes, together, count)
 
         kept = self._references
         # The last one used comes last.
         known = kept.pop(picture, None)
-        kept[picture] = known or Reference(taken(samples), taken(self.reference))
+        if known is None:
+            many = partial(taken, self.reference)
+            few = taken(samples, Part.ALL)
+            known = (
+                Reference(few, many(Part.ROOM), many) if apart else Reference(few, many(Part.ALL))
+            )
+        kept[picture] = known
         while len(kept) > AT_MOST:
             kept.pop(next(iter(kept))).close()
         return kept[picture]

@@ -8,6 +8,10 @@ update's picture. Whatever moved since the first frame, it adds no bias: what mo
 two errors less alike. As long as the lamps stay as they are the difference is known, so many paths
 are traced once for each state of the lamps, not for each update.
 
+Cycles sends a path's shadow rays to one of all lamps, and to the sun most often, also in rooms that
+it does not reach. So where there are suns and other lamps the many paths are traced for each of the
+two apart. What neither of them brings, such as glowing things, is in both, and taken away once.
+
 Errors grow with the light. Where it is darker than in the reference, as at night or behind a door
 that was shut, the difference is taken in proportion: a closed box reads nothing, whatever day it
 was at the first frame. Such a ratio has a bias of the second order in the errors.
@@ -19,7 +23,8 @@ Rousselle, Jarosz, Novák, Image-space control variates for rendering, 2016, on 
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
+from enum import Enum
 from typing import Any
 
 import bpy
@@ -50,11 +55,22 @@ DRIVEN = (
 Found = list[tuple[Array, Array]]
 
 
+class Part(Enum):
+    """What shines in a reference: all; or all but the suns and the world, all but the other
+    lamps, all but both."""
+
+    ALL = "all"
+    ROOM = "room"
+    DAY = "day"
+    REST = "rest"
+
+
 class ReferenceScene(LightScene):
     """The home at its first frame, without what physics moves, with lamps of its own."""
 
-    def __init__(self, scene: Any, view_layer: Any) -> None:
+    def __init__(self, scene: Any, view_layer: Any, part: Part = Part.ALL) -> None:
         super().__init__(scene, view_layer)
+        self._part = part
         # Each with its copy here, and the values that this has.
         self._lamps: list[tuple[Any, Any, str]] = []
 
@@ -76,10 +92,16 @@ class ReferenceScene(LightScene):
             return None
         if obj.type != "LIGHT":
             return obj
+        if self._part not in (Part.ALL, Part.DAY if _is_sun(obj) else Part.ROOM):
+            return None
         own = self.own(obj.copy())
         own.data = self._lamp_of(obj)
         self._lamps.append((obj, own, repr(lamp_values(obj.data))))
         return own
+
+    def _world(self) -> None:
+        if self._part in (Part.ALL, Part.DAY):
+            super()._world()
 
     def _properties_of(self, user: Any) -> dict[str, Any]:
         """Those that are animated say what is now."""
@@ -102,15 +124,30 @@ class Reference:
     """The reference of one picture.
 
     `few`, `many`: a scene with its picture each, as Cycles draws other random numbers in a scene
-    whose number of light paths has been another before.
+    whose number of light paths has been another before. `once`: makes one of many paths for a part;
+    None where all lamps are measured together.
     """
 
-    def __init__(self, few: Taken, many: Taken) -> None:
-        self._few, self._many = few, many
+    def __init__(
+        self, few: Taken, many: Taken, once: Callable[[Part], Taken] | None = None
+    ) -> None:
+        self._few, self._many, self._once = few, many, once
+        self._rest: list[Array] | None = None
+        self._days: dict[Hashable, list[Array]] = {}
 
-    def light(self) -> Found:
-        """What few and many light paths find of each request, the lamps being as they are now."""
-        return list(zip(_light(self._few), _light(self._many), strict=True))
+    def light(self, suns: Hashable) -> Found:
+        """What few and many light paths find of each request, the lamps being as they are now, the
+        `suns` among them in that state."""
+        few, many = _light(self._few), _light(self._many)
+        if self._once is not None:
+            if suns not in self._days:
+                self._days.clear()
+                self._days[suns] = _light_once(self._once(Part.DAY))
+            if self._rest is None:
+                self._rest = _light_once(self._once(Part.REST))
+            days = zip(many, self._days[suns], self._rest, strict=True)
+            many = [room + day - rest for room, day, rest in days]
+        return list(zip(few, many, strict=True))
 
     def close(self) -> None:
         self._few[0].close()
@@ -123,6 +160,13 @@ def _light(taken: Taken) -> list[Array]:
     return picture.light()
 
 
+def _light_once(taken: Taken) -> list[Array]:
+    try:
+        return _light(taken)
+    finally:
+        taken[0].close()
+
+
 def corrected(light: Array, few: Array, many: Array) -> Array:
     """What few paths found, with what many find beyond few in the reference; never negative."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -132,13 +176,19 @@ def corrected(light: Array, few: Array, many: Array) -> Array:
     return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def state_of_lamps(view_layer: Any) -> Hashable:
-    """What a reference takes over from the lamps at the present frame."""
-    return tuple(
-        (obj.session_uid, repr(lamp_values(obj.data)))
-        for obj in shown_objects(view_layer)
-        if obj.type == "LIGHT" and not must_be_frozen(obj)
-    )
+def states_of_lamps(view_layer: Any) -> tuple[tuple[Hashable, ...], tuple[Hashable, ...]]:
+    """What a reference takes over at the present frame from the suns, and from the other lamps."""
+    suns: list[Hashable] = []
+    others: list[Hashable] = []
+    for obj in shown_objects(view_layer):
+        if obj.type == "LIGHT" and not must_be_frozen(obj):
+            state = obj.session_uid, repr(lamp_values(obj.data))
+            (suns if _is_sun(obj) else others).append(state)
+    return tuple(suns), tuple(others)
+
+
+def _is_sun(obj: Any) -> bool:
+    return bool(obj.data.type == "SUN")
 
 
 def looks_at_frame() -> bool:

@@ -425,3 +425,34 @@ def test_a_zone_within_a_group_is_what_goes_through_frames(room):
         with with_it(bpy.context.scene, bpy.context.view_layer) as made_of:
             shown.append("screen" in made_of.scene.objects)
     assert shown == [True, False]
+
+
+def test_a_sun_that_does_not_reach_a_room_does_not_disturb_it(room, scenes):
+    """Its shadow rays are most of all: with the other lamps in one, few paths would find these."""
+    true = plain(MANY)
+    sun = lamp(room, "SUN", at=(0, 0, 9), energy=300.0)
+    bpy.context.scene.frame_set(1)
+    error = np.abs(in_a_run(scenes) / true - 1)
+    assert error.max() < 0.02
+    assert np.abs(plain(MANY) / true - 1).max() > 4 * error.max()
+    sun.data.energy = 0.0
+    assert in_a_run(scenes) == pytest.approx(true, rel=0.02)
+
+
+def test_suns_lamps_and_glowing_things_add_up(room):
+    """A window in the ceiling lets the sun and the sky in; each part is a good part of the light."""
+    nodes = bpy.data.materials["screen"].node_tree.nodes
+    next(n for n in nodes if n.type == "EMISSION").inputs["Strength"].default_value = 1.0
+    hole = room.box((2, 2, 2), at=(-1, 0, 2), name="hole")
+    hole.display_type, hole.hide_render = "WIRE", True
+    objects("room").modifiers.new("window", "BOOLEAN").object = hole
+    lamp(room, "SUN", at=(0, 0, 9), energy=2.0, angle=0.1)
+    bpy.context.scene.frame_set(1)
+    true = plain(16 * MANY)
+    scenes = part("light_kept").KeptScenes(8 * MANY)
+    assert in_a_run(scenes) == pytest.approx(true, rel=0.03)
+    scenes.close()
+    for off in ("point", "area", "sun"):
+        objects(off).hide_viewport = True
+    bpy.context.view_layer.update()
+    assert (plain(FEW) > 0.1 * true).all()

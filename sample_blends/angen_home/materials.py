@@ -248,6 +248,20 @@ def translucent(name: str, colour: Colour) -> bpy.types.Material:
     return n.finish(mix.outputs[0])
 
 
+def mirroring(name: str, colour: Colour, roughness: float) -> bpy.types.Material:
+    """A mirror for the eye alone: other rays are scattered, and as much light goes back.
+
+    What a mirror or a tap throws of a small lamp into a room is some tenth of the light there, but
+    light paths find it by chance, and then all of it at once.
+    """
+    n = Nodes(name, colour)
+    scattered = n.add("BsdfDiffuse", {0: _rgba(colour)})
+    mirrored = n.add("BsdfGlossy", {0: _rgba(colour), "Roughness": roughness})
+    seen = n.add("LightPath").outputs["Is Camera Ray"]
+    mix = n.add("MixShader", {0: seen, 1: scattered.outputs[0], 2: mirrored.outputs[0]})
+    return n.finish(mix.outputs[0])
+
+
 def ceiling(name: str) -> bpy.types.Material:
     """White from below, unseen by a camera above it: the home can be looked into as a model,
     while light meets the ceiling as always."""
@@ -331,7 +345,7 @@ _MAKERS: dict[str, Callable[[str], bpy.types.Material]] = {
     "mat": lambda n: fabric(n, (0.16, 0.12, 0.08), 90.0),
     "wicker": lambda n: stripes(n, (0.55, 0.38, 0.2), (0.34, 0.21, 0.1), 0.02, 2),
     # things
-    "chrome": lambda n: plain(n, (0.75, 0.76, 0.78), 0.14, Metallic=1.0),
+    "chrome": lambda n: mirroring(n, (0.75, 0.76, 0.78), 0.14),
     "steel": lambda n: plain(n, (0.5, 0.51, 0.52), 0.32, Metallic=1.0),
     "brass": lambda n: plain(n, (0.66, 0.46, 0.19), 0.28, Metallic=1.0),
     "black metal": lambda n: plain(n, (0.03, 0.03, 0.032), 0.4, Metallic=0.6),
@@ -346,7 +360,7 @@ _MAKERS: dict[str, Callable[[str], bpy.types.Material]] = {
     "hedge": lambda n: speckled(n, (0.035, 0.09, 0.03), (0.09, 0.17, 0.05), 3.0),
     "leaf light": lambda n: plain(n, (0.19, 0.33, 0.08), 0.5),
     "flower": lambda n: plain(n, (0.7, 0.12, 0.16), 0.6),
-    "mirror": lambda n: plain(n, (0.9, 0.92, 0.92), 0.02, Metallic=1.0),
+    "mirror": lambda n: mirroring(n, (0.9, 0.92, 0.92), 0.02),
     "black glass": lambda n: plain(n, (0.008, 0.008, 0.01), 0.06, Coat_Weight=1.0),
     "screen": lambda n: glowing(n, (0.12, 0.3, 0.5), 1.2),
     "television": lambda n: plain(n, (0.008, 0.009, 0.012), 0.12),

@@ -123,7 +123,7 @@ def add_light_sensors() -> None:
     for name, mount in plan.LIGHT_SENSORS.items():
         sensor = _looking(name, "LIGHT", mount.room, mount.at, mount.yaw)
         # With the scene's reference, more paths an update take little more noise away.
-        sensor.angen_sensor.light.samples = 512
+        sensor.angen_sensor.light.samples = 256
         _house(sensor, "LIGHT", mesh)
 
 

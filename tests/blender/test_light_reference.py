@@ -440,7 +440,7 @@ def test_a_sun_that_does_not_reach_a_room_does_not_disturb_it(room, scenes):
 
 
 def test_suns_lamps_and_glowing_things_add_up(room):
-    """A window in the ceiling lets the sun and the sky in; each part is a good part of the light."""
+    """A window in the ceiling lets sun and sky in; what glows is a good part of the light."""
     nodes = bpy.data.materials["screen"].node_tree.nodes
     next(n for n in nodes if n.type == "EMISSION").inputs["Strength"].default_value = 1.0
     hole = room.box((2, 2, 2), at=(-1, 0, 2), name="hole")

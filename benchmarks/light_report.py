@@ -69,10 +69,10 @@ RADIANCE = """
 ## Cycles against Radiance
 
 The home with the same diffuse grey for both, without what light passes through, lamps as spheres
-(radius at most 2 cm), by sun and an even sky (*day*) or by the lamps (*lamp*); W/m² at faces that
-look down from each light sensor and up from table height. Cycles: {samples} samples; Radiance's
-`rtrace -I` with {divisions} ambient divisions, 30 bounces, no interpolation. *Direct*: black
-surfaces; by day that is a little skylight at few faces, most of whose difference is noise.
+(radius at most 2 cm), disks and bars, by sun and an even sky (*day*) or by the lamps (*lamp*); W/m²
+at faces that look down from each light sensor and up from table height. Cycles: {samples} samples;
+Radiance's `rtrace -I` with {divisions} ambient divisions, 30 bounces, no interpolation. *Direct*:
+black surfaces; the sky is then looked for with a million divisions, as few faces see little of it.
 Faces with less than {least} W/m² are not counted.
 
 | light | part | faces | ratio of the sums | rms | worst |

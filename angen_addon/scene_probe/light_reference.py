@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..animation import is_animated
-from .light_scene import LightScene, must_be_frozen, shown_objects
+from .light_scene import LightScene, is_portal, must_be_frozen, shown_objects
 from .light_values import lamp_values
 from .zones import has_simulation_zone
 
@@ -92,7 +92,7 @@ class ReferenceScene(LightScene):
             return None
         if obj.type != "LIGHT":
             return obj
-        if self._part not in (Part.ALL, Part.DAY if _is_sun(obj) else Part.ROOM):
+        if self._part not in (Part.ALL, Part.DAY if _is_of_day(obj) else Part.ROOM):
             return None
         own = self.own(obj.copy())
         own.data = self._lamp_of(obj)
@@ -183,12 +183,13 @@ def states_of_lamps(view_layer: Any) -> tuple[tuple[Hashable, ...], tuple[Hashab
     for obj in shown_objects(view_layer):
         if obj.type == "LIGHT" and not must_be_frozen(obj):
             state = obj.session_uid, repr(lamp_values(obj.data))
-            (suns if _is_sun(obj) else others).append(state)
+            (suns if _is_of_day(obj) else others).append(state)
     return tuple(suns), tuple(others)
 
 
-def _is_sun(obj: Any) -> bool:
-    return bool(obj.data.type == "SUN")
+def _is_of_day(obj: Any) -> bool:
+    """A sun, or a portal: that guides paths to the world."""
+    return bool(obj.data.type == "SUN") or is_portal(obj)
 
 
 def looks_at_frame() -> bool:

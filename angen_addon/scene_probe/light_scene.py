@@ -132,6 +132,9 @@ class LightScene:
 
     def _stand_in(self, obj: Any) -> Any:
         """What is to be seen for an object; None for nothing."""
+        if is_portal(obj) and self._user_scene.world is None:
+            # Blender 5.2 crashes with a portal to no world.
+            return None
         if not must_be_frozen(obj):
             return obj
         self.has_frozen = True
@@ -186,6 +189,11 @@ def is_left_out(obj: Any, housings: Housings) -> bool:
 
 def must_be_frozen(obj: Any) -> bool:
     return obj.hide_render or obj.rigid_body is not None
+
+
+def is_portal(obj: Any) -> bool:
+    """Whether it is a lamp that shines not itself, but shows Cycles where the world's light is."""
+    return bool(obj.type == "LIGHT" and obj.data.type == "AREA" and obj.data.cycles.is_portal)
 
 
 class Housings:

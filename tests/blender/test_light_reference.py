@@ -456,3 +456,14 @@ def test_suns_lamps_and_glowing_things_add_up(room):
         objects(off).hide_viewport = True
     bpy.context.view_layer.update()
     assert (plain(FEW) > 0.1 * true).all()
+
+
+def test_a_portal_needs_a_world(room, scenes):
+    """Blender 5.2 ends with a crash when a portal leads nowhere; in part of a reference it would."""
+    lamp(room, "AREA", at=(0, 0, 3), size=1.0).data.cycles.is_portal = True
+    lamp(room, "SUN", at=(0, 0, 9))
+    bpy.context.scene.frame_set(1)
+    assert (in_a_run(scenes) > 0.0).all()
+    bpy.context.scene.world = None
+    bpy.context.view_layer.update()
+    assert (plain(FEW) > 0.0).all()

@@ -459,7 +459,7 @@ def test_suns_lamps_and_glowing_things_add_up(room):
 
 
 def test_a_portal_needs_a_world(room, scenes):
-    """Blender 5.2 ends with a crash when a portal leads nowhere; in part of a reference it would."""
+    """Blender 5.2 crashes when a portal leads nowhere, as in a part of a reference it would."""
     lamp(room, "AREA", at=(0, 0, 3), size=1.0).data.cycles.is_portal = True
     lamp(room, "SUN", at=(0, 0, 9))
     bpy.context.scene.frame_set(1)

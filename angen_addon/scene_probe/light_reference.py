@@ -92,7 +92,10 @@ class ReferenceScene(LightScene):
             return None
         if obj.type != "LIGHT":
             return obj
-        if self._part not in (Part.ALL, Part.DAY if _is_of_day(obj) else Part.ROOM):
+        if self._leads_nowhere(obj) or self._part not in (
+            Part.ALL,
+            Part.DAY if _is_of_day(obj) else Part.ROOM,
+        ):
             return None
         own = self.own(obj.copy())
         own.data = self._lamp_of(obj)

@@ -100,10 +100,10 @@ class LightScene:
     def follow(self) -> None:
         """Takes over the moment, and what else of the scene drivers and nodes look at."""
         user, scene = self._user_scene, self.scene
-        take_over(user, scene, "frame_start", "frame_end")
+        _take_over(user, scene, "frame_start", "frame_end")
         self._stand_at_moment(user)
-        take_over(user.render, scene.render, "fps", "fps_base")
-        take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
+        _take_over(user.render, scene.render, "fps", "fps_base")
+        _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
         for key, value in self._properties_of(user).items():
             if isinstance(value, (bool, int, float, str)) and scene.get(key) != value:
                 scene[key] = value
@@ -113,7 +113,7 @@ class LightScene:
         return dict(user.items())
 
     def _stand_at_moment(self, user: Any) -> None:
-        take_over(user, self.scene, "frame_current")
+        _take_over(user, self.scene, "frame_current")
         if user.frame_subframe:
             self.scene.frame_float = user.frame_current + user.frame_subframe
 
@@ -132,13 +132,16 @@ class LightScene:
 
     def _stand_in(self, obj: Any) -> Any:
         """What is to be seen for an object; None for nothing."""
-        if is_portal(obj) and self._user_scene.world is None:
-            # Blender 5.2 crashes with a portal to no world.
+        if self._leads_nowhere(obj):
             return None
         if not must_be_frozen(obj):
             return obj
         self.has_frozen = True
         return self._frozen(obj)
+
+    def _leads_nowhere(self, obj: Any) -> bool:
+        """A portal to no world: Blender 5.2 crashes with one."""
+        return is_portal(obj) and self._user_scene.world is None
 
     def _frozen(self, obj: Any) -> Any:
         """A copy that stands where the object stands now, and that renders show."""
@@ -163,7 +166,7 @@ class LightScene:
         world.cycles.sample_map_resolution = DETAILED_MAP if detailed else SMOOTH_MAP
 
 
-def take_over(of: Any, to: Any, *names: str) -> None:
+def _take_over(of: Any, to: Any, *names: str) -> None:
     """Sets what differs: what is set, Blender evaluates anew."""
     for name in names:
         if getattr(to, name) != getattr(of, name):

@@ -467,3 +467,4 @@ def test_a_portal_needs_a_world(room, scenes):
     bpy.context.scene.world = None
     bpy.context.view_layer.update()
     assert (plain(FEW) > 0.0).all()
+    assert (in_a_run(scenes) > 0.0).all()

@@ -19,8 +19,8 @@ help: ## this list
 demo: venv ## simulate the sample home and show what its sensors saw
 	@$(RUN) scripts/demo.py
 
-test: venv ## run the tests (ARGS="-k pir": pytest's options)
-	@$(RUN) -m pytest $(ARGS)
+test: venv ## run the tests (ARGS="-k pir": pytest's options; ARGS="-n 0": in one process)
+	@$(RUN) -m pytest -n auto --maxprocesses 4 --dist loadfile $(ARGS)
 
 bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)
 	@sh scripts/add_engines.sh $(VENV)

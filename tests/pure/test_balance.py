@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy import optimize
 
 from sensor_logic.contact.balance import GROUND, Joint, Load, Points, balance
 
@@ -258,7 +259,6 @@ def test_islands_that_cannot_be_met_are_told(seed):
 @given(SEEDS)
 def test_without_friction_as_scipys_nnls(seed):
     """The least that is left over with forces ≥ 0, whether it can be met or not."""
-    optimize = pytest.importorskip("scipy.optimize")
     loads, where = island(seed, feasible=bool(seed % 2))
     where = Points(*(vars(where) | {"friction": np.zeros(len(where.places))}).values())
     found = balance(loads, where)

@@ -82,6 +82,8 @@ def test_every_bound_can_break(name):
     unbroken = {figure.what for figure in held(name, DATA[name])}
     for place, wrong in wrongs(DATA[name]):
         unbroken -= {f.what for f in held(name, changed(DATA[name], place, wrong)) if not f.holds}
+        if not unbroken:
+            break
     assert not unbroken
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import spatial
 
 from sensor_logic.contact import shapes
 from sensor_logic.contact.closest import separation
@@ -297,7 +298,6 @@ def test_what_is_near_is_found(seed):
 
 
 def hull(rng):
-    spatial = pytest.importorskip("scipy.spatial")
     points = rng.normal(size=(int(rng.integers(5, 40)), 3)) * rng.uniform(0.2, 1, 3)
     solid = spatial.ConvexHull(points)
     return shapes.polytope(points, solid.simplices), points[solid.vertices]

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy import linalg, signal
 
 from sensor_logic.pyroelectric.response import Chain, Response, expm, filtered, step
 
@@ -26,7 +27,6 @@ def polynomials(r):
 @pytest.mark.parametrize("scale", [0.0, 1e-6, 0.3, 5.3, 5.4, 40.0, 700.0])
 @pytest.mark.parametrize("seed", range(5))
 def test_the_exponential_is_scipys(scale, seed):
-    linalg = pytest.importorskip("scipy.linalg")
     a = np.random.default_rng(seed).normal(size=(7, 7))
     a *= scale / np.abs(a).sum(axis=0).max()
     expected = linalg.expm(a)
@@ -46,7 +46,6 @@ def test_the_exponential_of_a_rotation_and_of_a_nilpotent_matrix():
 @pytest.mark.parametrize("response", [USUAL, OTHER])
 @pytest.mark.parametrize("rate", [1, 10, 24, 25, 30, 60, 120, 240])
 def test_piecewise_linear_power_gives_what_lsim_gives(response, rate):
-    signal = pytest.importorskip("scipy.signal")
     dt, n = 1.0 / rate, 200
     power = np.random.default_rng(1).normal(size=n).cumsum()
     power[0] = 0.0
@@ -60,7 +59,6 @@ def test_piecewise_linear_power_gives_what_lsim_gives(response, rate):
 @pytest.mark.parametrize("rate", [1, 7, 10, 24, 60, 240])
 def test_the_chain_ends_each_step_where_lsim_does_and_misses_no_peak(rate):
     """`advance` tells the largest signal within the step: that of a much finer lsim."""
-    signal = pytest.importorskip("scipy.signal")
     dt, n, fine = 1.0 / rate, 40, 600
     power = np.random.default_rng(2).normal(size=n)
     power[0] = 0.0

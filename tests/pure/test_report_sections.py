@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import spatial
 
 from sensor_logic.report.labels import spread
 from sensor_logic.report.sections import Line, cut, from_above, joined, simplified
@@ -108,7 +109,6 @@ def test_a_corner_that_is_nowhere_takes_its_own_faces_only() -> None:
 def test_the_cut_of_a_convex_body_is_its_section(seed: int, height: float) -> None:
     """Points of the plane are inside the line where scipy's half spaces say that they are inside
     the body; those within 1 µm of its skin are left out."""
-    spatial = pytest.importorskip("scipy.spatial")
     random = np.random.default_rng(seed)
     hull = spatial.ConvexHull(random.normal(size=(24, 3)))
     lines = cut(hull.points, hull.simplices, height)

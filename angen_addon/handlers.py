@@ -13,6 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import digests, live, outputs, overlay, recording_store, resting, state
+from .scene_probe import light_scene
 
 
 @persistent
@@ -89,6 +90,7 @@ def before_load(*_: Any) -> None:
 
 @persistent
 def after_load(*_: Any) -> None:
+    light_scene.remove_left()
     recording_store.restore()
     _look_again()
 
@@ -101,6 +103,7 @@ def before_undo(*_: Any) -> None:
 
 @persistent
 def after_undo(*_: Any) -> None:
+    light_scene.remove_left()
     _look_again()
 
 

@@ -100,6 +100,8 @@ def _run(
         waiting: list[Taken] = []
         with _idle_outputs(stations) as driven:
             for stop in _agenda(scene, stations, first, last):
+                if bpy.context.scene.session_uid != scene.session_uid:
+                    raise SensorError("the run ended early: another scene is shown now")
                 frame, subframe = clock.frame_and_subframe(stop.step)
                 scene.frame_set(frame, subframe=subframe)
                 if stop.due or stop.look or stop.watching:

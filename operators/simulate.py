@@ -38,6 +38,7 @@ class ANGEN_OT_simulate(Operator):
     )
 
     _run: Iterator[Progress]
+    _scene_uid = 0
     _recording: Recording
     _timer: Any = None
     _started = 0.0
@@ -60,6 +61,7 @@ class ANGEN_OT_simulate(Operator):
             self.report({"ERROR"}, f"The first frame, {first}, is after the last, {last}")
             return False
         self._recording = Recording()
+        self._scene_uid = scene.session_uid
         try:
             sensors = all_sensors(context.view_layer)
             self._run = simulate(scene, sensors, first, last, self._recording)
@@ -71,7 +73,8 @@ class ANGEN_OT_simulate(Operator):
     def _end(self, context: Context, early: bool = False) -> None:
         """Keeps what was recorded, if anything, and shows it at the playhead."""
         scene = context.scene
-        if not self._updates() or scene is None:
+        # Where a script went to another scene meanwhile, the recording is not of this one.
+        if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
             return
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):

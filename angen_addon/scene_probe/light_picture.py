@@ -103,7 +103,8 @@ class Picture:
         with tempfile.TemporaryDirectory(prefix="angen_light_") as folder:
             self._scene.render.filepath = str(Path(folder, "views"))
             # Named as an argument, a scene is put to the frame of the user's.
-            with bpy.context.temp_override(scene=self._scene):
+            own = {"scene": self._scene, "view_layer": self._scene.view_layers[0]}
+            with bpy.context.temp_override(**own):
                 bpy.ops.render.render(write_still=True)
             picture = exr.read_rgb(Path(folder, "views.exr"))
         return to_rec709(picture).reshape(SIDE * SIDE, 3)

@@ -97,7 +97,7 @@ class ReferenceScene(LightScene):
             Part.DAY if _is_of_day(obj) else Part.ROOM,
         ):
             return None
-        own = self.own(obj.copy())
+        own = self._copy_of(obj)
         own.data = self._lamp_of(obj)
         self._lamps.append((obj, own, repr(lamp_values(obj.data))))
         return own
@@ -106,13 +106,9 @@ class ReferenceScene(LightScene):
         if self._part in (Part.ALL, Part.DAY):
             super()._world()
 
-    def _properties_of(self, user: Any) -> dict[str, Any]:
-        """Those that are animated say what is now."""
-        return {
-            key: value
-            for key, value in user.items()
-            if not is_animated(user, f'["{bpy.utils.escape_identifier(key)}"]')
-        }
+    def _is_seen(self, path: str) -> bool:
+        """What is animated says what is now."""
+        return not is_animated(self._user_scene, path)
 
     def _lamp_of(self, obj: Any) -> Any:
         """A copy of a lamp's data and nodes as they are now, and stay."""

@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 
 from ..quiet import standard_output_silenced
+from .light_values import own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}
@@ -22,6 +23,9 @@ LINES = {"WIRE", "BOUNDS"}
 SMOOTH_MAP = 256
 DETAILED_MAP = 1024
 DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
+# Custom property by which what was made here is known from what the user made.
+MARK = "angen_light_made"
+MADE = ("scenes", "collections", "objects", "meshes", "materials", "cameras", "lights", "worlds")
 # Handlers of the user and of other add-ons take renders for the user's own.
 HANDLERS = (
     "depsgraph_update_post",
@@ -62,6 +66,7 @@ class LightScene:
         return self.scene.view_layers[0]
 
     def own(self, datablock: Any) -> Any:
+        datablock[MARK] = True
         self._made.append(datablock)
         return datablock
 
@@ -102,20 +107,26 @@ class LightScene:
         user, scene = self._user_scene, self.scene
         _take_over(user, scene, "frame_start", "frame_end")
         self._stand_at_moment(user)
-        _take_over(user.render, scene.render, "fps", "fps_base")
+        _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
         _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
-        for key, value in self._properties_of(user).items():
-            if isinstance(value, (bool, int, float, str)) and scene.get(key) != value:
-                scene[key] = value
+        for of, to, path in (
+            (user, scene, ""),
+            (self._user_layer, self.view_layer, self._user_layer.path_from_id()),
+        ):
+            before = own_properties(to)
+            for key, value in own_properties(of).items():
+                if before.get(key) != value and self._is_seen(
+                    f'{path}["{bpy.utils.escape_identifier(key)}"]'
+                ):
+                    to[key] = value
 
-    def _properties_of(self, user: Any) -> dict[str, Any]:
-        """The custom properties of the user's scene that are to be seen here."""
-        return dict(user.items())
+    def _is_seen(self, path: str) -> bool:
+        """Whether a custom property of the user's scene or view layer is to be seen here."""
+        return True
 
     def _stand_at_moment(self, user: Any) -> None:
-        _take_over(user, self.scene, "frame_current")
-        if user.frame_subframe:
-            self.scene.frame_float = user.frame_current + user.frame_subframe
+        # A whole frame too: setting its number alone leaves the sub-frame as it was.
+        _take_over(user, self.scene, "frame_float")
 
     def _show(self) -> None:
         """Puts in what the viewport shows, whatever is hidden in renders."""
@@ -145,7 +156,7 @@ class LightScene:
 
     def _frozen(self, obj: Any) -> Any:
         """A copy that stands where the object stands now, and that renders show."""
-        frozen = self.own(obj.copy())
+        frozen = self._copy_of(obj)
         evaluated = obj.evaluated_get(self._user_layer.depsgraph)
         frozen.animation_data_clear()
         frozen.constraints.clear()
@@ -153,6 +164,14 @@ class LightScene:
         frozen.hide_render = False
         frozen.matrix_world = evaluated.matrix_world
         return frozen
+
+    def _copy_of(self, obj: Any) -> Any:
+        copy = self.own(obj.copy())
+        if obj.rigid_body is not None or obj.rigid_body_constraint is not None:
+            # Blender has put it into the user's rigid body world, where it would push and be hit.
+            for collection in copy.users_collection:
+                collection.objects.unlink(copy)
+        return copy
 
     def _world(self) -> None:
         """Bounds the time that Cycles spends on looking where the world is bright."""
@@ -246,6 +265,14 @@ def _handlers_quiet() -> Iterator[None]:
     finally:
         for handlers, functions in zip(lists, before, strict=True):
             handlers[:] = functions
+
+
+def remove_left() -> None:
+    """Removes the light scenes of a run amid which the file was saved or an undo step was made:
+    with the file or the step they come back, and nobody keeps them any more."""
+    if any(MARK in scene for scene in bpy.data.scenes):
+        left = [d for group in MADE for d in getattr(bpy.data, group) if MARK in d]
+        bpy.data.batch_remove(left)
 
 
 def _alive(datablock: Any) -> bool:

@@ -14,7 +14,15 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .light_values import object_values, tree_values, values
+from .light_values import (
+    lamp_values,
+    looked_up,
+    names_looked_up,
+    object_values,
+    own_properties,
+    tree_values,
+    values,
+)
 
 # Modifiers that move vertices and touch nothing else that a material can look at.
 DEFORMING = {"ARMATURE", "CAST", "CURVE", "HOOK", "LATTICE", "MESH_DEFORM", "SHRINKWRAP"}
@@ -45,6 +53,8 @@ class LightSignature:
         self._known: dict[int, bytes] = {}
         self._digest = b""
         self._empties_matter = False
+        # What nodes look up in the view layer, the scene and the world.
+        self._names: set[str] = set()
 
     def note(self, depsgraph: Any, edited: bool = False) -> None:
         """Takes down what was evaluated anew; to be called in the handlers of each evaluation:
@@ -61,7 +71,7 @@ class LightSignature:
                     self._compare_shape(changed)
             elif isinstance(changed, bpy.types.Mesh) and not edited:
                 # Its object tells of the shape.
-                continue
+                self._compare(changed.original, own_properties(changed))
             else:
                 self._compare(changed.original, self._values_of(changed))
 
@@ -72,7 +82,8 @@ class LightSignature:
         digest = hashlib.blake2b(digest_size=16)
         scene = view_layer.id_data
         world = scene.world.session_uid if scene.world else 0
-        digest.update(repr((self._count, world, asked)).encode())
+        names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
+        digest.update(repr((self._count, world, asked, names)).encode())
         self._objects(digest, view_layer, depsgraph)
         new = digest.digest()
         differs, self._digest = new != self._digest, new
@@ -107,6 +118,8 @@ class LightSignature:
             if obj.type == "MESH" and (obj.original.modifiers or obj.original.data.shape_keys):
                 self._compare_shape(obj)
         data = bpy.data
+        for mesh in data.meshes:
+            self._known[mesh.as_pointer()] = _digest(own_properties(mesh)) or b""
         for group in (data.worlds, data.materials, data.lights, data.node_groups):
             for original in group:
                 evaluated = original.evaluated_get(depsgraph)
@@ -121,8 +134,12 @@ class LightSignature:
         if isinstance(datablock, bpy.types.NodeTree):
             found, looks_at_objects = tree_values(datablock)
             self._empties_matter |= looks_at_objects
+            self._names |= names_looked_up(datablock)
             return found
-        if isinstance(datablock, (bpy.types.Material, bpy.types.World, bpy.types.Light)):
+        if isinstance(datablock, bpy.types.Light):
+            # An embedded tree is told of by itself too.
+            return lamp_values(datablock)
+        if isinstance(datablock, (bpy.types.Material, bpy.types.World)):
             tree = datablock.node_tree
             return values(datablock), self._values_of(tree) if tree else ()
         return None

@@ -98,9 +98,40 @@ def values(struct: Any) -> list[Any]:
 
 def lamp_values(lamp: Any) -> list[Any]:
     """All values of a lamp's data: its own, Cycles' and the user's, and those of its nodes."""
-    own = [(key, _flat(value)) for key, value in lamp.items() if not hasattr(value, "items")]
     nodes = tree_values(lamp.node_tree)[0] if lamp.node_tree else None
-    return [values(lamp), values(lamp.cycles), own, nodes]
+    return [values(lamp), values(lamp.cycles), own_properties(lamp), nodes]
+
+
+def own_properties(owner: Any) -> dict[str, Any]:
+    """Its custom properties, but groups of them: numbers, texts and rows of numbers."""
+    found = {}
+    for key, value in sorted(owner.items()):
+        if isinstance(value, (bool, int, float, str)):
+            found[key] = value
+        elif hasattr(value, "to_list"):
+            found[key] = value.to_list()
+    return found
+
+
+def names_looked_up(tree: Any) -> set[str]:
+    """What its nodes look up in the view layer, the scene and the world."""
+    return {
+        node.attribute_name
+        for node in tree.nodes
+        if node.type == "ATTRIBUTE" and node.attribute_type == "VIEW_LAYER" and node.attribute_name
+    }
+
+
+def looked_up(name: str, view_layer: Any) -> Any:
+    """What a node finds by a name in the view layer, the scene or the world; None for nothing."""
+    scene = view_layer.id_data
+    for owner in filter(None, (view_layer, scene, scene.world)):
+        for path in (f'["{bpy.utils.escape_identifier(name)}"]', name):
+            try:
+                return _flat(owner.path_resolve(path))
+            except ValueError:
+                continue
+    return None
 
 
 @cache

@@ -105,6 +105,23 @@ def test_so_does_a_failing_operator(busy):
     assert state_of_the_file(busy) == before
 
 
+def test_a_run_ends_where_another_scene_is_shown(busy, addon_part):
+    """What was recorded is not taken for that scene's."""
+    scene, before = busy.scene, state_of_the_file(busy)
+    recording = addon_part("sensor_logic.recording").Recording()
+    run = addon_part("angen_addon.simulation").simulate(scene, busy.sensors(), 1, 48, recording)
+    for _ in range(10):
+        next(run)
+    other = bpy.data.scenes.new("other")
+    bpy.context.window.scene = other
+    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match="another scene"):
+        next(run)
+    bpy.context.window.scene = scene
+    bpy.data.scenes.remove(other)
+    assert state_of_the_file(busy) == before
+    assert len(recording.tracks["switch"]) == 10
+
+
 def frames_evaluated(world, run):
     """The frames at which the scene was evaluated during a run, without the last, which puts
     the playhead back."""

@@ -20,7 +20,7 @@ from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
 from . import light_engine, light_face, light_views, light_walls
 from .light_direct import Direct
 from .light_face import Faces
-from .light_kept import KeptScenes, Takes
+from .light_kept import Batch, KeptScenes, Takes
 from .light_picture import Seen
 from .light_scene import LightScene, quietly
 from .light_walls import Views
@@ -129,7 +129,7 @@ def _by_cycles(
     notes: list[str] = []
     try:
         for together in pictures:
-            colours, noted = scenes.light(scene, view_layer, takes, together, count)
+            colours, noted = scenes.light(Batch(scene, view_layer, takes, together, count))
             names = (seen.request.name for seen in together.values())
             found.update(zip(names, colours, strict=True))
             notes += noted

@@ -44,6 +44,39 @@ class Takes(Protocol):
 
 
 @dataclass(frozen=True)
+class Batch:
+    """Requests that one picture answers, at the present frame of the user's scene."""
+
+    scene: Any
+    view_layer: Any
+    takes: type[Takes]
+    together: dict[int, Seen]
+    samples: int
+
+    @property
+    def asked(self) -> Hashable:
+        """All that is asked, to be compared."""
+        pixels = tuple((pixel, *_bits(seen)) for pixel, seen in self.together.items())
+        metres = self.scene.unit_settings.scale_length
+        return self.takes.__name__, self.samples, metres, pixels
+
+    @property
+    def steady(self) -> bool:
+        return all(seen.request.steady for seen in self.together.values())
+
+    def taken_in(self, light_scene: LightScene, samples: int) -> Takes:
+        """Enters a light scene and sets up the picture in it."""
+        light_scene.__enter__()
+        try:
+            light_engine.set_up(light_scene.scene, "CYCLES")
+            light_scene.scene.render.use_persistent_data = True
+            return self.takes(light_scene, self.together, samples)
+        except BaseException:
+            light_scene.close()
+            raise
+
+
+@dataclass(frozen=True)
 class _Kept:
     contents: Hashable
     light_scene: LightScene
@@ -64,22 +97,10 @@ class KeptScenes:
         self._references: dict[Hashable, Reference] = {}
         self._found: dict[Hashable, Found] = {}
 
-    def light(
-        self,
-        scene: Any,
-        view_layer: Any,
-        takes: type[Takes],
-        together: dict[int, Seen],
-        samples: int,
-    ) -> tuple[list[Array], list[str]]:
-        """What `takes` finds for a batch of requests; and notes."""
-        key = (
-            takes.__name__,
-            samples,
-            scene.unit_settings.scale_length,
-            tuple((pixel, *_bits(seen)) for pixel, seen in together.items()),
-        )
-        now = contents(scene, view_layer)
+    def light(self, batch: Batch) -> tuple[list[Array], list[str]]:
+        """What each request of a batch finds; and notes."""
+        key = batch.asked
+        now = contents(batch.scene, batch.view_layer)
         found = self._kept.pop(key, None)
         if found is not None and (
             found.contents != now or found.light_scene.has_frozen or self._looks_at_frame
@@ -87,8 +108,8 @@ class KeptScenes:
             found.light_scene.close()
             found = None
         if found is None:
-            light_scene = LightScene(scene, view_layer)
-            found = _Kept(now, light_scene, _taken(light_scene, takes, together, samples))
+            light_scene = LightScene(batch.scene, batch.view_layer)
+            found = _Kept(now, light_scene, batch.taken_in(light_scene, batch.samples))
         else:
             found.light_scene.follow()
         # The last one used comes last.
@@ -96,18 +117,14 @@ class KeptScenes:
         while len(self._kept) > AT_MOST:
             self._kept.pop(next(iter(self._kept))).light_scene.close()
         light = found.taken.light()
-        steady = all(seen.request.steady for seen in together.values())
-        if steady and self.refers(samples) and not self._looks_at_frame:
-            lamps = states_of_lamps(view_layer)
+        if batch.steady and self.refers(batch.samples) and not self._looks_at_frame:
+            lamps = states_of_lamps(batch.view_layer)
             state = key, now, lamps
             if state not in self._found:
                 while len(self._found) >= STATES:
                     self._found.pop(next(iter(self._found)))
                 apart = all(lamps)
-                picture = key, now, apart
-                reference = self._reference(
-                    scene, view_layer, takes, together, samples, apart, picture
-                )
+                reference = self._reference(batch, apart, (key, now, apart))
                 self._found[state] = reference.light(lamps[0])
             pairs = zip(light, self._found[state], strict=True)
             light = [corrected(own, few, many) for own, (few, many) in pairs]
@@ -122,28 +139,19 @@ class KeptScenes:
         """Whether readings of so many light paths have a reference."""
         return self.reference > samples
 
-    def _reference(
-        self,
-        scene: Any,
-        view_layer: Any,
-        takes: type[Takes],
-        together: dict[int, Seen],
-        samples: int,
-        apart: bool,
-        picture: Hashable,
-    ) -> Reference:
+    def _reference(self, batch: Batch, apart: bool, picture: Hashable) -> Reference:
         """`apart`: suns and other lamps each by themselves."""
 
         def taken(count: int, part: Part) -> tuple[ReferenceScene, Takes]:
-            light_scene = ReferenceScene(scene, view_layer, part)
-            return light_scene, _taken(light_scene, takes, together, count)
+            light_scene = ReferenceScene(batch.scene, batch.view_layer, part)
+            return light_scene, batch.taken_in(light_scene, count)
 
         kept = self._references
         # The last one used comes last.
         known = kept.pop(picture, None)
         if known is None:
             many = partial(taken, self.reference)
-            few = taken(samples, Part.ALL)
+            few = taken(batch.samples, Part.ALL)
             known = (
                 Reference(few, many(Part.ROOM), many) if apart else Reference(few, many(Part.ALL))
             )
@@ -166,20 +174,5 @@ class KeptScenes:
 
 
 def _bits(seen: Seen) -> tuple[Hashable, ...]:
-    """All that is asked, to be compared."""
     request = seen.request
     return seen.lids, repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()
-
-
-def _taken(
-    light_scene: LightScene, takes: type[Takes], together: dict[int, Seen], samples: int
-) -> Takes:
-    """Enters a light scene and sets up a picture in it."""
-    light_scene.__enter__()
-    try:
-        light_engine.set_up(light_scene.scene, "CYCLES")
-        light_scene.scene.render.use_persistent_data = True
-        return takes(light_scene, together, samples)
-    except BaseException:
-        light_scene.close()
-        raise

@@ -60,7 +60,10 @@ def test_each_view_looks_where_it_should(world, wall):
     kept = part("light_kept").KeptScenes()
     module = part("light_walls")
     together = {0: module.Seen(asked, ())}
-    (found,), _ = kept.light(world.scene, bpy.context.view_layer, module.Views, together, 64)
+    batch = part("light_kept").Batch(
+        world.scene, bpy.context.view_layer, module.Views, together, 64
+    )
+    (found,), _ = kept.light(batch)
     kept.close()
     assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
 

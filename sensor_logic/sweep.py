@@ -18,10 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .model import Array
+from .triangle_tree import Index, TriangleTree
 
-Index = NDArray[np.intp]
-# Pairs of rays and triangles compared at once, to bound the memory.
-PAIRS_AT_ONCE = 100_000
 # Share of the time: what is shorter than this is rounding.
 NO_TIME = 1e-9
 
@@ -41,6 +39,17 @@ class Passes:
 
     def __len__(self) -> int:
         return len(self.ray)
+
+    def __getitem__(self, which: Index) -> Passes:
+        """Some of them, in this order."""
+        return Passes(
+            self.ray[which],
+            self.begin[which],
+            self.end[which],
+            self.near[which],
+            self.far[which],
+            self.thing[which],
+        )
 
 
 def no_passes() -> Passes:
@@ -62,44 +71,34 @@ def joined(parts: list[Passes]) -> Passes:
     )
 
 
-def passes(ways: Array, lengths: Array, corners: Array, number: int) -> Passes:
-    """When rays meet the triangles `corners` (m, 3, 3) of the thing `number`.
+def passes(ways: Array, lengths: Array, triangles: TriangleTree, number: int) -> Passes:
+    """When rays meet the triangles of the thing `number`.
 
     `ways` (n + 1, k, 2, 3): both ends of k rays at the bounds of n equal times, between which they
     go straight; `lengths` (k,) what a ray is long, at which unit the passes tell how far.
     """
     pieces = len(ways) - 1
-    moved = np.concatenate([ways[:-1], ways[1:]], axis=2)
-    lo, hi = moved.min(axis=2).reshape(-1, 3), moved.max(axis=2).reshape(-1, 3)
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    near = ((low <= hi.max(axis=0)) & (high >= lo.min(axis=0))).all(axis=1)
-    corners, low, high = corners[near], low[near], high[near]
-    if not len(corners):
+    found, order = [], []
+    for piece, ray, triangle in triangles.near(ways[:-1], ways[1:]):
+        pair, begin, end, near, far = _meetings(
+            ways[piece, ray], ways[piece + 1, ray], triangles.corners[triangle]
+        )
+        piece, ray, triangle = piece[pair], ray[pair], triangle[pair]
+        found.append(
+            Passes(
+                ray,
+                (piece + begin) / pieces,
+                (piece + end) / pieces,
+                near * lengths[ray],
+                far * lengths[ray],
+                np.full(len(ray), number, np.int64),
+            )
+        )
+        order.append((piece * ways.shape[1] + ray) * len(triangles.corners) + triangle)
+    if not found:
         return no_passes()
-    alive = ((lo <= high.max(axis=0)) & (hi >= low.min(axis=0))).all(axis=1)
-    rows = np.flatnonzero(alive)
-    at_once = max(1, PAIRS_AT_ONCE // len(corners))
-    found = []
-    for chunk in (rows[i : i + at_once] for i in range(0, len(rows), at_once)):
-        meet = (lo[chunk, None] <= high) & (hi[chunk, None] >= low)
-        which, triangle = np.nonzero(meet.all(axis=2))
-        piece, ray = np.divmod(chunk[which], ways.shape[1])
-        if len(piece):
-            pair, begin, end, near_by, far_off = _meetings(
-                ways[piece, ray], ways[piece + 1, ray], corners[triangle]
-            )
-            piece, ray = piece[pair], ray[pair]
-            found.append(
-                Passes(
-                    ray,
-                    (piece + begin) / pieces,
-                    (piece + end) / pieces,
-                    near_by * lengths[ray],
-                    far_off * lengths[ray],
-                    np.full(len(ray), number, np.int64),
-                )
-            )
-    return joined(found)
+    # One after the other as rays and triangles are, however these are found.
+    return joined(found)[np.argsort(np.concatenate(order), kind="stable")]
 
 
 def _meetings(

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sweeps beams and rigid solids from where they were a step ago to where they are now.
 
-What changes its shape is taken as it stands now, and what nodes make is left out. What jumps is
-taken to fly.
+What changes its shape is taken as it stands now; what appears, and what nodes make, is left out.
+What jumps is taken to fly.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.movement import Movement, pieces_needed, seen_from
 from ...sensor_logic.sweep import Passes, joined, no_passes, passes
+from ...sensor_logic.triangle_tree import TriangleTree
 from .geometry import Geometry
 from .solids import Solids
 
@@ -31,9 +32,11 @@ STANDS = -1
 
 @dataclass(frozen=True)
 class Moment:
-    """The solids at one step: numbers (n,), matrices (n, 4, 4) and world bounds (n, 3)."""
+    """The solids at one step: numbers (n,), the state of their shapes, matrices (n, 4, 4) and world
+    bounds (n, 3)."""
 
     numbers: NDArray[np.int64]
+    shapes: list[Any]
     matrix: Array
     lo: Array
     hi: Array
@@ -80,7 +83,7 @@ class Sweeper:
         self._listing = -1
         self._numbers = np.zeros(0, np.int64)
         self._moves: tuple[Moment, Moment, Moves] | None = None
-        self._corners: dict[Geometry, tuple[Any, Array]] = {}
+        self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
     def next_step(self) -> None:
         """The solids are elsewhere from now on."""
@@ -93,9 +96,11 @@ class Sweeper:
             if self._listing != solids.listing:
                 self._listing = solids.listing
                 self._numbers = np.array([s.number for s in solids.solids], np.int64)
-                self._corners.clear()
+                listed = {s.geometry for s in solids.solids}
+                self._triangles = {g: t for g, t in self._triangles.items() if g in listed}
+            shapes = [s.geometry.state for s in solids.solids]
             arrays = solids.matrix.copy(), solids.lo.copy(), solids.hi.copy()
-            self._moment = Moment(self._numbers, *arrays)
+            self._moment = Moment(self._numbers, shapes, *arrays)
         return self._moment
 
     def sweep(
@@ -136,9 +141,9 @@ class Sweeper:
                 continue
             matrix = _about(centre, now.matrix[row])
             first = matrix if earlier == STANDS else _about(centre, before.matrix[earlier])
-            corners = self._corners_of(depsgraph, solid.geometry)
+            triangles = self._triangles_of(depsgraph, solid.geometry)
             ways = _ways(Movement(first, matrix), move, points, tolerance)
-            found.append(passes(ways, beam.length, corners, solid.number))
+            found.append(passes(ways, beam.length, triangles, solid.number))
         return joined(found)
 
     def _moves_since(self, before: Moment) -> Moves:
@@ -154,13 +159,20 @@ class Sweeper:
         rows = _rows_of(now.numbers, before)
         known = np.flatnonzero(rows != STANDS)
         earlier = rows[known]
+        came = np.ones(len(rows), bool)
+        came[known] = ~np.isfinite(before.lo[earlier]).all(axis=1)
         other = (now.matrix[known] != before.matrix[earlier]).any(axis=(1, 2))
         # What was flattened or not a number at either moment was never hit.
         for moment, at in ((now, known), (before, earlier)):
             other &= np.isfinite(moment.lo[at]).all(axis=1)
         known, earlier = known[other], earlier[other]
-        shapes = [self._solids.solids[row].geometry for row in known.tolist()]
-        rigid = np.array([g.lasting and not g.deforms for g in shapes], bool)
+        rigid = np.array(
+            [
+                self._solids.solids[row].geometry.lasting and before.shapes[was] is now.shapes[row]
+                for row, was in zip(known.tolist(), earlier.tolist(), strict=True)
+            ],
+            bool,
+        )
         # What is mirrored all of a sudden would have to go through itself.
         sides = np.linalg.det(now.matrix[known, :3, :3] @ before.matrix[earlier, :3, :3])
         moved = known[rigid & (sides > 0.0)]
@@ -168,17 +180,19 @@ class Sweeper:
         standing = np.full(len(rows), STANDS, np.intp)
         standing[moved] = earlier
         lo, hi = now.lo.copy(), now.hi.copy()
+        # What was nowhere the moment before was on nothing's way.
+        lo[came], hi[came] = np.inf, -np.inf
         bulge = _bulges(before, earlier, now, moved)[:, None]
         lo[moved] = np.minimum(before.lo[earlier], now.lo[moved]) - bulge
         hi[moved] = np.maximum(before.hi[earlier], now.hi[moved]) + bulge
         return Moves(standing, lo, hi, moved)
 
-    def _corners_of(self, depsgraph: Any, geometry: Geometry) -> Array:
-        """Triangles (m, 3, 3) of a shape in its own space, as it is now."""
-        known = self._corners.get(geometry)
+    def _triangles_of(self, depsgraph: Any, geometry: Geometry) -> TriangleTree:
+        """The triangles of a shape in its own space, as it is now."""
+        known = self._triangles.get(geometry)
         if known is None or known[0] is not geometry.state:
             corners = geometry.vertices[geometry.triangles(depsgraph)].astype(np.float64)
-            known = self._corners[geometry] = geometry.state, corners
+            known = self._triangles[geometry] = geometry.state, TriangleTree(corners)
         return known[1]
 
 

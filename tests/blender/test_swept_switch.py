@@ -324,6 +324,27 @@ def test_what_appears_or_changes_shape_is_not_swept(world, swept):
     assert closed_at(world, world.run()) == []
 
 
+def test_what_changed_its_shape_before_is_swept_while_it_keeps_it(world, swept):
+    """So that a run from the middle on tells the same."""
+    card = card_past(world, at=17.5)
+    card.shape_key_add(name="Basis")
+    key = card.shape_key_add(name="bent")
+    key.data[0].co.y += 0.01
+    for frame, value in ((1, 0.0), (6, 1.0)):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    swept()
+    assert closed_at(world, world.run()) == [18]
+    assert closed_at(world, world.run(10, 24)) == [18]
+
+
+def test_what_appears_on_the_way_of_a_sensor_was_not_met(world, swept):
+    card = world.box((0.01, 0.1, 0.001), at=(0, 0, -0.1), name="card")
+    world.key(card, "hide_viewport", {1: True, 11: False}, "CONSTANT")
+    pass_beam(world, swept(), depth=0.0)
+    assert closed_at(world, world.run()) == []
+
+
 @pytest.mark.parametrize("scale", [0.0, math.nan])
 def test_what_is_flattened_at_a_frame_is_not_swept_from_there(world, swept, scale):
     card = card_past(world)
@@ -411,6 +432,27 @@ def test_a_part_of_a_run_and_other_sensors_change_nothing(world, swept):
     assert [alone.tracks["switch"].active[i] for i in at] == list(part.tracks["switch"].active)
 
 
+@pytest.mark.parametrize("rate", [2.0, 10.0, 24.0, 60.0])
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_from_its_second_update_on_a_part_tells_what_the_whole_run_does(
+    world, swept, rate, substeps
+):
+    world.scene.angen_substeps = substeps
+    for at in (4.5, 8.2, 11.5, 13.3, 17.9, 22.4):
+        card_past(world, width=0.004, name=f"card {at}", at=at)
+    swept(update_rate=rate, aperture_rays=5, aperture=0.002)
+    world.scene.frame_end = 48
+    whole = world.run().tracks["switch"]
+    assert 0 in whole.active
+    for first in (2, 5, 9, 14):
+        part = world.run(first, 48).tracks["switch"]
+        assert len(part.frames) > 1
+        skipped = len(whole.frames) - len(part.frames)
+        for name in ("frames", "active", "value"):
+            told, expected = list(getattr(part, name)), list(getattr(whole, name))
+            assert told[1:] == expected[skipped + 1 :], (first, name)
+
+
 def test_swept_may_be_keyed(world, swept):
     for i, at in enumerate((6.5, 16.5)):
         card_past(world, name=f"card {i}", at=at)
@@ -434,6 +476,22 @@ def test_not_swept_the_frames_between_updates_are_not_evaluated(world, swept, mo
         world.bpy.app.handlers.frame_change_post.remove(note)
     assert frames[:3] == [1, 25, 49]
     assert len(frames) <= 4
+
+
+def test_triangles_are_sorted_once_while_instances_move(world, swept, addon_part, monkeypatch):
+    """Where there are instances, the solids are listed anew at each frame."""
+    source = world.bpy.data.collections.new("cards")
+    source.objects.link(world.box((0.01, 0.1, 0.001), at=(9, 9, 9), name="card"))
+    instance = world.link("instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", source
+    pass_beam(world, instance)
+    card_past(world, width=1.0, name="slow", speed=0.5)
+    swept()
+    sweep = addon_part("angen_addon.scene_probe.sweep")
+    sorted_once, tree = [], sweep.TriangleTree
+    monkeypatch.setattr(sweep, "TriangleTree", lambda c: sorted_once.append(len(c)) or tree(c))
+    assert len(closed_at(world, world.run())) > 10
+    assert sorted_once == [12]
 
 
 def test_its_beam_is_shown_and_planned_as_unswept(world, swept, addon_part):

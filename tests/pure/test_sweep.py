@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from sensor_logic.breaks import light_between
 from sensor_logic.movement import Movement, pieces_needed, seen_from
-from sensor_logic.sweep import Passes, passes
+from sensor_logic.sweep import Passes, _meetings, passes
+from sensor_logic.triangle_tree import TriangleTree
 
 
 def turn(axis, angle):
@@ -153,7 +154,7 @@ def test_a_flag_passes_as_long_as_it_is_wide(width, far):
     """It goes from 1 m before the beam to 1 m behind it: in the ray's eyes, the ray does."""
     shift = np.array([far, 0, 0])
     ways = ray_way([(1 + width, 0, 0.3), (1 + width, 0, -0.7)], [(-1, 0, 0.3), (-1, 0, -0.7)])
-    found = passes(ways + shift, np.array([1.0]), SQUARE * (width, 1, 1) + shift, 7)
+    found = passes(ways + shift, np.array([1.0]), TriangleTree(SQUARE * (width, 1, 1) + shift), 7)
     way = 2 + width
     # The diagonal's two triangles come one after the other.
     ((begin, end),) = union(found)
@@ -175,7 +176,7 @@ def test_a_flag_passes_as_long_as_it_is_wide(width, far):
     ids=["stops before", "too short", "starts behind", "passes beside"],
 )
 def test_what_just_misses(before, after):
-    assert len(passes(ray_way(before, after), np.ones(1), SQUARE, 1)) == 0
+    assert len(passes(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) == 0
 
 
 @pytest.mark.parametrize(
@@ -188,12 +189,12 @@ def test_what_just_misses(before, after):
     ids=["just in", "just long enough", "along an edge"],
 )
 def test_what_just_hits(before, after):
-    assert len(passes(ray_way(before, after), np.ones(1), SQUARE, 1)) > 0
+    assert len(passes(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) > 0
 
 
 def test_a_ray_that_does_not_move_is_met_all_the_time():
     ray = [(0.5, 0.2, 0.3), (0.5, 0.2, -0.7)]
-    assert union(passes(ray_way(ray, ray), np.ones(1), SQUARE, 1)) == [[0.0, 1.0]]
+    assert union(passes(ray_way(ray, ray), np.ones(1), TriangleTree(SQUARE), 1)) == [[0.0, 1.0]]
 
 
 def test_triangles_that_are_none_are_never_met():
@@ -202,9 +203,8 @@ def test_triangles_that_are_none_are_never_met():
     broken = SQUARE.copy()
     broken[:, 0] = math.nan
     with np.errstate(all="raise"):
-        assert len(passes(ways, np.ones(1), flat, 1)) == 0
-        assert len(passes(ways, np.ones(1), broken, 1)) == 0
-        assert len(passes(ways, np.ones(1), np.zeros((0, 3, 3)), 1)) == 0
+        for corners in (flat, broken, np.zeros((0, 3, 3))):
+            assert len(passes(ways, np.ones(1), TriangleTree(corners), 1)) == 0
 
 
 def met(start, end, triangle):
@@ -227,7 +227,7 @@ def test_as_many_looks_in_between_find(seed):
     ways = chance.normal(size=(3, 2, 2, 3))
     triangles = chance.normal(size=(2, 3, 3)) * 0.7
     lengths = np.array([1.0, 2.0])
-    found = passes(ways, lengths, triangles, 1)
+    found = passes(ways, lengths, TriangleTree(triangles), 1)
     assert ((found.begin >= 0) & (found.end <= 1) & (found.begin < found.end)).all()
     for ray in range(2):
         mine = found.ray == ray
@@ -244,6 +244,78 @@ def test_as_many_looks_in_between_find(seed):
             assert np.isfinite(far).sum() == inside.sum()
             for value in far[np.isfinite(far)]:
                 assert ((low[inside] - 1e-7 <= value) & (value <= high[inside] + 1e-7)).any()
+
+
+def sphere(around, rng):
+    """Triangles (n, 3, 3) of a lumpy sphere of about 0.5 m."""
+    down, about = np.linspace(0, math.pi, around + 1), np.linspace(0, 2 * math.pi, around + 1)
+    points = np.empty((around + 1, around + 1, 3))
+    points[..., 0] = np.outer(np.sin(down), np.cos(about))
+    points[..., 1] = np.outer(np.sin(down), np.sin(about))
+    points[..., 2] = np.cos(down)[:, None]
+    points *= 0.5 + rng.uniform(0.0, 0.5 / around, (around + 1, around + 1, 1))
+    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    return np.concatenate([np.stack(t, axis=2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))])
+
+
+def turning_past(angle, rays, rng, at=0.0):
+    """Ways of `rays` past a body that turns by `angle` and shifts, stretched and sheared."""
+    size = matrix(np.eye(3) + rng.normal(size=(3, 3)) * 0.2, rng.normal(size=3) * 0.1)
+    moved = matrix(turn(rng.normal(size=3), angle), rng.normal(size=3) * 0.3) @ size
+    start, end = rng.normal(size=(2, 3)) * 0.2
+    end = start + (end - start) / np.linalg.norm(end - start) * 2.0
+    apart = np.arange(rays)[:, None, None] * rng.normal(size=3) * 1e-3
+    ends = (np.array([[start, end]]) + apart).reshape(-1, 3)
+    body, sensor = Movement(size, moved), Movement(np.eye(4), np.eye(4))
+    seen = seen_from(body, sensor, np.linspace(0, 1, 13), ends)
+    return seen.reshape(13, rays, 2, 3) + at
+
+
+def columns(found):
+    return np.stack([found.ray, found.begin, found.end, found.near, found.far])
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("rays, at", [(1, 0.0), (3, 1e4), (19, 0.0)])
+def test_what_boxes_leave_out_is_never_met(seed, rays, at):
+    """All pairs of a ray and a triangle asked, one after the other, tell the same to the bit."""
+    rng = np.random.default_rng(seed)
+    corners = sphere(14, rng) if seed % 2 else rng.normal(size=(300, 3, 3)) * 0.3
+    corners = np.concatenate([corners, corners[:1] * math.nan, sphere(2, rng) * 40.0]) + at
+    ways = turning_past(rng.uniform(0.0, 3.0), rays, rng, at)
+    tree = TriangleTree(corners)
+    found = passes(ways, np.full(rays, 2.0), tree, 1)
+    assert len(found) > 5
+    pairs = np.indices((12, rays, len(corners))).reshape(3, -1)
+    piece, ray, triangle = pairs
+    pair, begin, end, near, far = _meetings(
+        ways[piece, ray], ways[piece + 1, ray], corners[triangle]
+    )
+    piece, ray = piece[pair], ray[pair]
+    every = np.stack([ray, (piece + begin) / 12, (piece + end) / 12, near * 2.0, far * 2.0])
+    np.testing.assert_array_equal(columns(found), every)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+def test_only_triangles_near_the_rays_are_asked(angle):
+    """Of 45 000, a few for each of 20 rays in 12 pieces of time; where there are four times as
+    many, not four times as much."""
+    rng = np.random.default_rng(5)
+    ways = turning_past(angle, 20, rng)
+    asked = []
+    for around in (75, 150):
+        tree = TriangleTree(sphere(around, rng))
+        asked.append(sum(len(ray) for _, ray, _ in tree.near(ways[:-1], ways[1:])))
+    assert 0 < asked[1] < 2.5 * asked[0]
+    assert asked[1] < 240 * (20 + 100 * angle)
+
+
+def test_where_they_are_found_does_not_depend_on_how_many_are_compared_at_once(monkeypatch):
+    rng = np.random.default_rng(2)
+    ways, tree = turning_past(1.0, 3, rng), TriangleTree(sphere(20, rng))
+    whole = passes(ways, np.ones(3), tree, 1)
+    monkeypatch.setattr("sensor_logic.triangle_tree.PAIRS_AT_ONCE", 7)
+    np.testing.assert_array_equal(columns(passes(ways, np.ones(3), tree, 1)), columns(whole))
 
 
 # The light in between

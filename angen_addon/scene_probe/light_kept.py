@@ -7,7 +7,7 @@ once; afterwards Cycles takes over what changed. It gives the same bits as a new
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, Protocol
@@ -19,18 +19,22 @@ from . import light_engine
 from .light_picture import Seen
 from .light_reference import (
     Found,
+    Lamps,
     Part,
     Reference,
     ReferenceScene,
     corrected,
+    departs,
     looks_at_frame,
     states_of_lamps,
 )
 from .light_scene import LightScene, contents
 
 Array = NDArray[np.float64]
-# As many pictures are kept; each holds the scene in memory, as Cycles sees it.
+# As many pictures of each sort are kept; each holds the scene in memory, as Cycles sees it.
 AT_MOST = 4
+# So many times the light paths are traced where a reference tells too little.
+CLOSER = 16
 # Of so many states of the lamps, each picture by itself, it is remembered what a reference found.
 STATES = 4096
 NOWHERE = np.zeros(0)
@@ -82,6 +86,40 @@ class _Kept:
     light_scene: LightScene
     taken: Takes
 
+    def close(self) -> None:
+        self.light_scene.close()
+
+
+class _Pool:
+    """Keeps AT_MOST things, by key; the one used longest ago is closed first.
+
+    Not generic: what `typing` remembers of a generic class keeps the extension's modules alive
+    until Blender's own end, at which the module of 4.5 then hangs.
+    """
+
+    def __init__(self) -> None:
+        self._by_key: dict[Hashable, Any] = {}
+
+    def get(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """The one kept, or a new one."""
+        found = self._by_key.pop(key, None)
+        if found is None:
+            found = make()
+        self._by_key[key] = found
+        while len(self._by_key) > AT_MOST:
+            self.drop(next(iter(self._by_key)))
+        return found
+
+    def peek(self, key: Hashable) -> Any:
+        return self._by_key.get(key)
+
+    def drop(self, key: Hashable) -> None:
+        self._by_key.pop(key).close()
+
+    def close(self) -> None:
+        while self._by_key:
+            self._by_key.popitem()[1].close()
+
 
 class KeptScenes:
     """What `measure` may keep. To be closed before other code can change the scene.
@@ -93,42 +131,76 @@ class KeptScenes:
 
     def __init__(self, reference: int = 0) -> None:
         self.reference = reference
-        self._kept: dict[Hashable, _Kept] = {}
-        self._references: dict[Hashable, Reference] = {}
+        self._scenes = _Pool()
+        self._references = _Pool()
+        # Of single requests that are looked at more closely.
+        self._closer_scenes = _Pool()
+        self._closer_references = _Pool()
         self._found: dict[Hashable, Found] = {}
 
     def light(self, batch: Batch) -> tuple[list[Array], list[str]]:
         """What each request of a batch finds; and notes."""
-        key = batch.asked
         now = contents(batch.scene, batch.view_layer)
-        found = self._kept.pop(key, None)
-        if found is not None and (
-            found.contents != now or found.light_scene.has_frozen or self._looks_at_frame
-        ):
-            found.light_scene.close()
-            found = None
-        if found is None:
-            light_scene = LightScene(batch.scene, batch.view_layer)
-            found = _Kept(now, light_scene, batch.taken_in(light_scene, batch.samples))
-        else:
-            found.light_scene.follow()
-        # The last one used comes last.
-        self._kept[key] = found
-        while len(self._kept) > AT_MOST:
-            self._kept.pop(next(iter(self._kept))).light_scene.close()
-        light = found.taken.light()
+        light, notes = self._picture(batch, now, self._scenes)
         if batch.steady and self.refers(batch.samples) and not self._looks_at_frame:
             lamps = states_of_lamps(batch.view_layer)
-            state = key, now, lamps
-            if state not in self._found:
-                while len(self._found) >= STATES:
-                    self._found.pop(next(iter(self._found)))
-                apart = all(lamps)
-                reference = self._reference(batch, apart, (key, now, apart))
-                self._found[state] = reference.light(lamps[0])
-            pairs = zip(light, self._found[state], strict=True)
-            light = [corrected(own, few, many) for own, (few, many) in pairs]
-        return light, found.light_scene.notes
+            referred = self._referred(batch, now, lamps)
+            requests = batch.together.items()
+            for i, (request, (few, many)) in enumerate(zip(requests, referred, strict=True)):
+                if departs(light[i], few):
+                    light[i] = self._closer(batch, request, now, lamps, many)
+                else:
+                    light[i] = corrected(light[i], few, many)
+        return light, notes
+
+    def _closer(
+        self, batch: Batch, request: tuple[int, Seen], now: Hashable, lamps: Lamps, many: Array
+    ) -> Array:
+        """The light of a single request by several times the paths, corrected as it is by few."""
+        paths = min(CLOSER * batch.samples, self.reference)
+        single = replace(batch, together=dict([request]), samples=paths)
+        (light,), _ = self._picture(single, now, self._closer_scenes)
+        if not self.refers(paths):
+            return light
+        state = single.asked, now, lamps
+        if state not in self._found:
+            make = partial(Reference, partial(_in_reference, single))
+            reference: Reference = self._closer_references.get((single.asked, now), make)
+            self._remember(state, [(few, many) for few in reference.by_few()])
+        return corrected(light, *self._found[state][0])
+
+    def _picture(self, batch: Batch, now: Hashable, pool: _Pool) -> tuple[list[Array], list[str]]:
+        """What the batch's own light paths find in the scene as it is; and notes."""
+
+        def make() -> _Kept:
+            light_scene = LightScene(batch.scene, batch.view_layer)
+            return _Kept(now, light_scene, batch.taken_in(light_scene, batch.samples))
+
+        key = batch.asked
+        known: _Kept | None = pool.peek(key)
+        if known is not None:
+            if known.contents != now or known.light_scene.has_frozen or self._looks_at_frame:
+                pool.drop(key)
+            else:
+                known.light_scene.follow()
+        kept: _Kept = pool.get(key, make)
+        return kept.taken.light(), kept.light_scene.notes
+
+    def _referred(self, batch: Batch, now: Hashable, lamps: Lamps) -> Found:
+        """What few and many paths find in the reference of a batch, in that state of the lamps."""
+        state = batch.asked, now, lamps
+        if state not in self._found:
+            # Suns and other lamps each by themselves.
+            apart = all(lamps)
+            make = partial(Reference, partial(_in_reference, batch), self.reference, apart)
+            reference: Reference = self._references.get((batch.asked, now, apart), make)
+            self._remember(state, reference.light(lamps[0]))
+        return self._found[state]
+
+    def _remember(self, state: Hashable, found: Found) -> None:
+        while len(self._found) >= STATES:
+            self._found.pop(next(iter(self._found)))
+        self._found[state] = found
 
     @cached_property
     def _looks_at_frame(self) -> bool:
@@ -139,27 +211,6 @@ class KeptScenes:
         """Whether readings of so many light paths have a reference."""
         return self.reference > samples
 
-    def _reference(self, batch: Batch, apart: bool, picture: Hashable) -> Reference:
-        """`apart`: suns and other lamps each by themselves."""
-
-        def taken(count: int, part: Part) -> tuple[ReferenceScene, Takes]:
-            light_scene = ReferenceScene(batch.scene, batch.view_layer, part)
-            return light_scene, batch.taken_in(light_scene, count)
-
-        kept = self._references
-        # The last one used comes last.
-        known = kept.pop(picture, None)
-        if known is None:
-            many = partial(taken, self.reference)
-            few = taken(batch.samples, Part.ALL)
-            known = (
-                Reference(few, many(Part.ROOM), many) if apart else Reference(few, many(Part.ALL))
-            )
-        kept[picture] = known
-        while len(kept) > AT_MOST:
-            kept.pop(next(iter(kept))).close()
-        return kept[picture]
-
     @property
     def states(self) -> int:
         """How many states of the lamps have a reference now, each picture by itself."""
@@ -167,10 +218,18 @@ class KeptScenes:
 
     def close(self) -> None:
         self._found.clear()
-        while self._references:
-            self._references.popitem()[1].close()
-        while self._kept:
-            self._kept.popitem()[1].light_scene.close()
+        self._references.close()
+        self._closer_references.close()
+        self._scenes.close()
+        self._closer_scenes.close()
+
+
+def _in_reference(
+    batch: Batch, part: Part, paths: int | None = None
+) -> tuple[ReferenceScene, Takes]:
+    """A new reference scene and its picture, by the batch's own light paths or others."""
+    light_scene = ReferenceScene(batch.scene, batch.view_layer, part)
+    return light_scene, batch.taken_in(light_scene, paths or batch.samples)
 
 
 def _bits(seen: Seen) -> tuple[Hashable, ...]:

@@ -137,17 +137,18 @@ def test_no_change_makes_a_reading_wrong(room, scenes, what):
     """Against so many paths that they hardly err, and against a reading without a reference."""
     CHANGES[what]()
     engine, errors, without = part("light_engine"), [], []
-    for frame in range(1, 10):
-        bpy.context.scene.frame_set(frame)
-        if frame in (6, 9):
-            found, alone = in_a_run(scenes), plain(FEW)
-            engine.SEED = 77
-            try:
+    try:
+        for frame in range(1, 10):
+            bpy.context.scene.frame_set(frame)
+            if frame in (6, 9):
+                engine.SEED = 77
                 true = plain(4 * MANY)
-            finally:
-                engine.SEED = 0
-            errors += list(found / true - 1)
-            without += list(alone / true - 1)
+                for engine.SEED in range(4):
+                    scenes.close()
+                    errors += list(in_a_run(scenes) / true - 1)
+                    without += list(plain(FEW) / true - 1)
+    finally:
+        engine.SEED = 0
     assert rms(errors) < min(NOISE, 1.3 * rms(without))
     assert abs(np.mean(errors)) < NOISE / 2
 
@@ -468,3 +469,41 @@ def test_a_portal_needs_a_world(room, scenes):
     bpy.context.view_layer.update()
     assert (plain(FEW) > 0.0).all()
     assert (in_a_run(scenes) > 0.0).all()
+
+
+@pytest.mark.parametrize("few", [32, 256])
+def test_what_departs_far_from_the_reference_is_looked_at_more_closely(room, monkeypatch, few):
+    """By few paths 16 times as many are still fewer than the reference's, or are as many."""
+    CHANGES["a screen's glow"]()
+    layer, engine, kept = bpy.context.view_layer, part("light_engine"), part("light_kept")
+    closer, looked = kept.KeptScenes._closer, []
+
+    def read(paths, scenes=None):
+        found = part("light").measure(bpy.context.scene, layer, sensors(paths), 1.0, scenes)
+        return numbers(found)
+
+    def read_in_a_run():
+        scenes = kept.KeptScenes(MANY)
+        try:
+            return read(few, scenes)
+        finally:
+            scenes.close()
+
+    monkeypatch.setattr(engine, "SEED", 0)
+    monkeypatch.setattr(
+        kept.KeptScenes, "_closer", lambda self, *asked: looked.append(0) or closer(self, *asked)
+    )
+    read_in_a_run()
+    assert not looked
+    for frame in range(1, 10):
+        bpy.context.scene.frame_set(frame)
+    monkeypatch.setattr(engine, "SEED", 77)
+    true = read(4 * MANY)
+    errors, otherwise = [], []
+    for engine.SEED in range(8):
+        errors += list(read_in_a_run() / true - 1)
+        with monkeypatch.context() as never:
+            never.setattr(kept, "departs", lambda light, few: False)
+            otherwise += list(read_in_a_run() / true - 1)
+    assert looked
+    assert rms(errors) < 0.8 * rms(otherwise)

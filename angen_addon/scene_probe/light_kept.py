@@ -144,30 +144,45 @@ class KeptScenes:
         light, notes = self._picture(batch, now, self._scenes)
         if batch.steady and self.refers(batch.samples) and not self._looks_at_frame:
             lamps = states_of_lamps(batch.view_layer)
-            referred = self._referred(batch, now, lamps)
-            requests = batch.together.items()
-            for i, (request, (few, many)) in enumerate(zip(requests, referred, strict=True)):
-                if departs(light[i], few):
-                    light[i] = self._closer(batch, request, now, lamps, many)
-                else:
-                    light[i] = corrected(light[i], few, many)
+            referred = dict(zip(batch.together, self._referred(batch, now, lamps), strict=True))
+            own = dict(zip(batch.together, light, strict=True))
+            far = [pixel for pixel in own if departs(own[pixel], referred[pixel][0])]
+            closer = self._closer(batch, far, now, lamps, referred) if far else {}
+            light = [
+                closer[pixel] if pixel in closer else corrected(own[pixel], *referred[pixel])
+                for pixel in own
+            ]
         return light, notes
 
     def _closer(
-        self, batch: Batch, request: tuple[int, Seen], now: Hashable, lamps: Lamps, many: Array
-    ) -> Array:
-        """The light of a single request by several times the paths, corrected as it is by few."""
+        self,
+        batch: Batch,
+        far: list[int],
+        now: Hashable,
+        lamps: Lamps,
+        referred: dict[int, tuple[Array, Array]],
+    ) -> dict[int, Array]:
+        """The light of the requests at some pixels by several times the paths, corrected as it is
+        by few."""
         paths = min(CLOSER * batch.samples, self.reference)
-        single = replace(batch, together=dict([request]), samples=paths)
-        (light,), _ = self._picture(single, now, self._closer_scenes)
-        if not self.refers(paths):
-            return light
-        state = single.asked, now, lamps
-        if state not in self._found:
-            make = partial(Reference, partial(_in_reference, single))
-            reference: Reference = self._closer_references.get((single.asked, now), make)
-            self._remember(state, [(few, many) for few in reference.by_few()])
-        return corrected(light, *self._found[state][0])
+        # A picture each, as long as all of them can be kept: a new scene costs more than its paths.
+        groups = [[pixel] for pixel in far] if len(far) <= AT_MOST else [list(batch.together)]
+        found: dict[int, Array] = {}
+        for pixels in groups:
+            together = {pixel: batch.together[pixel] for pixel in pixels}
+            near = replace(batch, together=together, samples=paths)
+            light, _ = self._picture(near, now, self._closer_scenes)
+            if self.refers(paths):
+                state = near.asked, now, lamps
+                if state not in self._found:
+                    make = partial(Reference, partial(_in_reference, near))
+                    reference: Reference = self._closer_references.get((near.asked, now), make)
+                    many = [referred[pixel][1] for pixel in pixels]
+                    self._remember(state, list(zip(reference.by_few(), many, strict=True)))
+                pairs = zip(light, self._found[state], strict=True)
+                light = [corrected(one, *pair) for one, pair in pairs]
+            found.update(zip(pixels, light, strict=True))
+        return {pixel: found[pixel] for pixel in far}
 
     def _picture(self, batch: Batch, now: Hashable, pool: _Pool) -> tuple[list[Array], list[str]]:
         """What the batch's own light paths find in the scene as it is; and notes."""

@@ -19,7 +19,7 @@ was at the first frame. Such a ratio has a bias of the second order in the error
 Where the light departs far from the reference's, the two errors need not be alike any more: that
 reading is taken anew by several times the paths, and corrected by what as many miss in the
 reference. As its few paths say themselves whether it departs, those that find too little of what is
-new are not found out: readings near that limit are biased low, by 1 % in a room made for it.
+new are not found out: readings near that limit are biased a little low.
 
 Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates;
 Cochran, Sampling Techniques, chapter 6, on ratio estimates;

@@ -508,3 +508,26 @@ def test_what_departs_far_from_the_reference_is_looked_at_more_closely(room, mon
     assert looked
     assert rms(errors) < 0.8 * rms(otherwise)
     assert abs(np.mean(errors)) < 0.03
+
+
+@pytest.mark.parametrize("few", [32, 256])
+def test_many_that_depart_share_a_picture_and_read_the_same(room, monkeypatch, few):
+    """However many depart, scenes are handed to Cycles once and not again at each update."""
+    CHANGES["a screen's glow"]()
+    kept, made = part("light_kept"), []
+    layer, scene = bpy.context.view_layer, bpy.context.scene
+    enter = kept.LightScene.__enter__
+    monkeypatch.setattr(kept, "departs", lambda light, few: True)
+    monkeypatch.setattr(kept.LightScene, "__enter__", lambda s: made.append(0) or enter(s))
+    found = {}
+    for at_most in (3, 2):
+        monkeypatch.setattr(kept, "AT_MOST", at_most)
+        scenes, found[at_most] = kept.KeptScenes(MANY), []
+        for frame in (1, 2, 3):
+            scene.frame_set(frame)
+            before = len(made)
+            taken = part("light").measure(scene, layer, sensors(few), 1.0, scenes)
+            found[at_most].append(numbers(taken))
+            assert frame == 1 or len(made) == before
+        scenes.close()
+    assert (np.array(found[3]) == np.array(found[2])).all()

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import NoReturn
 
 import bpy
 
+from ..sensor_logic.log_start import parse_start
 from .coverage.arguments import add_verbs
 
 
@@ -47,6 +49,13 @@ def _path(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("an empty name is no file or folder")
     return Path(text)
+
+
+def _start(text: str) -> datetime | None:
+    try:
+        return parse_start(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _tolerance(text: str) -> float:
@@ -102,6 +111,12 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     )
     one.add_argument(
         "--samples", type=_path, metavar="DIR", help="every update, a CSV file a sensor"
+    )
+    one.add_argument(
+        "--start",
+        type=_start,
+        metavar="ISO-TIME",
+        help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
     )
     one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     one.add_argument("--save", type=_path, metavar="FILE.blend", help="save the file, as a copy")

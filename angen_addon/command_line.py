@@ -29,6 +29,7 @@ from .progress import ProgressLine, note
 from .report import check_name, report_text
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
+from .station import ends_before_time
 
 SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -130,10 +131,7 @@ def _run(options: argparse.Namespace) -> Recording:
     _tell_of_warmth(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
-        raise BadInput(
-            f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}, "
-            "where time begins"
-        )
+        raise BadInput(ends_before_time(scene, first, last))
     recording = Recording()
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
@@ -196,16 +194,18 @@ def _simulate(options: argparse.Namespace) -> int:
     recording = _run(options)
     texts: dict[Path, str] = {}
     if options.events:
-        texts[options.events] = events_csv(recording)
+        texts[options.events] = events_csv(recording, options.start)
     if options.samples is not None:
         for sensor, name in file_names(recording.tracks).items():
             path = options.samples / name
             if options.events and path.resolve() == options.events.resolve():
                 raise OutputError(f"--events names the samples of '{sensor}': {path}")
-            texts[path] = samples_csv(recording.tracks[sensor])
+            texts[path] = samples_csv(recording.tracks[sensor], options.start)
     if options.report:
         told = chosen(_sensors(), options.sensor)
-        texts[options.report] = report_text(options.report, bpy.context.scene, told, recording)
+        texts[options.report] = report_text(
+            options.report, bpy.context.scene, told, recording, options.start
+        )
     if options.bake:
         baked = bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
         for text in baked.notes:
@@ -217,7 +217,7 @@ def _simulate(options: argparse.Namespace) -> int:
         save_blend(options.save)
     write(texts, options.samples)
     if not options.events:
-        sys.stdout.write(events_csv(recording))
+        sys.stdout.write(events_csv(recording, options.start))
     return DONE
 
 

@@ -23,8 +23,9 @@ from .marks import COVERAGE_MARK
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
-# Of sensors what they say; of images the dots an inch, which loading reads from the image's file.
-OF_NO_CONCERN = {"AngenSensor": OUTPUTS, "Image": {"resolution"}}
+# Of sensors what they say and what people note of them; of images the dots an inch, which loading
+# reads from the image's file.
+OF_NO_CONCERN = {"AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}}
 # Worked out by Blender, or of the interface alone.
 DERIVED = {
     "animation_data", "bl_rna", "bound_box", "children", "dimensions", "id_data", "is_evaluated",

@@ -20,6 +20,7 @@ from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import Parameters, Spec, defaults, specs
 from . import state
+from .rooms import known_rooms
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
 # Units that Blender knows how to show and convert; others stand in the tooltip.
@@ -145,6 +146,15 @@ def _sensor_group(groups: dict[str, type]) -> type:
             soft_min=0.1,
             soft_max=100.0,
             update=_settings_changed,
+            override=OVERRIDABLE,
+        ),
+        "room": StringProperty(
+            name="Room",
+            description="The room that it hangs in, or that an object ignored by sensors marks. "
+            "Tables, timeline and report are sorted by it",
+            options=set(),
+            search=known_rooms,
+            search_options={"SUGGESTION"},
             override=OVERRIDABLE,
         ),
         "active": BoolProperty(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -32,19 +33,27 @@ def check_name(path: Path, what: str) -> None:
         )
 
 
-def report_text(path: Path, scene: Any, sensors: Sequence[Sensor], recording: Recording) -> str:
-    """The report of a run of these sensors for a file of that name. Raises SensorError,
-    OutputError."""
+def report_text(
+    path: Path,
+    scene: Any,
+    sensors: Sequence[Sensor],
+    recording: Recording,
+    start: datetime | None = None,
+) -> str:
+    """The report of a run of these sensors for a file of that name; `start` is what t = 0 stands
+    for. Raises SensorError, OutputError."""
     check_name(path, "report")
-    report = gather(scene, sensors, recording)
+    report = gather(scene, sensors, recording, start)
     return page.html(report) if path.suffix.lower() in PAGES else page.svg(report)
 
 
-def gather(scene: Any, sensors: Sequence[Sensor], recording: Recording) -> Report:
+def gather(
+    scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None = None
+) -> Report:
     """What the report tells; sensors that were not simulated are told as such."""
     return Report(
         scene.name,
-        tuple(_facts(scene, sensors, recording)),
+        tuple(_facts(scene, sensors, recording, start)),
         tuple(_sensor_facts(sensor) for sensor in sensors),
         recording,
         plan.storeys(scene, sensors, recording.frame_start),
@@ -53,7 +62,9 @@ def gather(scene: Any, sensors: Sequence[Sensor], recording: Recording) -> Repor
     )
 
 
-def _facts(scene: Any, sensors: Sequence[Sensor], recording: Recording) -> list[tuple[str, str]]:
+def _facts(
+    scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None
+) -> list[tuple[str, str]]:
     clock = recording.clock
     assert clock is not None
     rate = decimal(clock.fps / clock.fps_base)
@@ -66,6 +77,8 @@ def _facts(scene: Any, sensors: Sequence[Sensor], recording: Recording) -> list[
         ("Seed of the noise", str(scene.angen_seed)),
         ("Sensors", str(len(sensors))),
     ]
+    if start is not None:
+        found.append(("Time 0 is", start.isoformat(" ")))
     if any(sensor.kind.light for sensor in sensors):
         efficacy = shown_number(decimal(scene.angen_luminous_efficacy))
         found.append(("Luminous efficacy", f"{efficacy} lm/W"))

@@ -15,6 +15,7 @@ from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
 from .animation import is_animated
+from .rooms import room_of
 
 
 class SensorError(Exception):
@@ -43,8 +44,8 @@ class Sensor:
 
     @property
     def room(self) -> str:
-        """The room, where the user noted it in a custom property of that name."""
-        return str(self.object.get("room", ""))
+        """The room that the user noted; empty where none is."""
+        return room_of(self.object)
 
     @property
     def value_unit(self) -> str:
@@ -52,6 +53,10 @@ class Sensor:
         if self.kind.identifier == "PIR" and self.settings.pir.model == "PYROELECTRIC":
             return "of threshold"
         return self.kind.value_unit
+
+    @property
+    def selected(self) -> bool:
+        return bool(self.object.select_get())
 
     @property
     def library(self) -> str:

@@ -38,6 +38,21 @@ def clock_of(scene: Any) -> Clock:
     return Clock(scene.frame_start, render.fps, render.fps_base, scene.angen_substeps)
 
 
+def frames_to_run(scene: Any) -> tuple[int, int]:
+    """First and last frame that a user wants to see: the preview range, where one is set."""
+    if scene.use_preview_range:
+        return scene.frame_preview_start, scene.frame_preview_end
+    return scene.frame_start, scene.frame_end
+
+
+def ends_before_time(scene: Any, first: int, last: int) -> str:
+    """What the user is told of frames before the scene's first."""
+    return (
+        f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}, "
+        "where time begins"
+    )
+
+
 @dataclass(frozen=True)
 class Read:
     """What was read of a sensor when the probes had `heard` so much, at a unit scale."""

@@ -10,29 +10,14 @@ from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon import state
 from ..angen_addon.output_files import write
 from ..sensor_logic.event_log import events_csv, samples_csv
 from ..sensor_logic.files import OutputError, check_folder, file_names
-from .recording import has_fresh_recording, is_still_fresh
+from .export_options import ExportOptions, told
+from .recording import is_still_fresh
 
 
-class _Export:
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_fresh_recording(cls, context)
-
-    def _write(self, texts: dict[Path, str], new_folder: Path | None) -> set[str]:
-        try:
-            write(texts, new_folder)
-        except OutputError as error:
-            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"Written: {', '.join(map(str, texts))}"[:200])  # type: ignore[attr-defined]
-        return {"FINISHED"}
-
-
-class ANGEN_OT_export_events(_Export, Operator, ExportHelper):
+class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
     bl_idname = "angen.export_events"
     bl_label = "Export Events"
     bl_description = "Write the event log as CSV: a row for each change of a reading"
@@ -43,42 +28,65 @@ class ANGEN_OT_export_events(_Export, Operator, ExportHelper):
     def execute(self, context: Context) -> set[str]:
         if not is_still_fresh(self, context):
             return {"CANCELLED"}
-        recording = state.CACHE.recording(context.scene)
-        assert recording is not None
         path = Path(bpy.path.abspath(self.filepath))
         try:
+            _, recording, start = self.chosen(context)
             check_folder(path.parent, "Export")
+            write({path: events_csv(recording, start)}, None)
         except OutputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        return self._write({path: events_csv(recording)}, None)
+        return told(self, str(path))
 
 
-class ANGEN_OT_export_samples(_Export, Operator):
+class ANGEN_OT_export_samples(ExportOptions, Operator):
     bl_idname = "angen.export_samples"
     bl_label = "Export Samples"
-    bl_description = "Write every update, a CSV file a sensor, into a folder"
+    bl_description = "Write every update, a CSV file a sensor, into a folder of its own"
 
     directory: StringProperty(name="Folder", subtype="DIR_PATH")
+    folder: StringProperty(
+        name="New Folder",
+        description="Made in the chosen folder, with a number where there is one of that name. "
+        "Empty: the files go into the chosen folder itself",
+    )
 
     def invoke(self, context: Context, event: Event) -> set[str]:
+        stem = Path(bpy.data.filepath).stem
+        self.folder = f"{stem} samples".strip()
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Context) -> set[str]:
         if not is_still_fresh(self, context):
             return {"CANCELLED"}
-        recording = state.CACHE.recording(context.scene)
-        assert recording is not None
-        if not self.directory:
-            self.report({"ERROR"}, "Choose a folder for the samples")
+        try:
+            _, recording, start = self.chosen(context)
+            if not self.directory:
+                raise OutputError("Choose a folder for the samples")
+            folder = self._folder(Path(bpy.path.abspath(self.directory)))
+            texts = {
+                folder / name: samples_csv(recording.tracks[sensor], start)
+                for sensor, name in file_names(recording.tracks).items()
+            }
+            write(texts, folder)
+        except OutputError as error:
+            self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        folder = Path(bpy.path.abspath(self.directory))
-        texts = {
-            folder / name: samples_csv(recording.tracks[sensor])
-            for sensor, name in file_names(recording.tracks).items()
-        }
-        return self._write(texts, folder)
+        return told(self, f"{len(texts)} files in {folder}")
+
+    def _folder(self, chosen: Path) -> Path:
+        """Where the files go: one that does not exist yet, if a new one is wanted."""
+        if not self.folder:
+            return chosen
+        if Path(self.folder).name != self.folder or self.folder == "..":
+            raise OutputError(f"New Folder: '{self.folder}' is not the name of a folder")
+        check_folder(chosen, "Export")
+        made, number = chosen / self.folder, 1
+        while made.exists():
+            number += 1
+            made = chosen / f"{self.folder} {number}"
+        return made
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -13,6 +13,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.coverage import ghosts, kept, mesh
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
+from ..angen_addon.rooms import room_of
 from ..angen_addon.sensors import Sensor, SensorError, all_sensors, decimal
 from ..sensor_logic.kinds import KINDS
 from .add import new_sensor
@@ -117,14 +118,13 @@ def accept(context: Context, ghost: Any) -> Any:
     """A motion detector at the place of a proposed one, which stays. Raises KeyError."""
     identifier = ghost.get(ghosts.PRESET, "")
     preset = find_preset(KINDS["PIR"], identifier) if identifier else None
-    room = str(ghost.get("room", ""))
+    room = room_of(ghost)
     sensor = new_sensor(context, "PIR", preset, f"PIR {room}".strip())
     like = context.scene.objects.get(ghost.get(ghosts.LIKE, ""))
     if like is not None and like.angen_sensor.kind == "PIR":
         ghosts.copy_settings(like.angen_sensor, sensor.angen_sensor)
     sensor.matrix_world = ghost.matrix_world
-    if room:
-        sensor["room"] = room
+    sensor.angen_sensor.room = room
     return sensor
 
 

@@ -10,15 +10,15 @@ from bpy.props import StringProperty
 from bpy.types import Context, Operator
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon import state
 from ..angen_addon.output_files import write
 from ..angen_addon.report import check_name, report_text
-from ..angen_addon.sensors import SensorError, all_sensors
+from ..angen_addon.sensors import SensorError
 from ..sensor_logic.files import OutputError, check_folder
-from .recording import has_fresh_recording, is_still_fresh
+from .export_options import ExportOptions, told
+from .recording import is_still_fresh
 
 
-class ANGEN_OT_export_report(Operator, ExportHelper):
+class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
     bl_idname = "angen.export_report"
     bl_label = "Export Report"
     bl_description = (
@@ -31,26 +31,19 @@ class ANGEN_OT_export_report(Operator, ExportHelper):
     check_extension = None
     filter_glob: StringProperty(default="*.html;*.svg", options={"HIDDEN"})
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_fresh_recording(cls, context)
-
     def execute(self, context: Context) -> set[str]:
         if not is_still_fresh(self, context):
             return {"CANCELLED"}
-        recording = state.CACHE.recording(context.scene)
-        assert recording is not None
         path = Path(bpy.path.abspath(self.filepath))
         try:
             check_name(path, "Export")
             check_folder(path.parent, "Export")
-            sensors = all_sensors(context.view_layer)
-            write({path: report_text(path, context.scene, sensors, recording)}, None)
+            sensors, recording, start = self.chosen(context)
+            write({path: report_text(path, context.scene, sensors, recording, start)}, None)
         except (OutputError, SensorError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Written: {path}"[:200])
-        return {"FINISHED"}
+        return told(self, str(path))
 
 
 class ANGEN_MT_export(bpy.types.Menu):

@@ -15,6 +15,7 @@ from ..angen_addon import outputs, state
 from ..angen_addon.kept import keep
 from ..angen_addon.sensors import SensorError, all_sensors, simulated
 from ..angen_addon.simulation import Progress, simulate
+from ..angen_addon.station import ends_before_time, frames_to_run
 from ..sensor_logic.recording import Recording
 
 # Work done between two looks at the window's events.
@@ -31,10 +32,14 @@ class ANGEN_OT_simulate(Operator):
     bl_options = {"REGISTER"}
 
     frame_start: IntProperty(
-        name="Start", description="First frame (default: the scene's)", default=SCENES_OWN
+        name="Start",
+        description="First frame (default: that of the preview range, or the scene's)",
+        default=SCENES_OWN,
     )
     frame_end: IntProperty(
-        name="End", description="Last frame (default: the scene's)", default=SCENES_OWN
+        name="End",
+        description="Last frame (default: that of the preview range, or the scene's)",
+        default=SCENES_OWN,
     )
 
     _run: Iterator[Progress]
@@ -55,10 +60,14 @@ class ANGEN_OT_simulate(Operator):
 
     def _begin(self, context: Context) -> bool:
         scene = context.scene
-        first = scene.frame_start if self.frame_start == SCENES_OWN else self.frame_start
-        last = scene.frame_end if self.frame_end == SCENES_OWN else self.frame_end
+        first, last = frames_to_run(scene)
+        first = first if self.frame_start == SCENES_OWN else self.frame_start
+        last = last if self.frame_end == SCENES_OWN else self.frame_end
         if first > last:
             self.report({"ERROR"}, f"The first frame, {first}, is after the last, {last}")
+            return False
+        if last < scene.frame_start:
+            self.report({"ERROR"}, ends_before_time(scene, first, last))
             return False
         self._recording = Recording()
         self._scene_uid = scene.session_uid

@@ -75,6 +75,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     in_sections = {name for _, names in sections for name in names}
     others = [name for name in specs(sensor.kind.parameters) if name not in in_sections]
     column = _column(layout, enabled)
+    column.prop(sensor.settings, "room", placeholder=sensor.room)
     column.prop(sensor.settings, "update_rate", text="Rate (Hz)")
     _draw_parameters(column, sensor, others)
     for number, (title, names) in enumerate(sections):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
+from ..angen_addon.rooms import room_of
 from .parameters import draw_sensor, sensor_of
 from .presets import draw_presets
 
@@ -35,6 +36,10 @@ class ANGEN_PT_physics(Panel):
         sensor = sensor_of(context.object)
         if sensor is None:
             column.prop(context.object, "angen_ignored")
+            if context.object.angen_ignored:
+                column.prop(
+                    context.object.angen_sensor, "room", placeholder=room_of(context.object)
+                )
         else:
             draw_sensor(layout, context, sensor)
 

@@ -22,6 +22,7 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene
         layout.operator_context = "INVOKE_DEFAULT"
+        draw_frames(layout, scene)
         layout.operator("angen.simulate", icon="PLAY")
         draw_recording(layout, scene)
         row = layout.row(align=True)
@@ -51,6 +52,19 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
         column.label(text="Light")
         column.prop(scene, "angen_luminous_efficacy", text="Efficacy")
         column.prop(scene, "angen_light_reference", text="Reference")
+
+
+def draw_frames(layout: UILayout, scene: Scene) -> None:
+    """Which frames will be simulated: those of the preview range, where one is set. The scene's
+    own start is not to be changed here: it is where time begins."""
+    row = layout.row(align=True)
+    if scene.use_preview_range:
+        row.prop(scene, "use_preview_range", text="", icon="PREVIEW_RANGE", toggle=True)
+        row.prop(scene, "frame_preview_start", text="Start")
+        row.prop(scene, "frame_preview_end", text="End")
+    else:
+        text = f"All Frames, {scene.frame_start} to {scene.frame_end}"
+        row.prop(scene, "use_preview_range", text=text, icon="PREVIEW_RANGE", toggle=True)
 
 
 def draw_recording(layout: UILayout, scene: Scene) -> None:

@@ -182,7 +182,7 @@ def _group() -> type:
             description="What the table is sorted by",
             items=[
                 ("NAME", "Name", "By name", 0),
-                ("ROOM", "Room", "By room (the custom property 'room'), then name", 1),
+                ("ROOM", "Room", "By room, then name", 1),
                 ("KIND", "Kind", "By kind, then name", 2),
                 ("STATE", "State", "What is not valid first, then what is active", 3),
             ],

@@ -9,9 +9,11 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from .log_start import COLUMN, moment
 from .recording import Recording, Track
 
 HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
@@ -92,21 +94,32 @@ def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return out.getvalue()
 
 
-def events_csv(recording: Recording) -> str:
-    return to_csv(HEADER, (event.row for event in events(recording)))
+def events_csv(recording: Recording, start: datetime | None = None) -> str:
+    """The log; where t = 0 stands for a `start`, with date and time as a last column."""
+    if start is None:
+        return to_csv(HEADER, (event.row for event in events(recording)))
+    rows = ((*event.row, moment(start, event.time)) for event in events(recording))
+    return to_csv((*HEADER, COLUMN), rows)
 
 
-def samples_csv(track: Track) -> str:
-    """Every update of one sensor: time_s, frame and the fields of its kind."""
+def samples_csv(track: Track, start: datetime | None = None) -> str:
+    """Every update of one sensor: time_s, frame and the fields of its kind; where t = 0 stands for
+    a `start`, with date and time as a last column."""
     fields = [
         f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
     ]
     columns = [track.columns[f.name] for f in fields]
     rows = (
-        (format_time(time), format_frame(frame), *(format_value(c[i]) for c in columns))
+        (
+            format_time(time),
+            format_frame(frame),
+            *(format_value(c[i]) for c in columns),
+            *([moment(start, time)] if start else []),
+        )
         for i, (time, frame) in enumerate(zip(track.times, track.frames, strict=True))
     )
-    return to_csv(("time_s", "frame", *(f.name for f in fields)), rows)
+    last = [COLUMN] if start else []
+    return to_csv(("time_s", "frame", *(f.name for f in fields), *last), rows)
 
 
 def _is_empty(column: Any) -> bool:
@@ -121,7 +134,10 @@ def read_events(path: Path) -> list[Event]:
         reader = csv.reader(file)
         try:
             header = tuple(next(reader, ()))
-            found = [_read_event(row) for row in reader] if header == HEADER else []
+            dated = header == (*HEADER, COLUMN)
+            if dated:
+                header = HEADER
+            found = [_read_event(row, dated) for row in reader] if header == HEADER else []
         except UnicodeDecodeError:
             raise ValueError(f"{path} is not a text file in UTF-8") from None
         except (ValueError, csv.Error):
@@ -131,8 +147,8 @@ def read_events(path: Path) -> list[Event]:
     return found
 
 
-def _read_event(row: list[str]) -> Event:
-    time, frame, sensor, kind, name, value = row
+def _read_event(row: list[str], dated: bool) -> Event:
+    time, frame, sensor, kind, name, value = row[:-1] if dated else row
     if not (math.isfinite(float(time)) and math.isfinite(float(frame))):
         raise ValueError
     return Event(float(time), sensor, name, float(frame), kind, value)

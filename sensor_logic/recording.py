@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 from array import array
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .clock import Clock
@@ -85,6 +86,10 @@ class Recording:
     def track_of(self, uid: int) -> Track | None:
         """The track of the sensor whose object has this session uid."""
         return next((track for track in self.tracks.values() if track.uid == uid), None)
+
+    def only(self, names: Collection[str]) -> Recording:
+        """The same, of the sensors of these names alone."""
+        return replace(self, tracks={n: t for n, t in self.tracks.items() if n in names})
 
     def covers(self, frame: float) -> bool:
         return self.frame_start <= frame < self.frame_end + 1

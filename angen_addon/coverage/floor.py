@@ -3,7 +3,7 @@
 
 A room is what a flood over the cells reaches from the sensors in it without passing a wall, a
 closed door or a cupboard higher than 1.9 m; or what is inside a mesh that marks it: *Ignored by
-sensors*, with a custom property `room` or shown as wire or bounds.
+sensors*, with its room noted or shown as wire or bounds.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from ..marks import COVERAGE_MARK
 from ..plan.fields import placed
 from ..plan.home import Home
 from ..plan.storeys import levels
+from ..rooms import room_of
 from ..sensors import Sensor, SensorError
 
 Mask = NDArray[np.bool_]
@@ -64,7 +65,7 @@ class Volume:
     """An object whose mesh marks the inside of a room."""
 
     def __init__(self, home: Home, obj: Any) -> None:
-        self.name = str(obj.get("room", "") or obj.name)
+        self.name = room_of(obj) or obj.name
         matrix, metres = obj.matrix_world, home.metres
         points = [matrix @ v.co * metres for v in obj.data.vertices]
         self.lo = np.min(np.array(points), axis=0)
@@ -99,7 +100,7 @@ def volumes(home: Home) -> list[Volume]:
         and obj.angen_ignored
         and COVERAGE_MARK not in obj
         and len(obj.data.polygons) > 3
-        and ("room" in obj or obj.display_type in {"WIRE", "BOUNDS"})
+        and (room_of(obj) or obj.display_type in {"WIRE", "BOUNDS"})
     ]
     return [Volume(home, obj) for obj in sorted(found, key=lambda obj: obj.name)]
 
@@ -125,8 +126,8 @@ def cells_of(
         if name not in known:
             raise SensorError(
                 f"no room '{name}' with free floor was found; there are "
-                f"{', '.join(known) or 'none'}. A room is named by a custom property 'room' of a "
-                "sensor in it, or of a mesh that marks it and is Ignored by sensors"
+                f"{', '.join(known) or 'none'}. A room is named by the field Room of a sensor in "
+                "it, or of a mesh that marks it and is Ignored by sensors"
             )
     if not len(whole):
         raise SensorError(
@@ -152,7 +153,7 @@ def _storeys(
     if not found:
         raise SensorError(
             "no room is known: put a motion detector or a light sensor into it, or mark it with a "
-            "box that is Ignored by sensors and has a custom property 'room'"
+            "box that is Ignored by sensors and has its Room noted (Physics tab, Sensor)"
         )
     return sorted(found, key=lambda storey: storey[0])
 

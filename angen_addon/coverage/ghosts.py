@@ -35,7 +35,7 @@ def show(scene: Any, proposal: Proposal, like: str = "", preset: str = "") -> li
         ghost.matrix_world = matrix_of(candidate.pose, unit_scale(scene))
         ghost.show_name = True
         ghost[COVERAGE_MARK] = PROPOSAL
-        ghost["room"] = candidate.room
+        ghost.angen_sensor.room = candidate.room
         ghost[LIKE], ghost[PRESET] = like, preset
         collection(scene).objects.link(ghost)
         made.append(ghost)

@@ -31,9 +31,9 @@ def _looking(
     obj.empty_display_size = 0.05
     obj.location = at
     obj.rotation_euler = (pi / 2, 0.0, radians(yaw - 90.0))
-    obj["room"] = room
     collection(PATHS[kind]).objects.link(obj)
     obj.angen_sensor.kind = kind
+    obj.angen_sensor.room = room
     return obj
 
 
@@ -134,7 +134,7 @@ def add_pressure_sensor() -> None:
     b = MeshBuilder("sensor dark")
     b.box((-sx, -sy, -thick), (sx, sy, thick), 0.002)
     pad = place("Pressure sofa", b, PATHS["PRESSURE"], (x, y, z - thick))
-    pad["room"] = "living room"
+    pad.angen_sensor.room = "living room"
     pad.angen_sensor.kind = "PRESSURE"
     pad.angen_sensor.pressure.threshold = plan.PRESSURE_THRESHOLD
 

@@ -518,3 +518,12 @@ def test_the_open_file_is_not_changed_by_a_save(home, command, tmp_path):
     assert bpy.data.filepath == str(home)
     assert home.read_bytes() == before
     assert {p.name for p in tmp_path.iterdir()} == {"copy.blend", "files"}
+
+
+def test_logs_tell_the_time_of_day_where_the_start_is_given(home, command):
+    status, text, _ = command("simulate", "--start", "2026-03-01T08:00", "--quiet")
+    rows = [line.split(",") for line in text.splitlines()]
+    assert status == 0 and rows[0][-1] == "time"
+    assert [row[-1] for row in rows[1:] if row[1] == "13"] == ["2026-03-01T08:00:00.500"]
+    status, _, told = command("simulate", "--start", "noon")
+    assert status == 2 and "'noon' is no date and time in ISO 8601" in told

@@ -236,6 +236,14 @@ def test_while_a_run_drives_the_frames_no_old_reading_is_shown(addon_part, physi
     assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
 
 
+def test_the_frames_to_simulate_are_those_of_the_preview_range(physics):
+    layout = drawn("ANGEN_PT_simulation")
+    assert "use_preview_range" in layout.props and "frame_preview_start" not in layout.props
+    physics.scene.use_preview_range = True
+    layout = drawn("ANGEN_PT_simulation")
+    assert {"frame_preview_start", "frame_preview_end"} <= set(layout.props)
+
+
 def test_beyond_the_recording_values_are_said_to_be_live(physics):
     ops.simulate(frame_start=1, frame_end=20)
     physics.scene.frame_set(20)

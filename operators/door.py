@@ -14,7 +14,7 @@ from mathutils import Matrix, Vector
 from ..angen_addon.housing import Housing, fork, mesh_of
 from ..angen_addon.sensors import unit_scale
 from .add import can_add, new_sensor
-from .door_motion import DoorError, Leaf, leaf_of
+from .door_motion import DoorError, Leaf, leaves_of
 from .placing import parent_keeping, place_on
 from .surface import Surface, belongs_to, first_surface
 
@@ -31,10 +31,20 @@ ARM_BELOW = 0.05
 # How far in front of the leaf the search starts, and how deep behind its face it goes.
 BEFORE, BEHIND = 0.3, 0.3
 MOTIONS = [
-    ("AUTO", "Automatic", "As it is keyed; without keys, about its origin at the hinge", 0),
-    ("HINGED", "Hinged", "It turns about its origin, or that of what it hangs on", 1),
+    (
+        "AUTO", "Automatic", "As it is keyed; without keys, about its origin where that is at an "
+        "edge, else with the hinge at the left", 0,
+    ),
+    ("LEFT", "Hinge left", "It turns about its left edge, seen from the side that it opens to", 3),
+    ("RIGHT", "Hinge right", "It turns about its right edge, seen from where it opens to", 4),
     ("SLIDING", "Sliding", "It slides along its width", 2),
-]
+]  # fmt: skip
+
+
+GUESS = (
+    ". Nothing tells its hinge, which is taken to be at the {}, seen from the switch: choose "
+    "another Motion in the panel Fit Door with Switch (F9)"
+)
 
 
 class ANGEN_OT_door_fit(Operator):
@@ -64,9 +74,8 @@ class ANGEN_OT_door_fit(Operator):
         frames = [o for o in context.selected_objects if o != leaf_object]
         try:
             _refuse_fitted(context, leaf_object)
-            slides = {"AUTO": None, "HINGED": False, "SLIDING": True}[self.motion]
-            leaf = leaf_of(leaf_object, slides)
-            leaf, frame = _frame_of(context, leaf_object, frames, leaf, self.flip)
+            leaves = leaves_of(leaf_object, self.motion)
+            leaf, frame = _frame_of(context, leaf_object, frames, leaves, self.flip)
         except DoorError as error:
             self.report({"ERROR"}, f"'{leaf_object.name}': {error}")
             return {"CANCELLED"}
@@ -83,9 +92,10 @@ class ANGEN_OT_door_fit(Operator):
             self.report({"WARNING"}, f"'{sensor.name}': {problem}")
         else:
             kind = "sliding" if leaf.slides else "hinged"
+            guess = GUESS.format(leaf.hand.lower()) if leaf.guessed else ""
             self.report(
                 {"INFO"}, f"Fitted the {kind} door '{leaf_object.name}': '{sensor.name}' on "
-                f"'{frame.object.name}', '{flag.name}' on the leaf"
+                f"'{frame.object.name}', '{flag.name}' on the leaf{guess}"
             )  # fmt: skip
         return {"FINISHED"}
 
@@ -102,24 +112,24 @@ def _refuse_fitted(context: Context, leaf: Any) -> None:
 
 
 def _frame_of(
-    context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf, flip: bool
+    context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
 ) -> tuple[Leaf, Surface]:
     """The leaf, looked at from the side that the switch is on, and where that goes."""
-    sides = [leaf] if leaf.sure else [leaf, leaf.turned_round()]
-    found = [(side, hit) for side in sides if (hit := _over(context, leaf_object, frames, side))]
-    # Nearest to the leaf's face, which is where a frame ends.
-    found.sort(key=lambda pair: abs((pair[1].point - pair[0].corner).dot(pair[0].out)))
-    if flip:
-        turned = (found[0][0] if found else leaf).turned_round()
-        hit = _over(context, leaf_object, frames, turned)
-        found = [(turned, hit)] if hit else []
-    if not found:
-        of = "of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "of a frame or wall"
-        raise DoorError(
-            f"nothing {of} is behind its free upper corner, within 16 cm over its top: select the "
-            "frame or the wall besides it, or choose the other side"
-        )
-    return found[0]
+    for sides in leaves:
+        found = [(s, hit) for s in sides if (hit := _over(context, leaf_object, frames, s))]
+        # Nearest to the leaf's face, which is where a frame ends.
+        found.sort(key=lambda pair: abs((pair[1].point - pair[0].corner).dot(pair[0].out)))
+        if flip:
+            turned = (found[0][0] if found else sides[0]).turned_round()
+            hit = _over(context, leaf_object, frames, turned)
+            found = [(turned, hit)] if hit else []
+        if found:
+            return found[0]
+    of = "of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "of a frame or wall"
+    raise DoorError(
+        f"nothing {of} is behind its free upper corner, within 16 cm over its top: select the "
+        "frame or the wall besides it"
+    )
 
 
 def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> Surface | None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mathutils import Euler, Matrix, Quaternion, Vector
@@ -36,8 +36,9 @@ class Opening:
 @dataclass(frozen=True)
 class Leaf:
     """A closed leaf. `corner` is its free upper corner, on the face that looks `out`; `edge` runs
-    level from the hinge to the free edge. Unit vectors; sizes in units of the scene. `sure`:
-    which side it opens to is known."""
+    level from the hinge to the free edge. Unit vectors; sizes in units of the scene. `hand`: LEFT
+    or RIGHT where its hinge was said to be there from whichever side it opens to; `guessed`: as
+    nothing else tells it."""
 
     corner: Vector
     edge: Vector
@@ -45,46 +46,61 @@ class Leaf:
     up: Vector
     width: float
     thickness: float
-    slides: bool
-    sure: bool
+    slides: bool = False
+    hand: str = ""
+    guessed: bool = False
 
     def turned_round(self) -> Leaf:
         """The same leaf, looked at from the other side."""
-        corner = self.corner - self.out * self.thickness
-        return Leaf(corner, self.edge, -self.out, self.up, self.width, self.thickness,
-                    self.slides, self.sure)  # fmt: skip
+        corner, edge = self.corner - self.out * self.thickness, self.edge
+        if self.hand:
+            corner, edge = corner - edge * self.width, -edge
+        return replace(self, corner=corner, edge=edge, out=-self.out)
 
 
-def leaf_of(obj: Any, slides: bool | None) -> Leaf:
-    """The leaf as it stands now, which is taken for closed. `slides`: None asks its keys, and
-    hinged is what has none. Raises DoorError."""
+def leaves_of(obj: Any, motion: str) -> list[list[Leaf]]:
+    """What the leaf may be as it stands now, which is taken for closed: the likelier first; those
+    in one list, the same leaf from both sides, are equally likely.
+
+    `motion`: AUTO asks its keys and its origin, and guesses the hinge where they do not tell it;
+    LEFT, RIGHT: the edge that it turns about, seen from the side that it opens to; SLIDING. Raises
+    DoorError.
+    """
     middle, width, thickness, height = _box(obj)
     if abs(height.normalized().z) < UPRIGHT or height.length < thickness.length:
         raise DoorError("it does not stand upright: its height must be along Z")
     up = height.normalized() * math.copysign(1.0, height.z)
     edge, out = width.normalized(), thickness.normalized()
+
+    def both(edge: Vector, **more: Any) -> list[Leaf]:
+        corner = middle + (edge * width.length + out * thickness.length + up * height.length) / 2
+        leaf = Leaf(corner, edge, out, up, width.length, thickness.length, **more)
+        return [leaf, leaf.turned_round()]
+
+    def handed(hand: str, guessed: bool = False) -> list[Leaf]:
+        right = up.cross(out)
+        return both(right if hand == "LEFT" else -right, hand=hand, guessed=guessed)
+
     opening = _opening(obj, middle, width.length)
-    if opening is not None and slides is not None and (opening.pivot is None) != slides:
-        opening = None
-    if slides is None:
-        slides = opening is not None and opening.pivot is None
-    if slides:
+    if motion == "SLIDING" or (motion == "AUTO" and opening and opening.pivot is None):
         # What it leaves is where it closes against; unkeyed, either end does.
-        if opening is not None and opening.way.dot(edge) > 0.0:
+        if opening is not None and opening.pivot is None and opening.way.dot(edge) > 0.0:
             edge = -edge
-        sure = False
+        return [both(edge, slides=True)]
+    if opening is not None and opening.pivot is None:
+        opening = None
+    pivot = opening.pivot if opening else _hinge(obj, middle, edge, width.length)
+    if motion != "AUTO":
+        sides = handed(motion)
+    elif pivot is None:
+        return [handed("LEFT", guessed=True), handed("RIGHT", guessed=True)]
     else:
-        pivot = opening.pivot if opening else _hinge(obj, middle, edge, width.length)
-        assert pivot is not None
-        arm = middle - pivot
-        edge = edge if arm.dot(edge) > 0.0 else -edge
-        # Without keys: a hinge is on the face that the leaf opens to.
-        side = opening.way.dot(out) if opening else (pivot - middle).dot(out)
-        sure = abs(side) > 0.1 * thickness.length
-        out = out if side >= 0.0 else -out
-    corner = middle + edge * width.length / 2 + out * thickness.length / 2
-    corner = corner + up * height.length / 2
-    return Leaf(corner, edge, out, up, width.length, thickness.length, slides, sure)
+        sides = both(edge if (middle - pivot).dot(edge) > 0.0 else -edge)
+    # Without keys: a hinge is on the face that the leaf opens to.
+    side = opening.way.dot(out) if opening else (pivot - middle).dot(out) if pivot else 0.0
+    if abs(side) <= 0.1 * thickness.length:
+        return [sides]
+    return [sides[:1], sides[1:]] if side > 0.0 else [sides[1:], sides[:1]]
 
 
 def _box(obj: Any) -> tuple[Vector, Vector, Vector, Vector]:
@@ -109,17 +125,15 @@ def _chain(obj: Any) -> list[Any]:
     return found
 
 
-def _hinge(obj: Any, middle: Vector, edge: Vector, width: float) -> Vector:
-    """The origin, of the leaf or of what it hangs on, that lies at an edge of it."""
+def _hinge(obj: Any, middle: Vector, edge: Vector, width: float) -> Vector | None:
+    """The origin, of the leaf or of what it hangs on, that lies at an edge of it; None: of none
+    does, as of a box that was made a door."""
     for owner in _chain(obj):
         origin = owner.matrix_world.translation
         away = abs((middle - origin).dot(edge)) / width
         if HINGE_AT[0] <= away <= HINGE_AT[1]:
             return origin.copy()
-    raise DoorError(
-        "its origin is not at a hinge: set the origin to the hinge (Object, Set Origin), key its "
-        "rotation, or choose Motion: Sliding"
-    )
+    return None
 
 
 def _opening(obj: Any, middle: Vector, width: float) -> Opening | None:

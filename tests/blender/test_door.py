@@ -232,15 +232,79 @@ def test_a_sliding_door_in_front_of_the_wall(world, yaw, sign, capfd):
     assert not is_open(world, switch)
 
 
-def test_a_sliding_door_without_keys_is_told_so(world):
-    door = Door(world, 37, ((-WIDTH / 2, -0.06, 0), (WIDTH / 2, -0.02, HEIGHT)), (0.0, 0.2))
-    with pytest.raises(RuntimeError, match=r"'leaf': its origin is not at a hinge.*Sliding"):
-        door.fit()
-    assert not [o for o in bpy.data.objects if o.angen_sensor.kind != "NONE"]
+class Cube(Door):
+    """A leaf as a newcomer makes it: Blender's cube, scaled, its origin in its middle."""
+
+    def __init__(self, world, yaw=0.0, leaf_y=(-THICK / 2, THICK / 2), wall_y=(-0.1, 0.1)):
+        super().__init__(world, yaw, wall_y=wall_y)
+        self.middle = Vector((WIDTH / 2, sum(leaf_y) / 2, HEIGHT / 2))
+        self.leaf.data = box_mesh(world, (-1, -1, -1), (1, 1, 1))
+        self.size = Matrix.Diagonal((WIDTH / 2, (leaf_y[1] - leaf_y[0]) / 2, HEIGHT / 2, 1))
+        self.stand(Matrix())
+        world.update()
+
+    def stand(self, moved):
+        """As it stands closed, then moved in the door's own axes."""
+        self.leaf.matrix_world = self.place @ moved @ Matrix.Translation(self.middle) @ self.size
+
+    def swing(self, degrees, x, y):
+        """About an upright axis in the door's own axes."""
+        axis = Matrix.Translation((x, y, 0))
+        self.stand(axis @ Matrix.Rotation(math.radians(degrees), 4, "Z") @ axis.inverted())
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+@pytest.mark.parametrize("motion", ["AUTO", "LEFT", "RIGHT"])
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_cube_with_its_origin_in_the_middle_is_a_hinged_door(world, yaw, motion, flip, capfd):
+    door = Cube(world, yaw)
+    switch = door.fit([door.wall], motion=motion, flip=flip)
+    told = capfd.readouterr().out
+    assert "Fitted the hinged door 'leaf'" in told and "Warning" not in told
+    assert ("taken to be at the left" in told) == (motion == "AUTO")
+    assert not is_open(world, switch)
+    place = door.place.inverted() @ switch.matrix_world.translation
+    out = math.copysign(1.0, place.y)
+    # Who looks at it from the switch on +Y has +X at the left.
+    hinge = WIDTH if (out > 0.0) == (motion != "RIGHT") else 0.0
+    assert (place.x < WIDTH / 2) == (hinge > 0.0), "at the free edge"
+    for degrees in (5, 20, 60, 90):
+        door.swing(degrees * out * (1 if hinge == 0.0 else -1), hinge, out * THICK / 2)
+        assert is_open(world, switch), degrees
+    door.stand(Matrix())
+    assert not is_open(world, switch)
+
+
+def test_where_only_one_edge_has_a_frame_the_hinge_is_at_the_other(world, capfd):
+    """A wall that ends over the leaf's middle: only one upper corner has something behind it."""
+    for side in (1, -1):
+        door = Cube(world)
+        ends = sorted((WIDTH / 2, WIDTH / 2 + side * 1.5))
+        over = ((ends[0], -0.1, HEIGHT + 0.005), (ends[1], 0.1, 2.6))
+        door.wall.data = box_mesh(world, *over)
+        switch = door.fit([door.wall])
+        local = door.place.inverted() @ switch.matrix_world.translation
+        assert (local.x > WIDTH / 2) == (side > 0)
+        assert "Nothing tells its hinge" in capfd.readouterr().out
+        for obj in list(bpy.data.objects):
+            bpy.data.objects.remove(obj)
+
+
+def test_a_hinge_without_a_frame_on_its_own_side_is_fitted_from_the_other(world):
+    """Its origin tells the side, but there is nothing above it on that: the wall stands behind."""
+    door = Door(world, 0, ((0, -0.5, 0), (WIDTH, 0, HEIGHT)), (-0.02, 0.2))
+    door.wall.data = box_mesh(world, (-1, -0.3, HEIGHT + 0.005), (2, -0.25, 2.6))
+    switch = door.fit([door.wall])
+    assert (door.place.inverted() @ switch.matrix_world.translation).y < -0.2
+    assert not is_open(world, switch)
+
+
+def test_a_sliding_cube_without_keys_is_chosen(world):
+    door = Cube(world, 37, (-0.06, -0.02), (0.0, 0.2))
     switch = door.fit(motion="SLIDING")
     assert not is_open(world, switch)
     for metres in (-0.1, 0.1):
-        door.slide(metres)
+        door.stand(Matrix.Translation((metres, 0, 0)))
         assert is_open(world, switch)
 
 

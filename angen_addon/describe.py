@@ -12,8 +12,9 @@ from .station import evaluated_depsgraph
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:
-    """Name, kind, room, place (metres) and all parameters (SI units, radians)."""
-    group = getattr(sensor.settings, sensor.kind.attribute)
+    """Name, kind, room, what its main reading is and the units of what it publishes, place
+    (metres), and all parameters (SI units, radians)."""
+    group = sensor.parameters
     depsgraph = evaluated_depsgraph()
     metres = unit_scale(depsgraph.scene)
     place = sensor.object.evaluated_get(depsgraph).matrix_world
@@ -25,6 +26,8 @@ def describe(sensor: Sensor) -> dict[str, Any]:
         "enabled": sensor.settings.enabled,
         "simulated": True,  # Every kind is, but programs may read it.
         "update_rate": decimal(sensor.settings.update_rate),
+        "reading": {"field": sensor.reading.name, "unit": sensor.reading.unit},
+        "units": {field.name: field.unit for field in sensor.kind.events},
         "location": [_finite(c * metres) for c in place.translation],
         "parameters": {
             name: _plain(getattr(group, name)) for name in specs(sensor.kind.parameters)

@@ -100,7 +100,7 @@ def _changed(sensor: Sensor) -> list[tuple[str, str]]:
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)
     return [
-        (name, _shown(getattr(parameters, name), spec))
+        (name, _shown(getattr(parameters, name), spec, sensor.kind.unit_of(spec, parameters)))
         for name, spec in specs(sensor.kind.parameters).items()
         if used(parameters, name, spec) and not _same(getattr(parameters, name), usual[name])
     ]
@@ -113,11 +113,11 @@ def _same(value: Any, usual: Any) -> bool:
     return bool(value == usual)
 
 
-def _shown(value: Any, spec: Spec) -> str:
+def _shown(value: Any, spec: Spec, unit: str) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, (int, float)):
-        return format_quantity(value, spec.unit)
+        return format_quantity(value, unit)
     label = next((choice.label for choice in spec.choices if choice.identifier == value), value)
     return str(label)
 

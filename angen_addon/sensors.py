@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any
 
-from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.kinds import KINDS, NO_KIND, Field, Kind
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
 from .animation import is_animated
@@ -48,11 +48,14 @@ class Sensor:
         return room_of(self.object)
 
     @property
-    def value_unit(self) -> str:
-        """Of its main reading."""
-        if self.kind.identifier == "PIR" and self.settings.pir.model == "PYROELECTRIC":
-            return "of threshold"
-        return self.kind.value_unit
+    def parameters(self) -> Any:
+        """The property group with its kind's parameters."""
+        return getattr(self.settings, self.kind.attribute)
+
+    @property
+    def reading(self) -> Field:
+        """What the output `value` is, with its unit."""
+        return self.kind.reading(self.parameters)
 
     @property
     def selected(self) -> bool:

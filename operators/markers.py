@@ -55,7 +55,7 @@ def event_name(track: Track, index: int) -> str:
             texts.append("valid" if value else "not valid")
         elif published.type is bool:
             texts.append(kind.active_label if value else kind.idle_label)
-    return ", ".join(texts) or f"{track.value[index]:.4g} {kind.value_unit}"
+    return ", ".join(texts) or track.reading_at(index).text(track.value[index])
 
 
 def _selected(context: Context) -> list[Sensor]:

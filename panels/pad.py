@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,10 +10,11 @@ from bpy.types import Context
 
 from ..angen_addon import advice
 from ..angen_addon.sensors import Sensor
+from ..angen_addon.units import centre_text, lengths_of
+from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.quantities import NOTHING, Lengths
 from .lines import draw_lines, draw_row
 from .readings import Shown
-
-NOTHING = "–"
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
@@ -25,7 +25,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
         draw_lines(layout, problem[0].upper() + problem[1:], "ERROR")
         return
     if seen.fields is not None:
-        _draw_reading(layout, seen.fields)
+        _draw_reading(layout, seen.fields, lengths_of(scene))
     outdated = "" if seen.recorded else advice.outdated_cache(scene)
     if outdated:
         draw_lines(layout, outdated, "ERROR")
@@ -52,24 +52,12 @@ def _not_valid(seen: Shown) -> str:
     return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
 
 
-def _draw_reading(layout: Any, fields: Mapping[str, Any]) -> None:
+def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> None:
     """All but the force, which the sensor's state tells."""
     column = layout.column(align=True)
+    of = KINDS["PRESSURE"].fields
     draw_row(column, "Pressed By", fields["partners"].replace(";", ", ") or NOTHING)
-    draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"]))
-    draw_row(column, "Resistor", ohms_text(fields["resistance_ohm"]))
-    draw_row(column, "Output", f"{fields['voltage_v']:.2f} V, ADC {fields['adc']}")
-
-
-def centre_text(x: float, y: float) -> str:
-    """A centre of pressure, from the pad's origin along its axes (m)."""
-    if math.isnan(x) or math.isnan(y):
-        return NOTHING
-    return f"X {x * 100 + 0.0:.1f} cm, Y {y * 100 + 0.0:.1f} cm".replace("-0.0 ", "0.0 ")
-
-
-def ohms_text(ohms: float) -> str:
-    for size, unit in ((1e6, "MΩ"), (1e3, "kΩ")):
-        if ohms >= size:
-            return f"{ohms / size:.3g} {unit}"
-    return f"{ohms:.3g} Ω"
+    draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"], lengths))
+    draw_row(column, "Resistor", of["resistance_ohm"].text(fields["resistance_ohm"]))
+    voltage = of["voltage_v"].text(fields["voltage_v"])
+    draw_row(column, "Output", f"{voltage}, ADC {fields['adc']}")

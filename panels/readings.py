@@ -6,17 +6,17 @@ States differ by icon and by word, never by colour alone.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ..angen_addon import outputs, state
 from ..angen_addon.sensors import Sensor
+from ..angen_addon.units import lengths_of
+from ..sensor_logic.quantities import NOTHING
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
 UNKNOWN = "DOT"
-NOTHING = "–"
 # Kinds whose main reading is what they measure; of the others it is the state.
 MEASURING = {"LIGHT", "PRESSURE"}
 
@@ -49,7 +49,8 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
         return Shown("Simulating", UNKNOWN, brief=NOTHING)
     recorded = _recorded(sensor, scene)
     fields, problem = recorded or _live(sensor, scene)
-    value = quantity(settings.value, sensor.value_unit)
+    reading, lengths = sensor.reading, lengths_of(scene)
+    value = reading.text(settings.value, lengths)
     if problem:
         icon = WRONG if fields is None else DOUBTFUL
         # What stands is the last known reading, if there was any.
@@ -59,7 +60,7 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
         return Shown("No reading", UNKNOWN, brief=NOTHING)
     word, icon = (kind.active_label, ACTIVE) if settings.active else (kind.idle_label, IDLE)
     measures = sensor.kind.identifier in MEASURING
-    brief = rounded(settings.value, sensor.value_unit) if measures else word
+    brief = reading.short(settings.value, lengths) if measures else word
     return Shown(f"{word}, {value}", icon, "", fields, recorded is not None, brief)
 
 
@@ -84,27 +85,3 @@ def _live(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str]:
         return None, ""
     problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
     return live.readings.get(sensor.name), problem
-
-
-def rounded(value: float, unit: str) -> str:
-    """A value in three or four letters, and its unit."""
-    if not math.isfinite(value):
-        return NOTHING
-    digits = 0 if abs(value) >= 99.95 else 1
-    return f"{value + 0.0:.{digits}f} {unit}".replace("-0.0 ", "0.0 ")
-
-
-def quantity(value: float, unit: str) -> str:
-    """A value as people read it: angles in degrees, forces to a hundredth of a newton, a signal
-    without its sign in percent of what would be an alarm."""
-    if not math.isfinite(value):
-        return NOTHING
-    if unit == "rad":
-        return f"{math.degrees(value):.0f}°"
-    if unit == "N":
-        return f"{value + 0.0:.2f} N".replace("-0.00", "0.00")
-    if unit == "of threshold":
-        return f"{abs(value) * 100:.0f} % of threshold"
-    if unit == "%":
-        return f"{value:.1f} %"
-    return f"{value:.3f} {unit}"

@@ -15,8 +15,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from demo_table import Report, active_share, change_times, greatest, last_time, row, table
 
@@ -64,9 +65,11 @@ def lines(path: Path) -> list[str]:
         return list(file)
 
 
-def report(kind: str, changes: list[float], samples: list[str]) -> Report:
-    """What a sensor of that kind reported, from its times of change and its samples."""
-    return Report(changes, active_share(samples, kind), greatest(samples, kind))
+def report(sensor: Mapping[str, Any], changes: list[float], samples: list[str]) -> Report:
+    """What a sensor, as `list --json` tells it, reported: its times of change and its samples."""
+    return Report(
+        changes, active_share(samples, sensor["kind"]), greatest(samples, sensor["units"])
+    )
 
 
 def main() -> None:
@@ -85,7 +88,7 @@ def main() -> None:
 
     changes = change_times(lines(events))
     sampled = {s["name"]: lines(samples / f"{s['name']}.csv") for s in sensors}
-    rows = [row(s, report(s["kind"], changes[s["name"]], sampled[s["name"]])) for s in sensors]
+    rows = [row(s, report(s, changes[s["name"]], sampled[s["name"]])) for s in sensors]
     simulated = max(last_time(text) for text in sampled.values())
     print(f"\n{table(rows)}\n")
     print("Events are changes of what a sensor publishes; active is its share of the time;")

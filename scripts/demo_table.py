@@ -2,22 +2,26 @@
 """The table that `make demo` shows: what each sensor reported, from the files of one run."""
 
 import csv
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from sensor_logic.quantities import short
 
 # The field of a kind's samples that says whether the sensor was active.
 ACTIVE_FIELD = {"PIR": "moved", "OPTICAL_SWITCH": "open", "PRESSURE": "pressed", "LIGHT": "lit"}
 HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max")
-# The field of a kind's samples whose greatest value is shown, and its unit.
-VALUE_FIELD = {"PRESSURE": ("force_n", "N"), "LIGHT": ("luminance_percent", "%")}
 NAME_COLUMNS = 3
 
 
 @dataclass(frozen=True)
 class Report:
     """What one sensor reported: its times of change (s), its share of time active (0..1), and the
-    greatest value, with its unit, of a kind that has one in VALUE_FIELD."""
+    greatest value, with its unit, of a kind that reports a number."""
 
     changes: list[float]
     active: float
@@ -41,13 +45,15 @@ def active_share(samples: Iterable[str], kind: str) -> float:
     return states.count("1") / max(len(states), 1)
 
 
-def greatest(samples: Iterable[str], kind: str) -> str:
-    """The greatest value among a sensor's samples, those that are not valid apart; empty for a
-    kind without a VALUE_FIELD, or without samples of it."""
-    field, unit = VALUE_FIELD.get(kind, ("", ""))
+def greatest(samples: Iterable[str], units: Mapping[str, str]) -> str:
+    """The greatest value among a sensor's samples, those that are not valid apart, of the first
+    field with a unit that was measured; `units` of what it publishes, by field."""
     lines = [line for line in csv.DictReader(samples) if line.get("valid", "1") == "1"]
-    values = [float(line[field]) for line in lines if line.get(field)]
-    return f"{max(values):.1f} {unit}" if values else ""
+    for field, unit in units.items():
+        values = [float(line[field]) for line in lines if unit and line.get(field)]
+        if values:
+            return short(max(values), unit)
+    return ""
 
 
 def last_time(samples: Iterable[str]) -> float:

@@ -10,6 +10,7 @@ sys.path.insert(0, str(ROOT))
 
 from sensor_logic.kinds import KINDS, Kind  # noqa: E402
 from sensor_logic.parameters import Spec, defaults, format_quantity, specs  # noqa: E402
+from sensor_logic.quantities import OF_THRESHOLD  # noqa: E402
 
 PAGE = ROOT / "docs" / "parameters.md"
 HEAD = """\
@@ -37,6 +38,15 @@ def _section(kind: Kind) -> str:
         title
         + "| name | default | valid | meaning | source |\n|---|---|---|---|---|\n"
         + "".join(rows)
+        + f"\nPublishes {_published(kind)}.\n"
+    )
+
+
+def _published(kind: Kind) -> str:
+    """The fields of its samples with their units."""
+    units = {"": "", "rad": " (rad)", OF_THRESHOLD: " (1: the threshold)"}
+    return ", ".join(
+        f"`{field.name}`{units.get(field.unit, f' ({field.unit})')}" for field in kind.samples
     )
 
 

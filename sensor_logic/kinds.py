@@ -7,12 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from .light import LightParameters, LightSensor
+from . import quantities
+from .light import FOUR_WALL, ILLUMINANCE, LightParameters, LightSensor
 from .motion_detector import MotionDetector
 from .optical_switch import OpticalSwitchParameters, SlottedSwitch
-from .parameters import Parameters
-from .pir import PirParameters
+from .parameters import READING, Parameters, Spec, UsedWhen, is_chosen
+from .pir import PYRO, SCAN, PirParameters
 from .pressure import PressurePad, PressureParameters
+from .quantities import METRES, OF_THRESHOLD, Lengths
 
 NO_KIND = "NONE"
 
@@ -21,14 +23,27 @@ NO_KIND = "NONE"
 class Field:
     """A published quantity: its name in logs and its Python type (bool, float, int or str).
 
-    `step` names the parameter that tells by how much it must change to be an event; else any
-    change is one. `optional`: left out of a file in which it would be empty throughout.
+    `unit` is what it is counted in (SI, radians; empty: a plain number), `decimals` how many of
+    them are shown. `step` names the parameter that tells by how much it must change to be an
+    event; else any change is one. `optional`: left out of a file in which it would be empty
+    throughout. `used_when`: with which choices of parameters it is measured.
     """
 
     name: str
     type: type
+    unit: str = ""
+    decimals: int | None = None
     step: str = ""
     optional: bool = False
+    used_when: UsedWhen = ()
+
+    def text(self, value: float, lengths: Lengths = METRES) -> str:
+        """A value of it with its unit, as every place shows it."""
+        return quantities.measured(value, self.unit, self.decimals, lengths)
+
+    def short(self, value: float, lengths: Lengths = METRES) -> str:
+        """The same in three or four digits."""
+        return quantities.short(value, self.unit, lengths)
 
 
 @dataclass(frozen=True)
@@ -48,7 +63,6 @@ class Kind:
     icon: str
     attribute: str
     update_rate: float
-    value_unit: str
     active_label: str
     idle_label: str
     parameters: type[Parameters]
@@ -58,6 +72,27 @@ class Kind:
     motion: bool = False
     light: bool = False
 
+    @property
+    def fields(self) -> dict[str, Field]:
+        """Everything that it publishes, by name."""
+        return {field.name: field for field in (*self.samples, *self.events)}
+
+    def reading(self, parameters: Any) -> Field:
+        """What its main reading, the output `value`, is with these parameters: the first number
+        that is measured."""
+        return next(
+            f for f in self.samples if f.type is float and is_chosen(parameters, f.used_when)
+        )
+
+    def unit_of(self, spec: Spec, parameters: Any) -> str:
+        """What a parameter is counted in: of some, such as a threshold, that is the unit of what
+        is read."""
+        return self.reading(parameters).unit if spec.unit == READING else spec.unit
+
+
+FORCE = Field("force_n", float, "N", 2, step="report_step")
+PERCENT = Field("luminance_percent", float, "%", 1, step="report_step", **FOUR_WALL)
+LUX = Field("illuminance_lux", float, "lx", step="report_step", **ILLUMINANCE)
 
 KINDS: dict[str, Kind] = {
     kind.identifier: kind
@@ -70,15 +105,14 @@ KINDS: dict[str, Kind] = {
             "LIGHT_AREA",
             "pir",
             10.0,
-            "rad",
             "Motion",
             "Still",
             PirParameters,
             events=(Field("moved", bool),),
             samples=(
-                Field("angle_rad", float),
+                Field("angle_rad", float, "rad", 0, **SCAN),
                 Field("moved", bool),
-                Field("signal", float, optional=True),
+                Field("signal", float, OF_THRESHOLD, 0, optional=True, **PYRO),
             ),
             model=MotionDetector,
         ),
@@ -90,12 +124,11 @@ KINDS: dict[str, Kind] = {
             "SNAP_EDGE",
             "optical_switch",
             1.0,
-            "m",
             "Open",
             "Closed",
             OpticalSwitchParameters,
             events=(Field("open", bool),),
-            samples=(Field("open", bool), Field("range_m", float)),
+            samples=(Field("open", bool), Field("range_m", float, "m", 3)),
             model=SlottedSwitch,
         ),
         Kind(
@@ -106,27 +139,26 @@ KINDS: dict[str, Kind] = {
             "TRIA_DOWN_BAR",
             "pressure",
             1.0,
-            "N",
             "Pressed",
             "Free",
             PressureParameters,
             events=(
                 Field("pressed", bool),
-                Field("force_n", float, step="report_step"),
+                FORCE,
                 Field("partners", str),
                 Field("valid", bool),
             ),
             samples=(
-                Field("force_n", float),
+                FORCE,
                 Field("pressed", bool),
                 Field("valid", bool),
                 Field("residual", float),
-                Field("resistance_ohm", float),
-                Field("voltage_v", float),
+                Field("resistance_ohm", float, "Ω"),
+                Field("voltage_v", float, "V", 2),
                 Field("adc", int),
                 Field("partners", str),
-                Field("cop_x_m", float),
-                Field("cop_y_m", float),
+                Field("cop_x_m", float, "m", 3),
+                Field("cop_y_m", float, "m", 3),
                 Field("problem", str),
             ),
             model=PressurePad,
@@ -140,20 +172,19 @@ KINDS: dict[str, Kind] = {
             "LIGHT_SUN",
             "light",
             1.0,
-            "%",
             "Lit",
             "Dark",
             LightParameters,
             events=(
-                Field("luminance_percent", float, step="report_step"),
-                Field("illuminance_lux", float, step="report_step"),
+                PERCENT,
+                LUX,
                 Field("lit", bool),
             ),
             samples=(
-                Field("luminance_percent", float),
-                Field("illuminance_lux", float),
-                Field("resistance_ohm", float),
-                Field("voltage_v", float),
+                PERCENT,
+                LUX,
+                Field("resistance_ohm", float, "Ω"),
+                Field("voltage_v", float, "V", 2),
                 Field("lit", bool),
             ),
             model=LightSensor,

@@ -17,14 +17,17 @@ from typing import Any, Protocol
 import numpy as np
 
 from .model import Reading
-from .parameters import Choice, Parameters, parameter
+from .parameters import READING, Choice, Parameters, parameter
 from .photoresistor import conductance, divided, equivalent_lux, follow
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
 GL5528 = "GL5528 data sheet"
 BH1750 = "BH1750FVI data sheet"
-RESISTOR: dict[str, Any] = {"used_when": ("output", "RESISTOR")}
-DIGITAL: dict[str, Any] = {"used_when": ("output", "DIGITAL")}
+LUX = ("method", "ILLUMINANCE")
+FOUR_WALL: dict[str, Any] = {"used_when": (("method", "FOUR_WALL"),)}
+ILLUMINANCE: dict[str, Any] = {"used_when": (LUX,)}
+RESISTOR: dict[str, Any] = {"used_when": (LUX, ("output", "RESISTOR"))}
+DIGITAL: dict[str, Any] = {"used_when": (LUX, ("output", "DIGITAL"))}
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,13 @@ class LightParameters(Parameters):
     )
     samples: int = parameter(1024, "Samples", "Light paths a reading", minimum=1, maximum=1_000_000)
     clip_start: float = parameter(
-        0.5, "Clip start", "Nearer than this is not seen", unit="m", minimum=0.0, source=THESIS
+        0.5,
+        "Clip start",
+        "Nearer than this is not seen",
+        unit="m",
+        minimum=0.0,
+        source=THESIS,
+        **FOUR_WALL,
     )
     clip_end: float = parameter(
         5.0,
@@ -60,6 +69,7 @@ class LightParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source=THESIS,
+        **FOUR_WALL,
     )
     field_of_view: float = parameter(
         0.02,
@@ -70,23 +80,34 @@ class LightParameters(Parameters):
         above_minimum=True,
         maximum=math.pi,
         source=THESIS,
+        **FOUR_WALL,
     )
     exposure: float = parameter(
-        1.0, "Exposure", "Radiance that reads 100 % is one over this", minimum=0.0
+        1.0,
+        "Exposure",
+        "Radiance that reads 100 % is one over this",
+        minimum=0.0,
+        **FOUR_WALL,
     )
     threshold: float = parameter(
-        50.0, "Threshold", "Lit above this reading, in the unit of the method", minimum=0.0
+        50.0,
+        "Threshold",
+        "Lit above this reading: percent, or lux, as the method reads",
+        unit=READING,
+        minimum=0.0,
     )
     report_step: float = parameter(
         1.0,
         "Report step",
         "The event log tells of the reading when it changed by this much",
+        unit=READING,
         minimum=0.0,
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
         "Difference of the readings at which it turns lit and dark, about the threshold",
+        unit=READING,
         minimum=0.0,
     )
     output: str = parameter(
@@ -97,7 +118,7 @@ class LightParameters(Parameters):
             Choice("RESISTOR", "Photoresistor", "A light-dependent resistor in a divider", 0),
             Choice("DIGITAL", "Digital", "A light-to-digital part that counts lux", 1),
         ),
-        used_when=("method", "ILLUMINANCE"),
+        **ILLUMINANCE,
     )
     gamma: float = parameter(
         0.7,
@@ -193,11 +214,15 @@ class LightParameters(Parameters):
         **DIGITAL,
     )
     noise_sigma: float = parameter(
-        0.0, "Noise", "Standard deviation of the noise on the reading", minimum=0.0
+        0.0,
+        "Noise",
+        "Standard deviation of the noise on the reading",
+        unit=READING,
+        minimum=0.0,
     )
 
     def contradictions(self) -> list[str]:
-        if self.clip_start >= self.clip_end:
+        if self.method == "FOUR_WALL" and self.clip_start >= self.clip_end:
             return [
                 f"clip_start ({self.clip_start:.6g} m) must be smaller than "
                 f"clip_end ({self.clip_end:.6g} m)"

@@ -11,6 +11,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from .quantities import METRES, Lengths, typed
+
+# The unit of a parameter that is counted in whatever its sensor reads.
+READING = "reading"
+# Pairs of a parameter and the choice of it, all of which must be made.
+UsedWhen = tuple[tuple[str, str], ...]
 # Blender stores angles in single precision, in which 180° is a little more than π.
 SINGLE_PRECISION = 1e-6
 
@@ -27,7 +33,9 @@ class Choice:
 
 @dataclass(frozen=True)
 class Spec:
-    """What is known of a parameter besides its default. Units are SI, angles radians."""
+    """What is known of a parameter besides its default. Units are SI, angles radians; READING: that
+    of what the sensor reads with the chosen method. `used_when`: with which choices of other
+    parameters it is looked at."""
 
     label: str
     tip: str
@@ -38,7 +46,7 @@ class Spec:
     choices: tuple[Choice, ...] = ()
     pointer: str = ""
     source: str = ""
-    used_when: tuple[str, str] | None = None
+    used_when: UsedWhen = ()
 
 
 def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
@@ -75,7 +83,12 @@ def defaults(kind: type[Parameters]) -> dict[str, Any]:
 
 def used(parameters: Any, name: str, spec: Spec) -> bool:
     """Whether the chosen model or method looks at the parameter `name` at all."""
-    return spec.used_when is None or getattr(parameters, spec.used_when[0]) == spec.used_when[1]
+    return is_chosen(parameters, spec.used_when)
+
+
+def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
+    """Whether parameters are as a `used_when` says."""
+    return all(getattr(parameters, name) == choice for name, choice in used_when)
 
 
 def _out_of_range(value: Any, spec: Spec) -> str:
@@ -96,8 +109,6 @@ def _out_of_range(value: Any, spec: Spec) -> str:
     return ""
 
 
-def format_quantity(value: float, unit: str) -> str:
-    """A value with its unit as people write it: angles in degrees."""
-    if unit == "rad":
-        return f"{math.degrees(value):.6g}°"
-    return f"{value:.6g} {unit}".rstrip()
+def format_quantity(value: float, unit: str, lengths: Lengths = METRES) -> str:
+    """A parameter's value with its unit as people write it: angles in degrees."""
+    return typed(value, "" if unit == READING else unit, lengths)

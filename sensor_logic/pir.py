@@ -24,8 +24,8 @@ from .pyroelectric.zones import LensError, read_table
 THESIS = "range scan of the thesis's Gazebo plugin"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
 MAX_RAYS = 100_000
-SCAN: dict[str, Any] = {"used_when": ("model", "RANGE_SCAN")}
-PYRO: dict[str, Any] = {"used_when": ("model", "PYROELECTRIC")}
+SCAN: dict[str, Any] = {"used_when": (("model", "RANGE_SCAN"),)}
+PYRO: dict[str, Any] = {"used_when": (("model", "PYROELECTRIC"),)}
 
 
 @dataclass(frozen=True)

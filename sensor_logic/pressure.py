@@ -91,7 +91,7 @@ class PressureParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
-        used_when=("resistor", "POWER_LAW"),
+        used_when=(("resistor", "POWER_LAW"),),
     )
     exponent: float = parameter(
         0.763,
@@ -102,7 +102,7 @@ class PressureParameters(Parameters):
         above_minimum=True,
         maximum=5.0,
         source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
-        used_when=("resistor", "POWER_LAW"),
+        used_when=(("resistor", "POWER_LAW"),),
     )
     unloaded_resistance: float = parameter(
         10_000_000.0,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .clock import Clock
-from .kinds import KINDS, Kind
+from .kinds import KINDS, Field, Kind
 from .model import Reading
 
 _COLUMN_CODES = {bool: "b", int: "q", float: "d"}
@@ -67,6 +67,13 @@ class Track:
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
         exact = [c.tobytes() if isinstance(c, array) else c for c in columns]
         return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *exact]
+
+    def reading_at(self, index: int) -> Field:
+        """Which field `value` was at an update: of those that give the main reading with one
+        method or another, the one that was measured."""
+        numbers = [f for f in self.kind.samples if f.type is float]
+        measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))
+        return next(measured, numbers[0])
 
     def at(self, frame: float) -> int | None:
         """Index of the last update at or before `frame`."""

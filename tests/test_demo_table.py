@@ -4,6 +4,9 @@
 import demo_table
 from demo_table import Report
 
+# Units of what a sensor publishes, as `list --json` tells them.
+PAD = {"pressed": "", "force_n": "N", "partners": "", "valid": ""}
+LIGHT = {"luminance_percent": "%", "illuminance_lux": "lx", "lit": ""}
 EVENT_LOG = '''\
 time_s,frame,sensor,kind,field,value
 0.000000,1,"pad, ""bed""",PRESSURE,force_n,0
@@ -37,20 +40,23 @@ def test_the_last_sample_tells_how_long_the_run_was() -> None:
 
 def test_the_greatest_force_is_that_of_valid_samples() -> None:
     samples = ["time_s,frame,force_n,valid\n", "0,1,900,0\n", "1,25,-1.5,1\n", "2,49,686.74,1\n"]
-    assert demo_table.greatest(samples, "PRESSURE") == "686.7 N"
-    assert demo_table.greatest(samples[:2], "PRESSURE") == ""
+    assert demo_table.greatest(samples, PAD) == "687 N"
+    assert demo_table.greatest(samples[:2], PAD) == ""
 
 
 def test_the_greatest_luminance_is_that_of_all_samples() -> None:
     samples = ["time_s,frame,luminance_percent,lit\n", "0,1,9.5,0\n", "1,25,31.26,1\n"]
-    assert demo_table.greatest(samples, "LIGHT") == "31.3 %"
-    assert demo_table.greatest(samples[:1], "LIGHT") == ""
-    # A sensor that measures lux has no luminance.
-    assert demo_table.greatest([samples[0], "0,1,,1\n"], "LIGHT") == ""
+    assert demo_table.greatest(samples, LIGHT) == "31.3 %"
+    assert demo_table.greatest(samples[:1], LIGHT) == ""
+
+
+def test_the_greatest_light_of_a_sensor_by_illuminance_is_in_lux() -> None:
+    samples = ["time_s,frame,luminance_percent,illuminance_lux,lit\n", "0,1,,31.26,0\n"]
+    assert demo_table.greatest([*samples, "1,25,,1445.2,1\n"], LIGHT) == "1445 lx"
 
 
 def test_kinds_without_a_value_have_no_greatest() -> None:
-    assert demo_table.greatest(["time_s,frame,moved\n", "0,1,1\n"], "PIR") == ""
+    assert demo_table.greatest(["time_s,frame,moved\n", "0,1,1\n"], {"moved": ""}) == ""
 
 
 def sensor(kind: str, room: str = "bedroom") -> dict[str, str]:

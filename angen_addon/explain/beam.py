@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...sensor_logic.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
-from .facts import Explanation, at_frame, metres, quoted
+from ...sensor_logic.quantities import Lengths
+from .facts import Explanation, at_frame, quoted
 from .replay import Replay
 
 RANGE_TOLERANCE = 1e-6
@@ -51,11 +52,12 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     parameters, now = found
     is_open = bool(track.active[index])
     cause = BeamCause(before[1] if before else None, now, is_open, parameters.threshold)
-    facts = [("Now", _beam_text(now, parameters))]
+    lengths = replay.lengths
+    facts = [("Now", _beam_text(now, parameters, lengths))]
     if before and earlier is not None:
         when = at_frame(track.frames[earlier], track.times[earlier])
-        facts.append(("Before", f"{_beam_text(before[1], parameters)}, at {when}"))
-    facts.append(("Opens from", metres(parameters.threshold)))
+        facts.append(("Before", f"{_beam_text(before[1], parameters, lengths)}, at {when}"))
+    facts.append(("Opens from", lengths.typed(parameters.threshold)))
     if now.rays > 1:
         half = parameters.hysteresis / 2
         levels = (
@@ -63,16 +65,24 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
         )
         facts.append(("Light", f"{now.light:.3g} of the full light; {levels}"))
     if parameters.noise_sigma > 0.0:
-        facts.append(("Noise", f"{parameters.noise_sigma:g} m (standard deviation) on the range"))
+        sigma = lengths.typed(parameters.noise_sigma)
+        facts.append(("Noise", f"{sigma} (standard deviation) on the range"))
     told = float(track.columns["range_m"][index])
     doubt = ""
     if abs(told - now.range) > RANGE_TOLERANCE:
         doubt = (
-            f"{metres(told)} was recorded, the beam reads {metres(now.range)} now: something has "
-            "changed since. Simulate again"
+            f"{lengths.text(told)} was recorded, the beam reads {lengths.text(now.range)} now: "
+            "something has changed since. Simulate again"
         )
     return Explanation(
-        sensor.name, index, frame, time, _headline(cause, parameters), tuple(facts), doubt, cause
+        sensor.name,
+        index,
+        frame,
+        time,
+        _headline(cause, parameters, lengths),
+        tuple(facts),
+        doubt,
+        cause,
     )
 
 
@@ -113,12 +123,12 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
     return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")
 
 
-def _beam_text(beam: Beam, parameters: OpticalSwitchParameters) -> str:
+def _beam_text(beam: Beam, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:
     if beam.ago is not None:
-        return f"{_thing(beam)} at {metres(beam.range)}, {beam.ago:.3f} s before"
+        return f"{_thing(beam)} at {lengths.text(beam.range)}, {beam.ago:.3f} s before"
     if not beam.name:
-        return f"nothing within {parameters.range_max:g} m"
-    return f"{quoted(beam.name)} at {metres(beam.range)}"
+        return f"nothing within {lengths.typed(parameters.range_max)}"
+    return f"{quoted(beam.name)} at {lengths.text(beam.range)}"
 
 
 def _thing(beam: Beam) -> str:
@@ -126,12 +136,12 @@ def _thing(beam: Beam) -> str:
     return quoted(beam.name) if beam.name else "something"
 
 
-def _headline(cause: BeamCause, parameters: OpticalSwitchParameters) -> str:
+def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:
     now, before = cause.now, cause.before
     if now.ago is not None:
         return (
-            f"Closed: {_thing(now)} went through the beam {metres(now.range)} from the sensor, "
-            f"{now.ago:.3f} s before this update"
+            f"Closed: {_thing(now)} went through the beam {lengths.text(now.range)} from the "
+            f"sensor, {now.ago:.3f} s before this update"
         )
     broken = now.range < parameters.threshold
     if not cause.open:
@@ -139,7 +149,7 @@ def _headline(cause: BeamCause, parameters: OpticalSwitchParameters) -> str:
             return f"Closed still: not enough of the light passes yet ({now.light:.3g})"
         return (
             f"Closed: {quoted(now.name) if now.name else 'noise'} breaks the beam "
-            f"{metres(now.range)} from the sensor"
+            f"{lengths.text(now.range)} from the sensor"
         )
     if broken:
         covers = quoted(now.name) if now.name else "noise"

@@ -35,10 +35,6 @@ class Explanation:
         return "\n".join(lines) + "\n"
 
 
-def metres(length: float) -> str:
-    return f"{length:.3f} m"
-
-
 def quoted(name: str) -> str:
     return f"'{name}'"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...sensor_logic.kinds import Field
 from .facts import Explanation, at_frame, quoted
 from .lamps import LampShare, LightParts, light_parts
 from .replay import Replay
@@ -13,16 +14,19 @@ LAMPS_SHOWN = 6
 SHADOWED_SHOWN = 3
 # Of the whole: what is less is not worth a line.
 LITTLE = 1e-3
-UNITS = {"FOUR_WALL": "%", "ILLUMINANCE": "lx"}
 
 
 @dataclass(frozen=True)
 class LightCause:
-    """The parts at the update, and at the one before where there is one; `unit`: % or lx."""
+    """The parts at the update, and at the one before where there is one, in the unit of `field`."""
 
     now: LightParts
     before: LightParts | None
-    unit: str
+    field: Field
+
+    @property
+    def unit(self) -> str:
+        return self.field.unit
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:
@@ -33,20 +37,20 @@ def explain_light(replay: Replay, index: int) -> Explanation:
     now = _parts(replay, index)
     if now is None:
         return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
-    unit = UNITS[sensor.settings.light.method]
-    cause = LightCause(now, before, unit)
+    text = sensor.reading.text
+    cause = LightCause(now, before, sensor.reading)
     engine = sensor.settings.light.bl_rna.properties["engine"].enum_items
     used = engine[sensor.settings.light.engine].name
     if sensor.settings.light.engine == "DIRECT" and now.note:
         # What the closed forms do not model, the run leaves to Cycles.
         used = "Cycles"
     facts = [
-        ("Reading", f"{track.value[index] + 0.0:.3g} {unit} ({used})"),
-        ("Estimate", f"{now.total:.3g} {unit} (direct light and one mean for the walls)"),
+        ("Reading", f"{text(track.value[index])} ({used})"),
+        ("Estimate", f"{text(now.total)} (direct light and one mean for the walls)"),
     ]
     if index > 0:
         when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{track.value[index - 1] + 0.0:.3g} {unit}, at {when}"))
+        facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
     facts += _lamp_facts(cause)
     if now.note:
         facts.append(("Not estimated", now.note))
@@ -65,19 +69,19 @@ def _parts(replay: Replay, index: int) -> LightParts | None:
 
 
 def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
-    now, unit = cause.now, cause.unit
+    now, text = cause.now, cause.field.text
     whole = max(now.total, 1e-9)
     ordered = sorted(now.lamps.values(), key=lambda lamp: (-lamp.light, lamp.name))
     giving = [lamp for lamp in ordered if lamp.light > LITTLE * whole]
     facts = [
-        (lamp.name, f"{lamp.light / whole:.0%}: {lamp.light:.3g} {unit}{_shade(lamp)}")
+        (lamp.name, f"{lamp.light / whole:.0%}: {text(lamp.light)}{_shade(lamp)}")
         for lamp in giving[:LAMPS_SHOWN]
     ]
     if len(giving) > LAMPS_SHOWN:
         left = sum(lamp.light for lamp in giving[LAMPS_SHOWN:])
         facts.append((f"{len(giving) - LAMPS_SHOWN} more", f"{left / whole:.0%}"))
     if abs(now.rest) > LITTLE * whole:
-        facts.append(("Walls and sky", f"{now.rest / whole:.0%}: {now.rest:.3g} {unit}"))
+        facts.append(("Walls and sky", f"{now.rest / whole:.0%}: {text(now.rest)}"))
     dark = [
         lamp
         for lamp in sorted(ordered, key=lambda lamp: (-lamp.unshaded, lamp.name))
@@ -103,8 +107,8 @@ def _headline(cause: LightCause) -> str:
     changed = _most_changed(cause)
     if changed:
         name, before, after = changed
-        unit = cause.unit
-        return f"{quoted(name)} changed from {before:.3g} to {after:.3g} {unit} of the estimate"
+        text = cause.field.text
+        return f"{quoted(name)} changed from {text(before)} to {text(after)} of the estimate"
     most = max(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
     if most is None or most.light <= LITTLE * whole:
         return "no lamp shines on it directly"

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.pir import PirParameters, fan_directions
-from .facts import Explanation, at_frame, metres, quoted
+from ...sensor_logic.quantities import Lengths
+from .facts import Explanation, at_frame, quoted
 from .replay import Replay
 
 # A range that changed by less than this, in m, without the noise, did not change.
@@ -75,9 +76,10 @@ def explain_range_scan(replay: Replay, index: int) -> Explanation:
         )
         return Explanation(sensor.name, index, frame, time, text, ())
     cause = _change(parameters, old[1], now, triggered)
-    facts = list(_facts(cause, parameters))
+    lengths = replay.lengths
+    facts = list(_facts(cause, parameters, lengths))
     facts.insert(3, ("Compared with", at_frame(track.frames[earlier], track.times[earlier])))
-    moved = _own_movement(old[1].pose, now.pose)
+    moved = _own_movement(old[1].pose, now.pose, lengths)
     if moved:
         facts.append(("Sensor", moved))
     return Explanation(
@@ -85,7 +87,7 @@ def explain_range_scan(replay: Replay, index: int) -> Explanation:
         index,
         frame,
         time,
-        _headline(cause, parameters, bool(track.active[index])),
+        _headline(cause, parameters, bool(track.active[index]), lengths),
         tuple(facts),
         _doubt(replay, index, parameters, triggered, angle),
         cause,
@@ -163,20 +165,21 @@ def _ray_text(cause: RayChange, parameters: PirParameters) -> str:
     return f"{cause.ray} of 0 to {parameters.rays - 1}, at {azimuth:+.1f}°, {tilt}"
 
 
-def _met(name: str, parameters: PirParameters) -> str:
-    return quoted(name) if name else f"nothing within {parameters.range_max:g} m"
+def _met(name: str, parameters: PirParameters, lengths: Lengths) -> str:
+    return quoted(name) if name else f"nothing within {lengths.typed(parameters.range_max)}"
 
 
-def _facts(cause: RayChange, parameters: PirParameters) -> list[tuple[str, str]]:
+def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> list[tuple[str, str]]:
     facts = [("Ray", _ray_text(cause, parameters))]
     for word, length, name in zip(
         ("Before", "After"), (cause.before, cause.after), cause.names, strict=True
     ):
-        facts.append((word, f"{metres(length)}, {_met(name, parameters)}"))
-    limit = f"threshold {metres(parameters.threshold)}"
-    facts.append(("Change", f"{metres(cause.change)}, {limit}"))
+        facts.append((word, f"{lengths.text(length)}, {_met(name, parameters, lengths)}"))
+    limit = f"threshold {lengths.typed(parameters.threshold)}"
+    facts.append(("Change", f"{lengths.text(cause.change)}, {limit}"))
     if parameters.noise_sigma > 0.0:
-        facts.append(("Noise", f"{parameters.noise_sigma:g} m (standard deviation) on each range"))
+        sigma = lengths.typed(parameters.noise_sigma)
+        facts.append(("Noise", f"{sigma} (standard deviation) on each range"))
     if cause.over:
         shown = [f"{count} by {_named(name)}" for name, count in cause.over[:NAMES_SHOWN]]
         more = len(cause.over) - NAMES_SHOWN
@@ -188,13 +191,13 @@ def _named(name: str) -> str:
     return name if name == NOISE else quoted(name)
 
 
-def _headline(cause: RayChange, parameters: PirParameters, active: bool) -> str:
+def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths: Lengths) -> str:
     if not cause.triggered:
         held = f" in the hold time of {parameters.hold_time:g} s" if parameters.hold_time else ""
         where = "" if parameters.sweep == "ALL" else f" at tilt {cause.tilt}, the one looked at,"
         text = (
-            f"no ray{where} changed by more than {metres(cause.threshold)}; "
-            f"the largest change was {metres(cause.change)}"
+            f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; "
+            f"the largest change was {lengths.text(cause.change)}"
         )
         return f"{'Held on' if active else f'Still, no movement{held}'}: {text}"
     name = quoted(cause.culprit)
@@ -205,13 +208,17 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool) -> str:
     elif old == new:
         what = f"{name} moved {'away' if cause.after > cause.before else 'nearer'}"
     elif cause.after < cause.before:
-        what = f"{name} came in front of {_met(old, parameters)}" if old else f"{name} came in"
+        what = (
+            f"{name} came in front of {_met(old, parameters, lengths)}"
+            if old
+            else f"{name} came in"
+        )
     else:
         what = f"{name} left" + (f", {quoted(new)} is behind" if new else "")
-    return f"Motion{ignored}: {what}; ray {cause.ray} changed by {metres(cause.change)}"
+    return f"Motion{ignored}: {what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
 
 
-def _own_movement(old: Pose, new: Pose) -> str:
+def _own_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
     """How the sensor itself moved, which makes all things seem to; empty where it did not."""
     if old is new:
         return ""
@@ -220,7 +227,7 @@ def _own_movement(old: Pose, new: Pose) -> str:
     turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
     if way <= SAME and turn <= 1e-3:
         return ""
-    return f"moved itself by {metres(way)} and turned by {turn:.2f}°"
+    return f"moved itself by {lengths.text(way)} and turned by {turn:.2f}°"
 
 
 def _doubt(

@@ -7,7 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...sensor_logic.kinds import FORCE
 from ...sensor_logic.pressure import PressureParameters, pad_reading
+from ...sensor_logic.quantities import Lengths, typed
+from ..units import centre_text
 from .facts import Explanation, at_frame, capital, quoted
 from .replay import Replay
 
@@ -15,6 +18,7 @@ from .replay import Replay
 FORCE_TOLERANCE = 5e-3
 # N: less than this is nobody.
 LEAST_FORCE = 5e-3
+newtons = FORCE.text
 
 
 @dataclass(frozen=True)
@@ -75,29 +79,28 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
     doubt = ""
     if abs(told - cause.force) > FORCE_TOLERANCE * max(1.0, abs(told)):
         doubt = (
-            f"{told:.2f} N was recorded, {cause.force:.2f} N is found now: something has changed "
-            "since, or the reading depends on frames long before. Simulate again"
+            f"{newtons(told)} was recorded, {newtons(cause.force)} is found now: something has "
+            "changed since, or the reading depends on frames long before. Simulate again"
         )
     elif cause.problem:
         doubt = cause.problem
-    facts = _facts(cause)
+    facts = _facts(cause, replay.lengths)
     if index > 0:
         names = track.columns["partners"][index - 1].replace(";", ", ")
         by = f", {names}" if names else ""
         when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{track.value[index - 1] + 0.0:.2f} N{by}, at {when}"))
+        facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))
     headline = _headline(cause, sensor.kind.active_label, sensor.kind.idle_label)
     return Explanation(sensor.name, index, frame, time, headline, tuple(facts), doubt, cause)
 
 
-def _facts(cause: PadCause) -> list[tuple[str, str]]:
-    facts = [(name, f"{force:.2f} N") for name, force in cause.partners]
+def _facts(cause: PadCause, lengths: Lengths) -> list[tuple[str, str]]:
+    facts = [(name, newtons(force)) for name, force in cause.partners]
     if cause.own_weight:
-        facts.append(("Own weight", f"{cause.own_weight:.2f} N"))
-    facts.append(("Force", f"{cause.force + 0.0:.2f} N, threshold {cause.threshold:g} N"))
-    x, y = cause.centre
-    if np.isfinite((x, y)).all():
-        facts.append(("Centre", f"X {x * 100:.1f} cm, Y {y * 100:.1f} cm from the pad's origin"))
+        facts.append(("Own weight", newtons(cause.own_weight)))
+    facts.append(("Force", f"{newtons(cause.force)}, threshold {typed(cause.threshold, 'N')}"))
+    if np.isfinite(cause.centre).all():
+        facts.append(("Centre", f"{centre_text(*cause.centre, lengths)} from the pad's origin"))
     return facts
 
 
@@ -106,7 +109,7 @@ def _headline(cause: PadCause, pressed: str, free: str) -> str:
     more = len(cause.partners) - 3
     by += f" and {more} more" if more > 0 else ""
     if cause.force > cause.threshold:
-        return f"{pressed} by {by}" if by else f"{pressed}: {cause.force:.2f} N"
+        return f"{pressed} by {by}" if by else f"{pressed}: {newtons(cause.force)}"
     if by:
-        return f"{free}: {by} is not more than the threshold of {cause.threshold:g} N"
+        return f"{free}: {by} is not more than the threshold of {typed(cause.threshold, 'N')}"
     return capital(f"{free}: nothing presses on it")

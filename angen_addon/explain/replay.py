@@ -15,12 +15,13 @@ from .. import handlers, outputs, state
 from ..probes import Probes
 from ..sensors import Sensor, all_sensors, unit_scale
 from ..station import Station, Taken, evaluated_depsgraph
+from ..units import lengths_of
 from .witness import Witness
 
 
 class Replay:
     """One sensor at chosen updates of a recording. `station` keeps its model's state between
-    them; `witness` says what its rays met at the last one."""
+    them; `witness` says what its rays met at the last one; `lengths` is what to tell lengths in."""
 
     def __init__(self, scene: Any, sensor: Sensor, recording: Recording) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
@@ -30,6 +31,7 @@ class Replay:
         self.track: Track = track
         self.station = Station(sensor, clock)
         self.metres = unit_scale(scene)
+        self.lengths = lengths_of(scene)
         self.probes = Probes(scene)
         self.probes.serve([sensor])
         self.witness = Witness(self.probes.caster)

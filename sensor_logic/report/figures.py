@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..event_log import track_events
+from ..kinds import Field
 from ..model import Array
 from ..recording import Track
-
-UNITS = {"force_n": "N", "luminance_percent": "%", "illuminance_lux": "lx"}
 
 
 @dataclass(frozen=True)
 class Figures:
     """`events`: changes of what it publishes, its first update apart, with the times (s) of the
     first and the last; `active`: the share (0..1) of its updates in which it was; `greatest` value
-    among those that are valid, with its unit; `invalid`: the share of updates that are not."""
+    among those that are valid, of the `field` that the sensor reports as a number; `invalid`:
+    the share of updates that are not."""
 
     updates: int
     events: int
@@ -27,8 +27,19 @@ class Figures:
     last: float | None
     active: float
     greatest: float | None
-    unit: str
+    field: Field | None
     invalid: float
+
+    @property
+    def unit(self) -> str:
+        return self.field.unit if self.field else ""
+
+    @property
+    def greatest_text(self) -> str:
+        """As tables show it; empty where there is none."""
+        if self.field is None or self.greatest is None:
+            return ""
+        return self.field.short(self.greatest)
 
 
 def figures(track: Track) -> Figures:
@@ -44,7 +55,7 @@ def figures(track: Track) -> Figures:
         changes[-1] if changes else None,
         float(np.mean(track.active)) if len(track) else 0.0,
         float(known.max()) if len(known) else None,
-        UNITS.get(name, track.kind.value_unit),
+        track.kind.fields.get(name),
         float(1.0 - valid.mean()) if len(track) else 0.0,
     )
 

@@ -188,7 +188,7 @@ def _table_row(number: int, sensor: SensorFacts, height: float | None, seen: Fig
         cells.append(f"{seen.events}")
         cells += ["–" if t is None else f"{t:.1f}" for t in (seen.first, seen.last)]
         cells.append(f"{seen.active:.1%}")
-        cells.append("" if seen.greatest is None else f"{seen.greatest:.1f} {seen.unit}")
+        cells.append(seen.greatest_text)
         cells.append(f"{seen.invalid:.1%}" if seen.invalid else "")
     return (
         "<tr>"

@@ -12,9 +12,8 @@ from ..kinds import KINDS
 from ..recording import Track
 from . import time_axis
 from .facts import Report, SensorFacts
-from .figures import UNITS
 from .series import ROUNDING, Columns, columns, runs
-from .svg import coordinate, fitting, place, safe, shown_number, text_width
+from .svg import coordinate, fitting, place, safe, text_width
 from .theme import hue, mark
 
 WIDTH = 880
@@ -109,13 +108,9 @@ def _row(
     body = [*_spans(seen, width, name, hue(sensor.kind_name))]
     parts.append(f'<g transform="translate({LEFT:g} {top:g})">{"".join(body)}</g>')
     if np.isfinite(seen.top) and seen.top > 0.0:
-        text = f"{shown_number(float(f'{seen.top:.3g}'))} {_unit(seen)}"
+        text = safe(KINDS[sensor.kind_name].fields[seen.quantity].short(seen.top))
         parts.append(f'<text class="small" x="{RIGHT + 8:g}" y="{top + 11:g}">{text}</text>')
     return parts
-
-
-def _unit(seen: Columns) -> str:
-    return safe(UNITS.get(seen.quantity, ""))
 
 
 def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:

@@ -294,7 +294,7 @@ def test_each_lamps_share_and_what_shadows_it(world, explained):
     assert lamps["Hidden"].blocker == "Plate"
     total = recording.tracks["light"].value[5]
     assert found.cause.now.total == pytest.approx(total, rel=1e-6)
-    assert "'One' changed from 0 to 1.99" in found.headline
+    assert found.headline == "Lit: 'One' changed from 0 lx to 1.99 lx of the estimate"
     assert ("Hidden", "nothing: shadowed by 'Plate'") in found.facts
 
 

@@ -279,14 +279,14 @@ def test_a_slow_pyroelectric_detector_gets_a_rate_in_one_click(world):
 
 
 def test_a_signal_is_told_in_percent_without_its_sign(addon_part):
-    quantity = addon_part("panels.readings").quantity
-    assert quantity(-1.739, "of threshold") == "174 % of threshold"
-    assert quantity(0.5, "of threshold") == "50 % of threshold"
+    signal = addon_part("sensor_logic.kinds").KINDS["PIR"].fields["signal"]
+    assert signal.text(-1.739) == "174 % of threshold"
+    assert signal.text(0.5) == "50 % of threshold"
 
 
 def test_short_readings_are_short(addon_part):
-    rounded = addon_part("panels.readings").rounded
-    found = [rounded(v, "N") for v in (-0.01, 34.67, 99.94, 99.96, 502.24, float("nan"))]
+    force = addon_part("sensor_logic.kinds").KINDS["PRESSURE"].fields["force_n"]
+    found = [force.short(v) for v in (-0.01, 34.67, 99.94, 99.96, 502.24, float("nan"))]
     assert found == ["0.0 N", "34.7 N", "99.9 N", "100 N", "502 N", "–"]
 
 

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's units: what lengths are shown in."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.quantities import METRES, NOTHING, Lengths
+
+# By Blender's names of the units that a scene can be set to.
+UNITS = {
+    "KILOMETERS": Lengths("km", 1000.0),
+    "METERS": METRES,
+    "CENTIMETERS": Lengths("cm", 0.01),
+    "MILLIMETERS": Lengths("mm", 0.001),
+    "MICROMETERS": Lengths("µm", 1e-6),
+    "MILES": Lengths("mi", 1609.344),
+    "FEET": Lengths("ft", 0.3048),
+    "INCHES": Lengths("in", 0.0254),
+    "THOU": Lengths("thou", 2.54e-5),
+}
+
+
+def lengths_of(scene: Any) -> Lengths:
+    """What the scene shows lengths in; metres where that is left to Blender or to nobody."""
+    settings = scene.unit_settings
+    if settings.system == "NONE":
+        return METRES
+    adaptive = UNITS["FEET"] if settings.system == "IMPERIAL" else METRES
+    return UNITS.get(settings.length_unit, adaptive)
+
+
+def centre_text(x: float, y: float, lengths: Lengths) -> str:
+    """A centre of pressure, from the pad's origin along its axes (m); in centimetres where the
+    scene has metres, as pads are small."""
+    if math.isnan(x) or math.isnan(y):
+        return NOTHING
+    fine = UNITS["CENTIMETERS"] if lengths == METRES else lengths
+    along = KINDS["PRESSURE"].fields["cop_x_m"]
+    return f"X {along.text(x, fine)}, Y {along.text(y, fine)}"

@@ -16,6 +16,7 @@ from ..angen_addon.housing import housing_of
 from ..angen_addon.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, can_add, new_sensor, preset_of, preset_property
+from .height import ENDS, TypedLength, below, height_text, raised
 from .place_preview import Preview, remove_all
 from .placing import parent_keeping, place_on
 from .surface import Surface, first_surface
@@ -24,7 +25,7 @@ WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)
 NAVIGATION = {"MIDDLEMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
 KEYS = (
     "Click: place    R / Shift R: turn by 90°    Wheel: turn by 15°    "
-    "P: {} the surface    Esc: cancel"
+    "Digits: height above the floor    P: {} the surface    Esc: cancel"
 )
 
 
@@ -34,7 +35,8 @@ class ANGEN_OT_sensor_place(Operator):
     bl_description = (
         "Place a sensor on the surface under the mouse, turned off it: on a wall a motion detector "
         "looks level, on a ceiling down; a pad lies on a floor or a seat; a switch stands on a "
-        "door's frame. Click places, R or the wheel turns, P lets it follow, Esc cancels"
+        "door's frame. Click places, R or the wheel turns, digits tell the height on a wall, "
+        "P lets it follow, Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -54,6 +56,7 @@ class ANGEN_OT_sensor_place(Operator):
     follow: BoolProperty(name="Follow", description="The sensor becomes a child of the surface")
 
     _preview: Preview | None = None
+    _typed: TypedLength
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -103,18 +106,23 @@ class ANGEN_OT_sensor_place(Operator):
             self.report({"ERROR"}, error.args[0])
             return {"CANCELLED"}
         self._preview = Preview(context, housing_of(self.kind, self.preset))
+        self._typed = TypedLength()
         context.window_manager.modal_handler_add(self)
         self._look(context, event)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
         pressed = event.value == "PRESS"
-        if event.type in NAVIGATION or event.type.startswith("NUMPAD_"):
+        if pressed and self._typed.take(event):
+            self._look(context, event)
+            return {"RUNNING_MODAL"}
+        pad = event.type.startswith("NUMPAD_") and event.type not in ENDS
+        if pad or event.type in NAVIGATION:
             return {"PASS_THROUGH"}
         if event.type in {"ESC", "RIGHTMOUSE"} and pressed:
             self.cancel(context)
             return {"CANCELLED"}
-        if event.type == "LEFTMOUSE" and pressed:
+        if event.type in {"LEFTMOUSE", *ENDS} and pressed:
             self._look(context, event)
             if self._preview is not None and self._preview.matrix is not None:
                 self.cancel(context)
@@ -145,13 +153,31 @@ class ANGEN_OT_sensor_place(Operator):
         met = _surface_under(context, event)
         matrix, told = None, "No surface under the mouse"
         if met is not None:
-            self.location, self.normal = met.point, met.normal
-            self.surface = met.object.name if met.whole else ""
-            matrix = self._matrix(context, met.point, met.normal, met.along if met.whole else [])
-            told = f"On '{met.object.name}'    {_height(context, matrix.translation)}"
+            matrix, told = self._stand(context, met)
         keys = KEYS.format("leave" if self.follow else "follow")
         if self._preview is not None:
             self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {told}", keys)
+
+    def _stand(self, context: Context, met: Surface) -> tuple[Matrix, str]:
+        """Notes a place on a surface, at the height that was typed if any; the matrix there, and
+        the place in words."""
+        scene, along = context.scene, met.along if met.whole else []
+        matrix = self._matrix(context, met.point, met.normal, along)
+        floor = below(scene, context.evaluated_depsgraph_get(), matrix.translation, met)
+        told = f"On '{met.object.name}'    "
+        height = self._typed.metres(scene)
+        if height is not None:
+            level = (floor.point.z if floor else 0.0) + height / unit_scale(scene)
+            higher = raised(met.point, met.normal, level - matrix.translation.z)
+            if higher is None:
+                told += "A height is for walls, not for what is level    "
+            else:
+                met = met._replace(point=higher)
+                matrix = self._matrix(context, met.point, met.normal, along)
+        self.location, self.normal = met.point, met.normal
+        self.surface = met.object.name if met.whole else ""
+        told += height_text(scene, matrix.translation, floor)
+        return matrix, told + (f"    Height: {self._typed.text}" if self._typed.text else "")
 
 
 def _on(surface: Any) -> str:
@@ -184,21 +210,6 @@ def visible_surface(
 
 def _is_outline(obj: Any) -> bool:
     return obj.display_type in {"WIRE", "BOUNDS"}
-
-
-def _height(context: Context, place: Vector) -> str:
-    """How high a place is, and how far above what lies below it (m)."""
-    scale = unit_scale(context.scene)
-    below = first_surface(
-        context.scene,
-        context.evaluated_depsgraph_get(),
-        place - Vector((0, 0, 1e-3 / scale)),
-        Vector((0, 0, -1)),
-    )
-    height = f"Z {place.z * scale:.3f} m"
-    if below is None:
-        return height
-    return f"{height}, {(place.z - below.point.z) * scale:.3f} m above '{below.object.name}'"
 
 
 register, _unregister = bpy.utils.register_classes_factory((ANGEN_OT_sensor_place,))

@@ -3,6 +3,7 @@
 
 import math
 import random
+import types
 
 import bpy
 import pytest
@@ -231,6 +232,96 @@ def test_switched_off_while_placing_no_text_is_left(world, addon_part, monkeypat
     preview.remove_all()
     areas = [a.type for w in bpy.context.window_manager.windows for a in w.screen.areas]
     assert left == [kind for kind in areas if kind == "VIEW_3D"] and removed == ["a handle"]
+
+
+# Its height, told and typed
+
+
+@pytest.fixture
+def heights(addon_part):
+    return addon_part("operators.height")
+
+
+@pytest.fixture
+def told(world, addon_part, heights):
+    """What the header says of a place under a ray, and the height there (m)."""
+    place, surface = addon_part("operators.place"), addon_part("operators.surface")
+
+    def look(kind, origin, direction, typed=""):
+        depsgraph, scale = world.update(), world.scene.unit_settings.scale_length
+        start = Vector(origin) / scale
+        met = surface.first_surface(world.scene, depsgraph, start, Vector(direction))
+        stub = types.SimpleNamespace(kind=kind, preset="", turn=0.0, _typed=heights.TypedLength())
+        operator = place.ANGEN_OT_sensor_place
+        stub._matrix = lambda *arguments: operator._matrix(stub, *arguments)
+        stub._typed.text = typed
+        matrix, text = operator._stand(stub, bpy.context, met)
+        return text, matrix.translation.z * scale
+
+    return look
+
+
+@pytest.mark.parametrize("kind", ["PRESSURE", "PIR"])
+@pytest.mark.parametrize("at", [0.0, 2.7])
+def test_on_a_floor_its_own_underside_is_nothing_below(world, told, kind, at):
+    world.box((9, 9, 0.1), at=(0, 0, at - 0.05), name="Floor")
+    text, height = told(kind, (1, 1, at + 1), (0, 0, -1))
+    assert text == f"On 'Floor'    Z {height:.3f} m"
+    assert "Z -" not in text and height == pytest.approx(at, abs=0.05)
+
+
+def test_on_a_table_and_on_a_wall_the_height_is_that_above_the_floor(world, told):
+    world.box((9, 9, 0.1), at=(0, 0, 0.95), name="Floor")
+    world.box((1, 1, 0.04), at=(0, 0, 1.73), name="Table")
+    world.box((0.2, 9, 3), at=(3, 0, 2.5), name="Wall")
+    text, _ = told("PRESSURE", (0.2, 0, 3), (0, 0, -1))
+    assert text == "On 'Table'    Z 1.750 m, 0.750 m above 'Floor'"
+    text, _ = told("PIR", (2, 0, 3.2), (1, 0, 0))
+    assert text == "On 'Wall'    Z 3.200 m, 2.200 m above 'Floor'"
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+@pytest.mark.parametrize("lean", [0.0, 10.0, -10.0])
+def test_a_typed_height_is_that_above_the_floor_and_on_the_wall(world, told, scale, lean):
+    world.scene.unit_settings.scale_length = scale
+    world.box((9 / scale, 9 / scale, 0.1 / scale), at=(0, 0, 0.95 / scale), name="Floor")
+    wall = world.box((0.2 / scale, 9 / scale, 9 / scale), at=(3 / scale, 0, 1 / scale), name="Wall")
+    wall.rotation_euler.y = math.radians(lean)
+    for typed, wanted in (("2.2", 2.2), ("180cm", 1.8), ("7ft", 2.1336), (".5", 0.5)):
+        text, height = told("LIGHT", (2, 0, 2.5), (1, 0, 0), typed)
+        assert height == pytest.approx(1 + wanted, abs=1e-4)
+        assert f"{wanted:.3f} m above 'Floor'    Height: {typed}" in text
+    text, height = told("LIGHT", (2, 0, 2.5), (1, 0, 0), "2.")
+    assert height == pytest.approx(3.0, abs=1e-4), "while it is being typed"
+
+
+def test_a_typed_height_of_what_is_level_is_told_to_be_none(world, told):
+    world.box((9, 9, 0.1), at=(0, 0, -0.05), name="Floor")
+    text, height = told("PRESSURE", (0, 0, 3), (0, 0, -1), "1.2")
+    assert "A height is for walls" in text and height == pytest.approx(0.0, abs=1e-6)
+
+
+def test_keys_that_are_a_height_and_keys_that_are_not(world, heights):
+    def press(typed, name, unicode="", ctrl=False):
+        event = types.SimpleNamespace(type=name, unicode=unicode, ctrl=ctrl, alt=False)
+        return typed.take(event)
+
+    typed = heights.TypedLength()
+    assert not press(typed, "M", "m"), "a letter alone is a command"
+    assert not press(typed, "BACK_SPACE") and typed.metres(world.scene) is None
+    for name, unicode in (("ONE", "1"), ("COMMA", ","), ("NUMPAD_4", "")):
+        assert press(typed, name, unicode)
+    assert (typed.text, typed.metres(world.scene)) == ("1.4", pytest.approx(1.4))
+    assert not press(typed, "R", "r") and not press(typed, "TWO", "2", ctrl=True)
+    assert not press(typed, "MOUSEMOVE") and not press(typed, "NUMPAD_ENTER", "\r")
+    assert press(typed, "M", "m") and press(typed, "M", "m")
+    assert typed.metres(world.scene) == pytest.approx(0.0014)
+    world.scene.unit_settings.system = "IMPERIAL"
+    for _ in range(2):
+        press(typed, "BACK_SPACE")
+    assert typed.metres(world.scene) == pytest.approx(1.4 * 0.3048)
+    press(typed, "MINUS", "-")
+    assert typed.metres(world.scene) is None
 
 
 def test_an_instance_is_a_surface_that_is_not_followed(world, meets):

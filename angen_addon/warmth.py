@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from .scene_probe.geometry import evaluated_materials
 from .scene_probe.solids import SURFACE_TYPES
-from .scene_probe.warmth import collection_parents, evaluated_materials, inherited_warmth
+from .scene_probe.warmth import collection_parents, inherited_warmth
 from .sensors import Sensor
 from .weights import chain
 

@@ -49,7 +49,7 @@ class Surfaces:
         self._known: dict[int, tuple[int, float, Triangles]] = {}
 
     def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
-        """Of a solid whose geometry lasts."""
+        """Of a solid as it is now."""
         if self._listing != self._solids.listing:
             self._listing = self._solids.listing
             self._known.clear()

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -22,9 +24,12 @@ NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 class Geometry:
     """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
 
-    `pivot` (3,) is the point of that space where the tree has its origin. What nodes make is not
-    `lasting`: its source is gone once it was read. `deforms` once its surface was seen to change.
+    `original` is the object of the file that has the shape: of it, never of what is evaluated, a
+    reference may be kept. `pivot` (3,) is the point of that space where the tree has its origin.
+    `deforms` once its surface was seen to change.
     """
+
+    lasting = True
 
     __slots__ = (
         "_by_triangle",
@@ -35,15 +40,13 @@ class Geometry:
         "_triangles",
         "deforms",
         "hi",
-        "lasting",
         "lo",
+        "original",
         "pivot",
-        "source",
     )
 
-    def __init__(self, source: Any) -> None:
-        self.source = source
-        self.lasting = not source.is_evaluated
+    def __init__(self, original: Any) -> None:
+        self.original = original
         self.lo, self.hi = NOWHERE
         self.deforms = False
         self._by_triangle = False
@@ -86,19 +89,14 @@ class Geometry:
         corners = self._surface[1]
         if self._corners is None or not np.array_equal(corners, self._corners):
             self._corners = corners
-            self._triangles = triangles_of(self.source.evaluated_get(depsgraph))[1]
+            self._triangles = triangles_of(self.original.evaluated_get(depsgraph))[1]
         return self._triangles
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
-        # In Edit Mode the evaluated mesh is empty: what is shown is still in the editor's hands.
-        direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
-        mesh = evaluated.data if direct else evaluated.to_mesh()
-        coordinates, corners, faces = _surface(mesh)
-        if not direct:
-            evaluated.to_mesh_clear()
-        surface = coordinates, corners, faces
-        if self._surface is not None and _same(self._surface, surface):
+        with surface_mesh(evaluated) as mesh:
+            surface = coordinates, _, faces = _surface(mesh)
+        if self._surface is not None and same_surface(self._surface, surface):
             return False
         self.deforms = self._surface is not None
         self._surface = surface
@@ -107,59 +105,85 @@ class Geometry:
         return True
 
     def tree(self, depsgraph: Any) -> BVHTree:
-        """The hierarchy over all faces, built when first asked for. Epsilon 0 leaks nowhere."""
+        """The hierarchy over all faces, built when first asked for."""
         if self._tree is None:
-            self._by_triangle = False
-            centre = (self.lo + self.hi) / 2
-            size = float(np.linalg.norm(self.hi - self.lo))
-            self.pivot = np.zeros(3)
-            if float(np.linalg.norm(centre)) > FAR_FROM_OWN_ORIGIN * size:
-                self.pivot = centre
-                self._tree = self._tree_of_triangles(depsgraph)
-            else:
-                try:
-                    self._tree = BVHTree.FromObject(self.source, depsgraph, epsilon=0.0)
-                except (ValueError, SystemError):
-                    # A hidden object that is instanced; SystemError is Blender 4.2's way to say so.
-                    self._tree = self._tree_of_triangles(depsgraph)
+            self._tree = self._tree_of(self.original, depsgraph)
         return self._tree
 
-    def _tree_of_triangles(self, depsgraph: Any) -> BVHTree:
+    def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
+        """The number (n,) of the material slot of each face, as the tree counts faces."""
+        self.tree(depsgraph)
+        return slots_of(self.original.evaluated_get(depsgraph), self._by_triangle)
+
+    def materials(self, depsgraph: Any) -> list[int]:
+        """The session uid of the material of each slot; 0 where there is none."""
+        return uids_of(evaluated_materials(self.original.evaluated_get(depsgraph)))
+
+    def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree:
+        """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
+        self._by_triangle = False
+        centre = (self.lo + self.hi) / 2
+        size = float(np.linalg.norm(self.hi - self.lo))
+        self.pivot = np.zeros(3)
+        if float(np.linalg.norm(centre)) > FAR_FROM_OWN_ORIGIN * size:
+            self.pivot = centre
+            return self._tree_of_triangles(source, depsgraph)
+        try:
+            return BVHTree.FromObject(source, depsgraph, epsilon=0.0)
+        except (ValueError, SystemError):
+            # A hidden object that is instanced; SystemError is Blender 4.2's way to say so.
+            return self._tree_of_triangles(source, depsgraph)
+
+    def _tree_of_triangles(self, source: Any, depsgraph: Any) -> BVHTree:
         """The slower way: through Python, about the pivot."""
         self._by_triangle = True
-        evaluated = self.source.evaluated_get(depsgraph)
-        mesh = evaluated.to_mesh()
-        mesh.calc_loop_triangles()
-        points = np.empty(len(mesh.vertices) * 3, np.float32)
-        mesh.vertices.foreach_get("co", points)
-        triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
-        mesh.loop_triangles.foreach_get("vertices", triangles)
-        evaluated.to_mesh_clear()
-        about_pivot = points.reshape(-1, 3).astype(np.float64) - self.pivot
+        points, triangles = triangles_of(source.evaluated_get(depsgraph))
         return BVHTree.FromPolygons(
-            about_pivot.tolist(),
-            triangles.reshape(-1, 3).tolist(),
-            all_triangles=True,
-            epsilon=0.0,
+            (points - self.pivot).tolist(), triangles.tolist(), all_triangles=True, epsilon=0.0
         )
 
-    def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
-        """The number (n,) of the material slot of each face, as the tree counts faces; only of a
-        lasting shape."""
-        evaluated = self.source.evaluated_get(depsgraph)
-        direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
-        mesh = evaluated.data if direct else evaluated.to_mesh()
-        slots = np.zeros(len(mesh.polygons), np.int32)
+
+def evaluated_materials(evaluated: Any) -> Iterator[Any]:
+    """The material of each slot of an evaluated object; None where there is none."""
+    slots = evaluated.material_slots
+    # Modifiers can bring materials that the object has no slots for.
+    of_data = evaluated.data.materials if evaluated.type == "MESH" else ()
+    for i in range(max(len(slots), len(of_data))):
+        own = i < len(slots) and (slots[i].link == "OBJECT" or i >= len(of_data))
+        yield slots[i].material if own else of_data[i]
+
+
+def uids_of(materials: Iterable[Any]) -> list[int]:
+    return [material.original.session_uid if material else 0 for material in materials]
+
+
+def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
+    """The number (n,) of the material slot of each face, or of each triangle."""
+    with surface_mesh(evaluated) as mesh:
+        slots = np.zeros(len(mesh.polygons) if mesh else 0, np.int32)
+        if not len(slots):
+            return slots
         mesh.polygons.foreach_get("material_index", slots)
-        self.tree(depsgraph)
-        if self._by_triangle:
+        if by_triangle:
             mesh.calc_loop_triangles()
             polygons = np.empty(len(mesh.loop_triangles), np.int32)
             mesh.loop_triangles.foreach_get("polygon_index", polygons)
             slots = slots[polygons]
-        if not direct:
-            evaluated.to_mesh_clear()
         return slots
+
+
+@contextmanager
+def surface_mesh(evaluated: Any) -> Iterator[Any]:
+    """The mesh of an object's surface, which may be None, for as long as the block lasts."""
+    # In Edit Mode the evaluated mesh is empty: what is shown is still in the editor's hands.
+    if evaluated.type == "MESH" and not evaluated.data.is_editmode:
+        yield evaluated.data
+        return
+    mesh = evaluated.to_mesh()
+    try:
+        yield mesh
+    finally:
+        evaluated.to_mesh_clear()
 
 
 def _bounds(coordinates: NDArray[np.float32]) -> tuple[Array, Array]:
@@ -176,7 +200,7 @@ def _bounds(coordinates: NDArray[np.float32]) -> tuple[Array, Array]:
     return lo.astype(np.float64), hi.astype(np.float64)
 
 
-def _same(one: Surface, two: Surface) -> bool:
+def same_surface(one: Surface, two: Surface) -> bool:
     return one[2] == two[2] and all(np.array_equal(one[i], two[i]) for i in (0, 1))
 
 
@@ -196,15 +220,12 @@ def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (n, 3) and triangles (m, 3) of an object's surface, in its own space."""
     if evaluated.type not in SURFACE_TYPES:
         return np.empty((0, 3)), np.empty((0, 3), np.int32)
-    direct = evaluated.type == "MESH" and not evaluated.data.is_editmode
-    mesh = evaluated.data if direct else evaluated.to_mesh()
-    if mesh is None or not len(mesh.polygons):
-        return np.empty((0, 3)), np.empty((0, 3), np.int32)
-    coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.attributes["position"].data.foreach_get("vector", coordinates)
-    mesh.calc_loop_triangles()
-    triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    if not direct:
-        evaluated.to_mesh_clear()
+    with surface_mesh(evaluated) as mesh:
+        if mesh is None or not len(mesh.polygons):
+            return np.empty((0, 3)), np.empty((0, 3), np.int32)
+        coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
+        mesh.attributes["position"].data.foreach_get("vector", coordinates)
+        mesh.calc_loop_triangles()
+        triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
+        mesh.loop_triangles.foreach_get("vertices", triangles)
     return coordinates.reshape(-1, 3).astype(np.float64), triangles.reshape(-1, 3)

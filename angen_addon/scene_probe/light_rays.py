@@ -23,6 +23,7 @@ MOST_PASSED = 16
 # Goes on this far behind a surface that lets light pass, in Blender units.
 STEP = 1e-4
 SLACK = 1.0 + 1e-5
+NO_SLOTS = np.empty(0, np.int32)
 
 
 @dataclass
@@ -33,7 +34,7 @@ class _Known:
     rays: tuple[Array, Array, Array]
     ranges: Array
     met: NDArray[np.int64]
-    places: dict[int, tuple[Array, Any]] = field(default_factory=dict)
+    places: dict[int, tuple[Array, int]] = field(default_factory=dict)
 
     def fits(self, *rays: Array) -> bool:
         return all(np.array_equal(a, b) for a, b in zip(self.rays, rays, strict=True))
@@ -53,7 +54,7 @@ class LightRays:
         self._moving = np.empty(0, np.intp)
         self._by_number: dict[int, Any] = {}
         self._known: dict[Hashable, _Known] = {}
-        self._slots: dict[int, tuple[Any, NDArray[np.int32]]] = {}
+        self._slots: dict[int, tuple[Any, list[int], NDArray[np.int32]]] = {}
 
     def update(self, depsgraph: Any, housings: frozenset[int]) -> None:
         """To be called once an update, after `solids.sync`; `housings`: session uids of the light
@@ -86,8 +87,9 @@ class LightRays:
         )
         return Hits(self, known, ranges, np.where(met == NOTHING, known.met, met))
 
-    def place(self, number: int, start: Array, way: Array, length: float) -> tuple[Array, Any]:
-        """Of the solid `number`, which a ray meets within a length: normal (3,) and material."""
+    def place(self, number: int, start: Array, way: Array, length: float) -> tuple[Array, int]:
+        """Of the solid `number`, which a ray meets within a length: normal (3,) and the session uid
+        of the material."""
         solid = self._by_number[number]
         tree = solid.geometry.tree(self._depsgraph)
         inverse = self.solids.inverse[solid.row]
@@ -97,7 +99,7 @@ class LightRays:
         _, normal, face, _ = tree.ray_cast(begin.tolist(), turned.tolist(), limit)
         if normal is None:
             # At the very limit of single precision.
-            return -way, None
+            return -way, 0
         outward = inverse[:3, :3].T @ np.array(normal, np.float64)
         outward = outward / math.sqrt(float(outward @ outward))
         return outward, self._material(solid, face)
@@ -130,12 +132,20 @@ class LightRays:
         share[on] = 0.0
         return share
 
-    def _material(self, solid: Any, face: int) -> Any:
-        if solid.number not in self._slots:
-            self._slots[solid.number] = _slots(solid, self._depsgraph)
-        materials, slots = self._slots[solid.number]
+    def _material(self, solid: Any, face: int) -> int:
+        """The session uid of the material of a face of a solid; 0 where it has none."""
+        geometry = solid.geometry
+        known = self._slots.get(solid.number)
+        if known is None or known[0] is not geometry.state:
+            materials = geometry.materials(self._depsgraph)
+            # Of one material, it does not matter which face.
+            several = len(set(materials)) > 1
+            slots = geometry.material_slots(self._depsgraph) if several else NO_SLOTS
+            known = self._slots[solid.number] = geometry.state, materials, slots
+        _, materials, slots = known
         slot = int(slots[face]) if face < len(slots) else 0
-        return materials[slot] if slot < len(materials) else None
+        # As Blender does, which takes the last where a face names a slot that is not there.
+        return materials[max(0, min(slot, len(materials) - 1))] if materials else 0
 
 
 class Hits:
@@ -166,22 +176,3 @@ class Hits:
                 )
             normal, material = known.places[ray]
         return normal, *self._rays.surfaces.of(material)
-
-
-def _slots(solid: Any, depsgraph: Any) -> tuple[list[Any], NDArray[np.int32]]:
-    """The materials of a solid, and the slot of each face as its tree counts them."""
-    source = solid.geometry.source
-    materials = [slot.material for slot in source.original.material_slots]
-    evaluated = source.evaluated_get(depsgraph)
-    if len(materials) < 2 or evaluated.type != "MESH" or evaluated.data is None:
-        return materials, np.empty(0, np.int32)
-    mesh = evaluated.data
-    slots = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("material_index", slots)
-    if solid.geometry.pivot.any():
-        # Such a tree is made of triangles.
-        mesh.calc_loop_triangles()
-        faces = np.empty(len(mesh.loop_triangles), np.int32)
-        mesh.loop_triangles.foreach_get("polygon_index", faces)
-        slots = slots[faces]
-    return materials, slots

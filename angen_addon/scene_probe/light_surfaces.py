@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,22 +19,19 @@ COLOURED = {"BSDF_DIFFUSE", "BSDF_TRANSLUCENT", "BSDF_GLOSSY", "BSDF_METALLIC"}
 
 
 class Surfaces:
-    """Facts of materials, found once each."""
+    """Facts of materials by their session uids, as they are now."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[Array, Array]] = {}
+        self._materials: dict[int, Any] = {}
+        self._known: dict[int, tuple[Array, Array]] = {0: (np.full(3, 0.8), np.zeros(3))}
 
-    def of(self, material: Any | None) -> tuple[Array, Array]:
-        """Reflectance (3,) and transmittance (3,); of no material, Cycles's grey."""
-        if material is None:
-            return np.full(3, 0.8), np.zeros(3)
-        return self.of_material(material)
-
-    def of_material(self, material: Any) -> tuple[Array, Array]:
-        key = material.original.session_uid
-        if key not in self._known:
-            self._known[key] = _facts(material)
-        return self._known[key]
+    def of(self, uid: int) -> tuple[Array, Array]:
+        """Reflectance (3,) and transmittance (3,); of no material, 0, Cycles's grey."""
+        if uid not in self._known:
+            self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
+            material = self._materials.get(uid)
+            self._known[uid] = self._known[0] if material is None else _facts(material)
+        return self._known[uid]
 
 
 def _facts(material: Any) -> tuple[Array, Array]:

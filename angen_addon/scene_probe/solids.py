@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import SURFACE_TYPES, Geometry
+from .made_by_nodes import MadeByNodes
 
 Array = NDArray[np.float64]
 # Blender marks the unused levels of `persistent_id` with the largest integer.
@@ -30,17 +31,29 @@ OBJECT = bpy.types.Object
 
 
 class Solid:
-    """One visible object or instance. `number` is never reused; `owners` are the session uids of
-    the object `owner` (or of what instances it) and of its parents. `moving` once it was seen to
-    change. `name`: what people know it by."""
+    """One visible object or instance. `number` is never reused; `original` is the object of the
+    file that it is, or is an instance of; `owner` is that object or what instances it, and `owners`
+    are the session uids of this and of its parents. `moving` once it was seen to change. `name`:
+    what people know it by."""
 
-    __slots__ = ("geometry", "key", "moving", "name", "number", "owner", "owners", "row")
+    __slots__ = (
+        "geometry",
+        "key",
+        "moving",
+        "name",
+        "number",
+        "original",
+        "owner",
+        "owners",
+        "row",
+    )
 
     def __init__(self, key: Key, number: int, moving: bool) -> None:
         self.key = key
         self.number = number
         self.moving = moving
         self.name = ""
+        self.original: Any = None
         self.owner: Any = None
         self.owners: frozenset[int] = frozenset()
         self.geometry: Geometry
@@ -75,7 +88,7 @@ class Solids:
         self.heard = 0
         self._touched_at: dict[int, int] = {}
         self._forgot_at = 0
-        self._listed: list[Any] = []
+        self._listed: list[int] = []
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
@@ -129,16 +142,16 @@ class Solids:
     def sync(self, depsgraph: Any) -> None:
         """Brings the solids to the depsgraph's present state."""
         self.syncs += 1
-        objects = list(depsgraph.objects)
-        # Evaluated objects are compared by identity alone, never looked into.
+        listed = [evaluated.as_pointer() for evaluated in depsgraph.objects]
         if (
             self._must_list
-            or objects != self._listed
+            or listed != self._listed
             or (self._instancing and (self._touched or self._reshaped))
         ):
-            self._list(depsgraph, objects)
+            self._list(depsgraph)
+            self._listed = listed
         else:
-            self._follow(depsgraph, len(objects))
+            self._follow(depsgraph, len(listed))
         self._touched.clear()
         self._reshaped.clear()
         self._unsure = False
@@ -182,7 +195,7 @@ class Solids:
             self._place(np.array(both, np.intp))
 
     def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
-        evaluated = solid.geometry.source.evaluated_get(depsgraph)
+        evaluated = solid.original.evaluated_get(depsgraph)
         if not solid.geometry.read(evaluated):
             return False
         self._set_moving(solid)
@@ -218,13 +231,13 @@ class Solids:
         self.lo[rows] = np.where(good, centre - half, np.inf)
         self.hi[rows] = np.where(good, centre + half, -np.inf)
 
-    def _list(self, depsgraph: Any, objects: list[Any]) -> None:
+    def _list(self, depsgraph: Any) -> None:
         """Makes the list anew; what was known of solids that stay is kept."""
         before = self._by_key
         self._by_key = {}
         self.solids = []
         self.instanced = set()
-        transient: dict[int, Geometry] = {}
+        made: dict[int, MadeByNodes] = {}
         shapes: dict[int, Geometry] = {}
         matrices: list[Array] = []
         view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
@@ -247,16 +260,19 @@ class Solids:
             if instance.is_instance:
                 key += (owner.session_uid, *instance.persistent_id)
             made_by_nodes = instance.is_instance and _is_transient(depsgraph, seen, original)
+            solid = before.pop(key, None)
+            geometry: Geometry
             if made_by_nodes:
-                geometry, reshaped = self._transient_shape(depsgraph, seen, transient), True
+                last = solid.geometry if solid is not None else None
+                geometry = _made_shape(depsgraph, seen, made, last)
+                reshaped = geometry is not last
             else:
                 geometry, reshaped = self._shape(depsgraph, original, shapes)
-            solid = before.pop(key, None)
             matrix = np.array(instance.matrix_world, np.float64)
             if solid is None:
                 self._numbers += 1
                 late = self.listing > 0 or bool({key[0], owner.session_uid} & self._touched)
-                solid = Solid(key, self._numbers, late or made_by_nodes)
+                solid = Solid(key, self._numbers, late)
             elif not solid.moving and (
                 reshaped or not np.array_equal(matrix, self.matrix[solid.row])
             ):
@@ -264,16 +280,16 @@ class Solids:
                 self.gone.append(solid.number)
             solid.geometry = geometry
             solid.name = _name(original, owner, made_by_nodes)
-            solid.owner = owner
+            solid.original, solid.owner = original, owner
             solid.owners = _owners(owner)
             self._by_key[key] = solid
             self.solids.append(solid)
             matrices.append(matrix)
         self.gone += [solid.number for solid in before.values() if not solid.moving]
         self._shapes = shapes
-        self._finish_list(depsgraph, objects, matrices)
+        self._finish_list(depsgraph, matrices)
 
-    def _finish_list(self, depsgraph: Any, objects: list[Any], matrices: list[Array]) -> None:
+    def _finish_list(self, depsgraph: Any, matrices: list[Array]) -> None:
         count = len(self.solids)
         self.matrix = np.array(matrices).reshape(count, 4, 4)
         self._inverse = np.empty((count, 4, 4))
@@ -290,7 +306,7 @@ class Solids:
         self._by_shape = defaultdict(list)
         for solid in self.solids:
             self._by_shape[solid.key[0]].append(solid)
-        self._listed = objects
+        objects = list(depsgraph.objects)
         self._instancing = bool(self.instanced) or any(o.is_instancer for o in objects)
         self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
         self._world = np.empty(len(objects) * 16, np.float32)
@@ -314,17 +330,21 @@ class Solids:
             self._reshaped.discard(uid)
         return geometry, changed
 
-    def _transient_shape(
-        self, depsgraph: Any, seen: Any, transient: dict[int, Geometry]
-    ) -> Geometry:
-        """The shape of what geometry nodes made; it lives only as long as the iteration."""
-        pointer = seen.data.as_pointer()
-        if pointer not in transient:
-            geometry = transient[pointer] = Geometry(seen)
-            geometry.read(seen)
-            if np.isfinite(geometry.lo).all():
-                geometry.tree(depsgraph)
-        return transient[pointer]
+
+def _made_shape(
+    depsgraph: Any, seen: Any, made: dict[int, MadeByNodes], last: Geometry | None
+) -> MadeByNodes:
+    """The shape of an instance of what nodes made, shared by all instances of the same mesh in this
+    listing; `last`, where it is as it was then."""
+    pointer = seen.data.as_pointer()
+    if pointer not in made:
+        found = MadeByNodes(seen)
+        if isinstance(last, MadeByNodes) and found.same(last):
+            found = last
+        else:
+            found.finish(seen, depsgraph)
+        made[pointer] = found
+    return made[pointer]
 
 
 def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:

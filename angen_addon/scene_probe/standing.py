@@ -15,8 +15,8 @@ from ...sensor_logic.contact.island import Standing
 from ...sensor_logic.contact.underside import clustered, firmness, underside
 from . import columns
 from .carried import Body, parts_of, same_parts
-from .rays import NOTHING, RayCaster
-from .solids import Solid, Solids
+from .rays import NOTHING
+from .solids import Solids
 from .things import GROUND, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
@@ -99,7 +99,7 @@ def _look_below(
             version = int(solids.version[row]), tolerance
             known = body.below.get(solid.number)
             if known is None or known[0] != version:
-                far = _far_below(depsgraph, solids, surfaces, solid, down, metres)
+                far = down.meet(surfaces.of(depsgraph, solid, metres))
                 known = body.below[solid.number] = version, far
             nearer = known[1] < ranges
             ranges[nearer], met[nearer] = known[1][nearer], solid.number
@@ -113,26 +113,6 @@ def _look_below(
         ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
     firm = firmness(ranges - height, tolerance) * (met != NOTHING)
     return _by_support(solids, things, samples.points, samples.areas * firm, met, metres)
-
-
-def _far_below(
-    depsgraph: Any,
-    solids: Solids,
-    surfaces: columns.Surfaces,
-    solid: Solid,
-    down: columns.Columns,
-    metres: float,
-) -> Array:
-    """How far (n,) below the places where rays start a solid is, inf where beyond their length."""
-    if solid.geometry.lasting:
-        return down.meet(surfaces.of(depsgraph, solid, metres))
-    # Of what nodes made only its tree is left.
-    row = np.array([solid.row], np.intp)
-    ways = np.broadcast_to(down.way, down.starts.shape)
-    ranges, met = RayCaster(solids).first_met(
-        depsgraph, row, down.starts / metres, ways, down.length / metres
-    )
-    return np.where(met != NOTHING, ranges * metres, np.inf)
 
 
 def _room_above(body: Body, points: Array, up: Array) -> Array:
@@ -162,7 +142,7 @@ def _by_support(
         if key == GROUND:
             solid = rows[number]
             lo, hi = solids.lo[solid.row] * metres, solids.hi[solid.row] * metres
-            ground.append((solid.geometry.source.name, lo, hi))
+            ground.append((solid.original.name, lo, hi))
     return [
         Standing(key, *clustered(points[mask], areas[mask]), tuple(ground) if key == GROUND else ())
         for key, mask in found.items()

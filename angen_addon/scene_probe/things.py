@@ -168,11 +168,15 @@ class Things:
             if bearer is None:
                 continue
             own = bearer.session_uid == solid.key[0]
-            key = solid.key if own else (bearer.session_uid,) + solid.key[1:]
+            if not solid.geometry.lasting and own:
+                # All that its nodes make is one body.
+                key: Key = (bearer.session_uid,)
+            else:
+                key = solid.key if own else (bearer.session_uid,) + solid.key[1:]
             thing = self._thing(key, bearer)
             thing.carried = True
             thing.surfaces.append(solid)
-            source = solid.geometry.source.original
+            source = solid.original
             known_by = (source, solid.owner, *_armatures(source), *_parents(source))
             thing.objects |= {obj.session_uid for obj in known_by}
 
@@ -232,7 +236,7 @@ def _parents(original: Any) -> Iterator[Any]:
 
 def _chain_keys(solid: Solid) -> Iterator[Key]:
     """The solid itself, then what it is a part of, nearest first."""
-    original = solid.geometry.source.original
+    original = solid.original
     yield solid.key
     yield (original.session_uid,)
     for parent in _parents(original):
@@ -246,7 +250,7 @@ def _chain_keys(solid: Solid) -> Iterator[Key]:
 
 def _bearer(solid: Solid) -> Any:
     """The object whose mass a solid weighs with: its own, its armature's or a parent's."""
-    original = solid.geometry.source.original
+    original = solid.original
     chain: Iterable[Any] = (original, *_armatures(original), *_parents(original))
     for candidate in chain:
         if candidate.angen_load.mass > 0.0 or is_animated(candidate, "angen_load.mass"):

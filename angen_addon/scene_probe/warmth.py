@@ -7,7 +7,6 @@ collections the nearest. What has none is as warm as the scene's ambient tempera
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,25 +103,23 @@ class Warmth:
         """Reads all again where the scene was edited, else what is animated."""
         solids = self._solids
         if self._listing == solids.listing:
-            for solid in self._changing:
-                self._read(depsgraph, solid, {}, {})
+            if self._changing:
+                by_uid, parents = _by_uid(), collection_parents()
+                for solid in self._changing:
+                    self._read(depsgraph, solid, by_uid, parents)
             return
         self._listing = solids.listing
         size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
         self._temperature = np.full(size, AMBIENT[0])
         self._emissivity = np.full(size, AMBIENT[1])
         self._patches.clear()
-        by_uid = {obj.session_uid: obj for obj in bpy.data.objects}
-        parents = collection_parents()
+        by_uid, parents = _by_uid(), collection_parents()
         self._changing = [s for s in solids.solids if self._read(depsgraph, s, by_uid, parents)]
 
     def _read(
         self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
     ) -> bool:
         """Takes down how warm a solid is; whether that is animated."""
-        if not by_uid:
-            by_uid = {obj.session_uid: obj for obj in bpy.data.objects}
-            parents = collection_parents()
         original = by_uid[solid.key[0]]
         whole = own_warmth(original.evaluated_get(depsgraph))
         if whole is None:
@@ -130,11 +127,9 @@ class Warmth:
             whole = AMBIENT if inherited is None else inherited
         self._temperature[solid.number], self._emissivity[solid.number] = whole
         animated = _is_animated(original)
-        if not solid.geometry.lasting:
-            return animated
-        materials = list(evaluated_materials(original.evaluated_get(depsgraph)))
-        each = [own_warmth(material) if material else None for material in materials]
-        animated |= any(_is_animated(m.original) for m in materials if m)
+        materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
+        each = [own_warmth(m.evaluated_get(depsgraph)) if m else None for m in materials]
+        animated |= any(_is_animated(m) for m in materials if m)
         if any(warmth is not None for warmth in each):
             values = np.array([whole if warmth is None else warmth for warmth in each])
             known = self._patches.setdefault(
@@ -184,14 +179,9 @@ def collection_parents() -> dict[Any, list[Any]]:
     return found
 
 
-def evaluated_materials(evaluated: Any) -> Iterator[Any]:
-    """The material of each slot of an evaluated object; None where there is none."""
-    slots = evaluated.material_slots
-    # Modifiers can bring materials that the object has no slots for.
-    of_data = evaluated.data.materials if evaluated.type == "MESH" else ()
-    for i in range(max(len(slots), len(of_data))):
-        own = i < len(slots) and (slots[i].link == "OBJECT" or i >= len(of_data))
-        yield slots[i].material if own else of_data[i]
+def _by_uid() -> dict[int, Any]:
+    """The objects and materials of the file by their session uids."""
+    return {owner.session_uid: owner for owner in (*bpy.data.objects, *bpy.data.materials)}
 
 
 def _is_animated(owner: Any) -> bool:

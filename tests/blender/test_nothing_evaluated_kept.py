@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nothing that Blender evaluated is kept from one look at the scene to the next.
+
+Instances, and meshes that nodes make, are gone then: whoever asks a reference to one ends Blender.
+Originals, the objects of the file, may be kept, and the Depsgraph, which tells what is there now.
+"""
+
+import gc
+import os
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import bpy
+import nodes_scenes
+import numpy as np
+import pytest
+from light_stage import material
+
+ROOT = Path(__file__).resolve().parents[2]
+LEAVES = (types.ModuleType, type, str, bytes, int, float, bool, type(None))
+
+
+def kept_by(*roots):
+    """Everything of Blender that can be reached from some Python objects, each with the names of
+    the types on the way there."""
+    found, seen = [], set()
+    waiting = [(root, type(root).__name__) for root in roots]
+    while waiting:
+        thing, way = waiting.pop()
+        if id(thing) in seen or isinstance(thing, LEAVES):
+            continue
+        seen.add(id(thing))
+        if isinstance(thing, (bpy.types.bpy_struct, bpy.types.bpy_prop_collection)):
+            found.append((thing, way))
+            continue
+        if isinstance(thing, types.FunctionType):
+            # Not its globals.
+            parts = [thing.__closure__, thing.__defaults__, thing.__kwdefaults__]
+        else:
+            parts = gc.get_referents(thing)
+        waiting += [(part, f"{way} > {type(part).__name__}") for part in parts]
+    return found
+
+
+def evaluated(*roots):
+    """Those of them that must not be kept."""
+    # Not every evaluated datablock says that it is one: those of the file are in bpy.data.
+    of_the_file = {datablock.as_pointer() for datablock in bpy.data.user_map()}
+    wrong = []
+    for thing, way in kept_by(*roots):
+        if not isinstance(thing, bpy.types.Depsgraph):
+            owner = thing.id_data
+            if owner is None or owner.as_pointer() not in of_the_file:
+                wrong.append(f"{type(thing).__name__}: {way}")
+    return wrong
+
+
+@pytest.fixture
+def home(world):
+    nodes_scenes.home(world)
+    world.update()
+    return world
+
+
+def test_the_search_finds_what_must_not_be_kept(world):
+    box = world.box((1, 1, 1))
+    box.modifiers.new("array", "ARRAY")
+    depsgraph = world.update()
+
+    class Keeper:
+        __slots__ = ("it",)
+
+    keeper = Keeper()
+    for bad in (box.evaluated_get(depsgraph), box.evaluated_get(depsgraph).data):
+        keeper.it = bad
+        assert evaluated([{"a": (keeper,)}])
+        assert evaluated(lambda: bad)  # noqa: B023
+    for good in (box, box.data, depsgraph, box.angen_sensor, box.modifiers[0]):
+        keeper.it = good
+        assert evaluated(keeper) == []
+
+
+@pytest.mark.parametrize("caster", ["FAST", "SCENE"])
+def test_a_run_keeps_nothing_evaluated(home, addon_part, caster):
+    home.scene.angen_ray_caster = caster
+    recording = addon_part("sensor_logic.recording").Recording()
+    simulate = addon_part("angen_addon.simulation").simulate
+    steps = simulate(home.scene, home.sensors(), 1, 6, recording)
+    looked = 0
+    for _ in steps:
+        names = steps.gi_frame.f_locals
+        assert evaluated(names["probes"], names["stations"], names["waiting"]) == []
+        looked += len(kept_by(names["probes"]))
+    assert looked > 50
+
+
+def test_live_values_keep_nothing_evaluated(home, addon_part):
+    cache = addon_part("angen_addon.state").CACHE
+    for frame in (1, 2, 3, 9, 10):
+        home.scene.frame_set(frame)
+        assert cache.live is not None and cache.live.readings
+        assert evaluated(cache.live) == []
+
+
+def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
+    field = addon_part("angen_addon.overlay.field").Field(home.scene)
+    for frame in (1, 2, 9):
+        home.scene.frame_set(frame)
+        layer = bpy.context.view_layer
+        field.follow(home.scene, layer, layer.depsgraph, True)
+        assert evaluated(field) == []
+
+
+def test_a_plan_and_an_explanation_keep_nothing_evaluated(home, addon_part):
+    recording = home.run(1, 12)
+    explain = addon_part("angen_addon.explain").explain
+    for sensor in home.sensors():
+        assert evaluated(explain(home.scene, sensor, recording, 3)) == []
+    plan = addon_part("angen_addon.plan.home").Home(home.update())
+    assert len(list(plan.surfaces(plan.caster.solids.version > 0))) > 10
+    assert evaluated(plan) == []
+
+
+# What they read of it
+
+
+def test_a_guest_made_of_instances_weighs_once(home):
+    """Four instanced cubes are one guest: 60 kg, not four times as much."""
+    recording = home.run(1, 12)
+    force = home.series(recording, "pad", "force_n")
+    assert force[1:-1] == pytest.approx([60.0 * 9.81] * len(force[1:-1]), rel=1e-3)
+    assert set(home.series(recording, "pad", "partners")) == {"guest"}
+
+
+def test_light_has_the_colour_that_nodes_give(world):
+    """Under a white and a black roof made by nodes, of an object without a material."""
+    found = {}
+    for name, grey in (("white", 0.9), ("black", 0.0)):
+        world.bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        paint = material(grey, name=name)
+        roof = nodes_scenes.cubes((8, 8, 0.1), 1, start=(0, 0, 2))
+        nodes_scenes.add_nodes(
+            world.link("host", world.mesh([(9, 9, 9)], [])), nodes_scenes.coloured(roof, paint)
+        )
+        lamp = bpy.data.lights.new("lamp", "POINT")
+        lamp.energy = 100.0
+        world.link("lamp", lamp, (1, 0, -0.5))
+        sensor = world.sensor("LIGHT", "light", method="ILLUMINANCE", engine="DIRECT")
+        sensor.rotation_euler.x = 3.14159265
+        found[name] = world.series(world.run(1, 2), "light", "illuminance_lux")[0]
+    assert found["black"] == 0.0
+    assert found["white"] > 1.0
+
+
+def test_faces_made_by_nodes_are_as_warm_as_their_material(world, addon_part):
+    warm = bpy.data.materials.new("warm")
+    warm.angen_warmth.use_temperature, warm.angen_warmth.temperature = True, 37.0
+    body = nodes_scenes.cubes((0.5, 0.5, 1.7), 1)
+    nodes_scenes.add_nodes(
+        world.link("host", world.mesh([(9, 9, 9)], []), (0, 0, -2)),
+        nodes_scenes.coloured(body, warm),
+    )
+    probes = addon_part("angen_addon.probes").Probes(world.scene)
+    depsgraph = world.update()
+    probes.look(depsgraph, None)
+    ways = np.array([[0, 0, -1.0]])
+    seen = probes.warmth.see(depsgraph, 0, 0, np.zeros((1, 3)), ways, np.array([5.0]))
+    assert seen.temperature[0] == pytest.approx(310.15)
+
+
+def test_what_nodes_make_and_nothing_moves_is_still(home, addon_part):
+    """So that its rays are not cast again at each frame; what changes is seen to."""
+    caster = addon_part("angen_addon.probes").make_caster(home.scene)
+    for frame in (1, 2, 3, 13):
+        home.scene.frame_set(frame)
+        caster.update(home.update())
+    moving = {}
+    for solid in caster.solids.solids:
+        moving.setdefault(solid.original.name, []).append(solid.moving)
+    assert not any(moving["shelf"] + moving["inner"] + moving["guest"])
+    assert sum(moving["walker"]) >= 6
+
+
+@pytest.fixture
+def file(home, tmp_path):
+    path = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [
+        ["simulate", "--report", "report.html", "--samples", "samples"],
+        ["explain", "--sensor", "pad", "--time", "1"],
+        ["explain", "--sensor", "ILLUMINANCE", "--time", "1"],
+        ["coverage", "--csv", "coverage.csv", "--cell", "0.5"],
+        ["place", "--count", "1", "--csv", "place.csv", "--cell", "0.5"],
+    ],
+    ids=lambda verb: "-".join(verb[:3:2]),
+)
+def test_every_verb_ends_well(file, verb):
+    """In a process of its own: what was kept too long ends Blender, with status -11."""
+    done = subprocess.run(
+        [sys.executable, "-m", "angen_addon", verb[0], str(file), *verb[1:]],
+        cwd=file.parent,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]

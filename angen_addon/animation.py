@@ -22,6 +22,26 @@ def action_curves(action: Any, slot: Any) -> list[Any]:
     return [curve for bag in bags if bag is not None for curve in bag.fcurves]
 
 
+def _lists(action: Any) -> list[Any]:
+    """The lists of F-curves that an action has."""
+    if not hasattr(action, "slots"):
+        return [action.fcurves]
+    strips = [strip for layer in action.layers for strip in layer.strips]
+    return [bag.fcurves for strip in strips for bag in strip.channelbags]
+
+
+def has_curves(action: Any) -> bool:
+    return any(len(found) for found in _lists(action))
+
+
+def remove_curve(action: Any, curve: Any) -> None:
+    """Removes one of an action's F-curves."""
+    for found in _lists(action):
+        if curve in list(found):
+            found.remove(curve)
+            return
+
+
 def curves(obj: Any, paths: set[str]) -> list[Any]:
     """The object's own F-curves of these data paths."""
     animation = obj.animation_data

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a recording as keyframes onto the sensors' `active` and `value`.
+"""Writes a recording as keyframes onto the sensors' `active` and `value`, and removes them.
 
 Both are held from key to key (constant interpolation). A reading stands until the next one is
 published; a line between two would show values that nobody measured, and show them early.
@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from ..sensor_logic.recording import Recording, Track
+from .animation import has_curves, remove_curve
 from .outputs import ACTIVE_PATH, VALUE_PATH, output_curves
 from .sensors import Sensor
 
@@ -23,7 +24,8 @@ CONSTANT = 0
 
 @dataclass
 class Baked:
-    """How many sensors got keys, and what the user should know of others, a line each."""
+    """Of how many sensors keys were written or removed, and what the user should know of others, a
+    line each."""
 
     count: int = 0
     notes: list[str] = field(default_factory=list)
@@ -50,6 +52,31 @@ def bake(sensors: list[Sensor], recording: Recording) -> Baked:
             baked.notes.append(f"'{sensor.name}' was not keyed: {obstacle}")
         else:
             baked.count += 1
+    return baked
+
+
+def is_baked(sensor: Sensor) -> bool:
+    """Whether keys say what its outputs are."""
+    return bool(output_curves(sensor.object))
+
+
+def unbake(sensors: list[Sensor]) -> Baked:
+    """Removes the keys of the sensors' outputs; an action in which nothing else is goes too."""
+    baked = Baked()
+    for sensor in filter(is_baked, sensors):
+        animation = sensor.object.animation_data
+        action = animation.action
+        if action.library is not None:
+            where = action.library.filepath
+            baked.notes.append(f"'{sensor.name}' keeps its keys: they are linked from {where}")
+            continue
+        for curve in output_curves(sensor.object):
+            remove_curve(action, curve)
+        baked.count += 1
+        if not has_curves(action):
+            animation.action = None
+            if not action.users:
+                bpy.data.actions.remove(action)
     return baked
 
 

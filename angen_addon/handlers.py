@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import digests, live, outputs, overlay, recording_store, resting, state
+from . import digests, live, overlay, playhead, recording_store, resting, state
 from .scene_probe import light_scene
 
 
@@ -25,14 +25,10 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if state.CACHE.running or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
-    frame = scene.frame_current + scene.frame_subframe
     kept = state.CACHE.kept(scene)
     if kept is not None:
         kept.note_frame(scene, depsgraph)
-    recording = state.CACHE.recording(scene)
-    if recording is not None and recording.covers(frame):
-        outputs.show_recorded(recording, view_layer, frame)
-    elif scene.angen_live:
+    if not playhead.show_recorded(scene, view_layer) and scene.angen_live:
         following = state.CACHE.live
         if following is None or following.scene_uid != scene.session_uid:
             following = state.CACHE.live = live.Live(scene)
@@ -93,6 +89,7 @@ def after_load(*_: Any) -> None:
     light_scene.remove_left()
     recording_store.restore()
     _look_again()
+    _show_recorded()
 
 
 @persistent
@@ -105,6 +102,7 @@ def before_undo(*_: Any) -> None:
 def after_undo(*_: Any) -> None:
     light_scene.remove_left()
     _look_again()
+    _show_recorded()
 
 
 def _look_again() -> None:
@@ -114,6 +112,20 @@ def _look_again() -> None:
     kept = state.CACHE.kept(scene) if scene is not None else None
     if kept is not None:
         kept.verify(scene, bpy.context.evaluated_depsgraph_get())
+
+
+def _show_recorded() -> None:
+    """The file's outputs are those of when it was saved: drivers read what is recorded."""
+    context = bpy.context
+    if context.scene is None:
+        return
+    state.CACHE.running = True
+    try:
+        if playhead.show_recorded(context.scene, context.view_layer):
+            # What is shown must not be taken for an edit.
+            context.view_layer.update()
+    finally:
+        state.CACHE.running = False
 
 
 @persistent

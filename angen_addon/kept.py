@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import secrets
 from typing import Any
 
 import bpy
@@ -17,7 +18,8 @@ HERE = tuple(bpy.app.version[:2])
 
 class Kept:
     """`unsure` after undo or load, until `verify`; `stored` is how a file holds it, once made;
-    `blender` the version whose properties the fingerprint is of."""
+    `blender` the version whose properties the fingerprint is of; `mark` tells it from all others,
+    also of other sessions."""
 
     def __init__(
         self, recording: Recording, fingerprint: Fingerprint, blender: tuple[int, ...] = ()
@@ -25,6 +27,7 @@ class Kept:
         self.recording = recording
         self.fingerprint = fingerprint
         self.blender = blender or HERE
+        self.mark = 1 + secrets.randbelow(2**31 - 1)
         self.unsure = False
         self.stored = ""
         # What differs from the fingerprint, in words, by its key there.

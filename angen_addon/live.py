@@ -9,14 +9,32 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 from ..sensor_logic.clock import Clock
+from ..sensor_logic.model import Reading
 from . import outputs, resting, state
 from .probes import Probes
 from .scene_probe.solids import Solids
-from .sensors import SensorError, all_sensors, check, simulated
+from .sensors import Sensor, SensorError, all_sensors, check, simulated
 from .station import Station, Taken
+
+BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
+EDITED = "The scene was edited since: scrub, play or simulate"
+ELSEWHERE = "It was read at another frame: scrub, play or simulate"
+LIGHT_AT_REST = (
+    "Light is measured once the playhead rests, as rendering takes too long for each frame; "
+    "simulate for all frames"
+)
+
+
+@dataclass(frozen=True)
+class Published:
+    """A reading, and the frame at which it was sensed."""
+
+    reading: Reading
+    frame: int
 
 
 class Live:
@@ -25,11 +43,13 @@ class Live:
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
         self.problems: dict[str, str] = {}
-        # What was published last, by the sensor's name, for panels.
-        self.readings: dict[str, dict[str, Any]] = {}
+        # What was published last, by the sensor's name.
+        self.readings: dict[str, Published] = {}
         self.outdated = True
         # The frame that was looked at last, until something else looked at it too.
         self.looked_at: int | None = None
+        # The frame that was followed last.
+        self._frame: int | None = None
         self._probes = Probes(scene)
         self._waiting: dict[int, Taken] = {}
         self._lit: dict[str, Taken] = {}
@@ -40,6 +60,7 @@ class Live:
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
         """Senses at the present frame and shows it."""
         self.looked_at = None
+        self._frame = scene.frame_current
         # A handler cannot evaluate sub-frames: live values look at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
@@ -49,7 +70,7 @@ class Live:
         step = scene.frame_current - scene.frame_start
         if step < 0:
             # Before time begins there is nothing to sense, and nothing to compare with later.
-            self._last_update.clear()
+            self._forget()
             return
         due = [(s, *update) for s in self._stations if (update := self._due(s, step))]
         pads = [station.sensor.object for station, _, _ in due if station.sensor.kind.motion]
@@ -58,10 +79,20 @@ class Live:
         self._watch([s for s, _, _ in due], step, depsgraph)
         changed = [self._finish(station, step) for station in self._stations]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
-        changed += self._preview(depsgraph, [s.sensor.name for s, _, _ in due])
+        changed += self._light(depsgraph, scene.frame_current)
         if any(changed):
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
+
+    def why_old(self, sensor: Sensor, scene: Any) -> str:
+        """Why the sensor's last reading, if any, is not what it would read now; else empty."""
+        if scene.frame_current < scene.frame_start:
+            return BEFORE_THE_START
+        if self.outdated:
+            return EDITED
+        if self._frame != scene.frame_current:
+            return ELSEWHERE
+        return LIGHT_AT_REST if sensor.name in self._lit else ""
 
     @property
     def solids(self) -> Solids:
@@ -78,12 +109,8 @@ class Live:
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
         self._clock = clock
         self.outdated = False
-        self.problems.clear()
-        self.readings.clear()
+        self._forget()
         self._stations.clear()
-        self._last_update.clear()
-        self._waiting.clear()
-        self._lit.clear()
         for sensor in simulated(all_sensors(view_layer)):
             try:
                 check(sensor)
@@ -92,6 +119,13 @@ class Live:
             else:
                 self._stations.append(Station(sensor, clock))
         self._probes.serve(station.sensor for station in self._stations)
+
+    def _forget(self) -> None:
+        self.problems.clear()
+        self.readings.clear()
+        self._last_update.clear()
+        self._waiting.clear()
+        self._lit.clear()
 
     def _due(self, station: Station, step: int) -> tuple[int, bool] | None:
         """The number of the update to make now and whether it follows the one before."""
@@ -119,6 +153,7 @@ class Live:
     ) -> bool:
         """Whether the sensor's binary output changed."""
         name, uid = station.sensor.name, station.sensor.uid
+        self._lit.pop(name, None)
         try:
             taken = station.take(number, step, depsgraph, self._probes)
         except SensorError as error:
@@ -139,25 +174,42 @@ class Live:
             return False
         return self._show(taken)
 
-    def _preview(self, depsgraph: Any, names: Iterable[str]) -> list[bool]:
-        """Shows an estimate of the light at once; a frame handler must not render."""
-        lit = [self._lit[name] for name in names if name in self._lit]
-        if not lit:
-            return []
+    def _light(self, depsgraph: Any, frame: int) -> list[bool]:
+        """Shows the light of the sensors whose engine is DIRECT, as a run would record it; whether
+        binary outputs changed. A frame handler must not render: the others' is left to be done."""
+        direct = [
+            taken
+            for taken in self._lit.values()
+            if taken.request is not None and taken.request.engine == "DIRECT"
+        ]
+        changed = []
         try:
-            self._probes.preview(depsgraph, [t.request for t in lit if t.request is not None])
+            measured = self._probes.direct(depsgraph, [t.request for t in direct]) if direct else ()
         except SensorError as error:
-            self.problems.update({t.station.sensor.name: str(error) for t in lit})
-            return []
-        resting.frame_was_shown()
-        return [self._show(taken) for taken in lit]
+            self._fail(direct, error)
+            measured = ()
+        for taken in direct:
+            if taken.station.sensor.name in measured:
+                del self._lit[taken.station.sensor.name]
+                changed.append(self._show(taken, frame))
+        if self._lit:
+            resting.frame_was_shown()
+        return changed
+
+    def _fail(self, lit: Iterable[Taken], error: SensorError) -> None:
+        """What was to be measured cannot be."""
+        for taken in lit:
+            name = taken.station.sensor.name
+            self._lit.pop(name, None)
+            self.readings.pop(name, None)
+            self.problems[name] = str(error)
 
     @property
     def left_to_do(self) -> bool:
         return bool(self._lit)
 
     def do_the_rest(self, scene: Any, view_layer: Any) -> None:
-        """Measures the light at the present frame as a run does, in place of the estimate."""
+        """Measures the light at the present frame as a run does."""
         lit = list(self._lit.values())
         self._lit.clear()
         state.CACHE.running = True
@@ -167,11 +219,11 @@ class Live:
             self._probes.measure(scene, view_layer, depsgraph, asked)
             for taken in lit:
                 taken.station.reset()
-                self._show(taken)
+                self._show(taken, scene.frame_current)
             # What is shown must not be taken for an edit.
             view_layer.update()
         except SensorError as error:
-            self.problems.update({t.station.sensor.name: str(error) for t in lit})
+            self._fail(lit, error)
         finally:
             state.CACHE.running = False
 
@@ -180,9 +232,13 @@ class Live:
         taken = self._waiting.pop(station.sensor.uid, None)
         return taken is not None and step == taken.step + 1 and self._show(taken)
 
-    def _show(self, taken: Taken) -> bool:
+    def _show(self, taken: Taken, frame: int | None = None) -> bool:
+        """Publishes a reading, sensed at its update's frame unless at another one; whether the
+        binary output changed."""
         reading, sensor = taken.reading(), taken.station.sensor
-        self.readings[sensor.name] = reading.fields
+        if frame is None:
+            frame = self._clock.frame_and_subframe(taken.step)[0]
+        self.readings[sensor.name] = Published(reading, frame)
         problem = reading.fields.get("problem", "")
         if problem:
             self.problems[sensor.name] = f"'{sensor.name}': {problem}"

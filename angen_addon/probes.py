@@ -44,6 +44,7 @@ class Probes:
         self._bodies = Bodies(self._solids)
         self._pads: list[Any] = []
         self._light: Mapping[str, LightSample] = {}
+        self._direct: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
         self._light_scenes = KeptScenes()
         state.CACHE.watch(self._lighting)
@@ -102,17 +103,23 @@ class Probes:
         """Removes from the file what was kept there."""
         self._light_scenes.close()
 
-    def preview(self, depsgraph: Any, asked: list[LightRequest]) -> None:
-        """The closed-form estimate of the same, also for frame handlers. Raises SensorError."""
+    def direct(self, depsgraph: Any, asked: Sequence[LightRequest | None]) -> set[str]:
+        """Measures by closed forms what they model, also in frame handlers; the names of those
+        that were. A scene that holds more is left to `measure`, which asks Cycles. Raises
+        SensorError."""
         efficacy = depsgraph.scene.angen_luminous_efficacy
+        requests = [request for request in asked if request is not None]
         try:
-            self._light = measure_direct(self.caster.solids, depsgraph, asked, efficacy)
+            found = measure_direct(self.caster.solids, depsgraph, requests, efficacy)
         except LightError as error:
             raise SensorError(str(error)) from None
+        # Apart from what was measured, which stands as long as nothing changes.
+        self._direct = {name: sample for name, sample in found.items() if not sample.note}
+        return set(self._direct)
 
     def light(self, name: str) -> LightSample:
         """What was measured last for a sensor."""
-        return self._light[name]
+        return self._direct[name] if name in self._direct else self._light[name]
 
     def forces(self, pad: Any, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""

@@ -310,6 +310,11 @@ def _scene_properties() -> dict[str, Any]:
             description="Without a recording, sensors follow the playhead",
             default=True,
         ),
+        "angen_cleared": IntProperty(
+            name="Cleared recording",
+            description="Which recording was cleared, so that undo brings it back",
+            options={"HIDDEN"},
+        ),
     }
 
 

@@ -32,12 +32,11 @@ def put_into_file() -> None:
     restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
     for uid, kept in state.CACHE.all_kept().items():
-        if uid in scenes:
-            text = bpy.data.texts.new(TEXT)
-            text.use_fake_user = True
-            text[SCENE] = scenes[uid]
-            kept.stored = kept.stored or _encoded(kept)
-            text.from_string(kept.stored)
+        text = bpy.data.texts.new(TEXT)
+        text.use_fake_user = True
+        text[SCENE] = scenes[uid]
+        kept.stored = kept.stored or _encoded(kept)
+        text.from_string(kept.stored)
 
 
 def take_out_of_file() -> None:

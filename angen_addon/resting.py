@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import bpy
 
 from . import state
+from .playhead import recorded_here
 
 # s: the playhead rests once it has stood still for this long.
 REST = 0.4
@@ -23,22 +25,26 @@ def frame_was_shown() -> None:
 
 def _look() -> float | None:
     """Seconds until the next look; None where nothing is left to be done."""
-    following = state.CACHE.live
-    if following is None or not following.left_to_do:
+    following, context = state.CACHE.live, bpy.context
+    if following is None or not following.left_to_do or not _is_shown(following, context.scene):
         return None
     stood = time.monotonic() - state.CACHE.shown_at
     if stood < REST:
         return REST - stood
-    context = bpy.context
     if state.CACHE.running or any(w.screen.is_animation_playing for w in _windows()):
         return BUSY
-    if context.scene is None or context.scene.session_uid != following.scene_uid:
-        return None
     following.do_the_rest(context.scene, context.view_layer)
     for window in _windows():
         for area in window.screen.areas:
             area.tag_redraw()
     return None
+
+
+def _is_shown(following: Any, scene: Any) -> bool:
+    """Whether what is shown of this scene is what is sensed live."""
+    if scene is None or scene.session_uid != following.scene_uid:
+        return False
+    return scene.angen_live and (state.CACHE.running or recorded_here(scene) is None)
 
 
 def _windows() -> list[bpy.types.Window]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 import weakref
 from typing import Any, Protocol
 
+import bpy
+
 from ..sensor_logic.recording import Recording
 from .kept import Kept
 
@@ -49,20 +51,25 @@ class Cache:
         return kept.recording if kept is not None and not kept.stale else None
 
     def kept(self, scene: Any) -> Kept | None:
-        """The last run, stale or not."""
-        return self._kept.get(scene.session_uid)
+        """The last run, stale or not, unless it was cleared."""
+        kept = self._kept.get(scene.session_uid)
+        return None if kept is None or scene.angen_cleared == kept.mark else kept
 
     def keep(self, scene: Any, kept: Kept) -> None:
         self._kept[scene.session_uid] = kept
         self.notice = ""
 
-    def drop_recording(self, scene: Any) -> None:
-        self._kept.pop(scene.session_uid, None)
+    def clear_recording(self, scene: Any) -> None:
+        """Forgets the last run, until undo takes back what is noted in the scene."""
+        kept = self.kept(scene)
+        if kept is not None:
+            scene.angen_cleared = kept.mark
         self.notice = ""
 
     def all_kept(self) -> dict[int, Kept]:
-        """By the session uid of the scene."""
-        return dict(self._kept)
+        """Those that were not cleared, by the session uid of the scene."""
+        found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
+        return {uid: kept for uid, kept in found.items() if kept is not None}
 
     def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
         """What other scenes share with this one: Blender does not tell of it once they are shown

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the recording as keyframes."""
+"""Writes the recording as keyframes, and removes them."""
 
 from __future__ import annotations
 
 import bpy
+from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon import bake, state
@@ -38,4 +39,42 @@ class ANGEN_OT_bake_keyframes(Operator):
         return {"FINISHED"}
 
 
-register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_bake_keyframes,))
+class ANGEN_OT_unbake_keyframes(Operator):
+    bl_idname = "angen.unbake_keyframes"
+    bl_label = "Unbake"
+    bl_description = (
+        "Remove the keys of the sensors' outputs, so that drivers read what is recorded or live"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    selected: BoolProperty(name="Selected", description="Of the selected and active sensors alone")
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not any(map(bake.is_baked, all_sensors(context.view_layer))):
+            cls.poll_message_set("No sensor has baked keys")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        scene, active = context.scene, context.view_layer.objects.active
+        sensors = [
+            sensor
+            for sensor in all_sensors(context.view_layer)
+            if not self.selected or sensor.object == active or sensor.object.select_get()
+        ]
+        unbaked = bake.unbake(sensors)
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+        for note in unbaked.notes:
+            self.report({"WARNING"}, note)
+        if not unbaked.count:
+            self.report({"ERROR"}, "No selected sensor has baked keys that can be removed")
+            return {"CANCELLED"}
+        many = f"{unbaked.count} sensors" if unbaked.count != 1 else "1 sensor"
+        self.report({"INFO"}, f"Keys of {many} removed: drivers read what is recorded or live")
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_bake_keyframes, ANGEN_OT_unbake_keyframes)
+)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-from bpy.types import Context, Operator
+from bpy.types import Context, Event, Operator
 
 from ..angen_addon import state
 
@@ -40,22 +40,39 @@ def is_still_fresh(operator: Any, context: Context) -> bool:
     return not kept.stale
 
 
+# Modes in which undo goes back to what the scene was; in others, to what is edited there alone.
+UNDONE_IN = {"OBJECT", "POSE"}
+
+
 class ANGEN_OT_clear_recording(Operator):
     bl_idname = "angen.clear_recording"
     bl_label = "Clear Recording"
-    bl_description = "Forget what was recorded, in the file too; sensors follow the playhead again"
-    bl_options = {"REGISTER"}
+    bl_description = (
+        "Forget what was recorded, in the file too; sensors follow the playhead again. "
+        "Undo brings it back"
+    )
+    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
+        if state.CACHE.running:
+            cls.poll_message_set("A simulation is running")
+            return False
         if state.CACHE.kept(context.scene) is None:
             cls.poll_message_set("Nothing is recorded")
             return False
         return True
 
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        if context.mode in UNDONE_IN and context.preferences.edit.use_global_undo:
+            return self.execute(context)
+        # There is no way back.
+        found: set[str] = context.window_manager.invoke_confirm(self, event)
+        return found
+
     def execute(self, context: Context) -> set[str]:
-        state.CACHE.drop_recording(context.scene)
-        self.report({"INFO"}, "Recording cleared: sensors follow the playhead")
+        state.CACHE.clear_recording(context.scene)
+        self.report({"INFO"}, "Recording cleared: sensors follow the playhead. Undo brings it back")
         return {"FINISHED"}
 
 

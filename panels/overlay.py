@@ -8,13 +8,15 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from .readings import ACTIVE, IDLE, OFF, UNKNOWN, WRONG
+from .readings import ACTIVE, BAKED, IDLE, OFF, OLD, UNKNOWN, WRONG
 
 # Words for the signs, which are those that the table has too.
 SIGNS = (
     (ACTIVE, "Motion, open, pressed, lit"),
     (IDLE, "Still, closed, free, dark"),
     (WRONG, "Not valid"),
+    (OLD, "Old: it would read anew"),
+    (BAKED, "Baked keys alone"),
     (UNKNOWN, "No reading: scrub, play or simulate"),
     (OFF, "Off"),
 )

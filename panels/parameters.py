@@ -10,7 +10,7 @@ from bpy.types import Context
 from ..angen_addon.sensors import Sensor, SensorError, check
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs, used
-from . import light, pad, warmth
+from . import light, origin, pad, warmth
 from .lines import draw_lines
 from .readings import shown
 
@@ -68,6 +68,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     layout.label(text=seen.text, icon=seen.icon)
     enabled = sensor.settings.enabled
     if enabled:
+        origin.draw(layout, seen)
         _draw_problem(layout, sensor)
     if enabled and sensor.kind.identifier in DETAILS:
         DETAILS[sensor.kind.identifier](layout, context, sensor, seen)

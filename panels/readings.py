@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a sensor reads at the playhead: recorded where there is a recording, else live.
+"""What a sensor reads at the playhead, in words: `playhead` says what, and where it comes from.
 
 States differ by icon and by word, never by colour alone.
 """
@@ -10,22 +10,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..angen_addon import outputs, state
+from ..angen_addon import playhead, state
+from ..angen_addon.playhead import Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
+from ..sensor_logic.model import Reading
 from ..sensor_logic.quantities import NOTHING
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
-UNKNOWN = "DOT"
+UNKNOWN, OLD, BAKED = "DOT", "TIME", "KEYFRAME_HLT"
 # Kinds whose main reading is what they measure; of the others it is the state.
 MEASURING = {"LIGHT", "PRESSURE"}
+# s: the age of a reading is told from here on, and where there is little room.
+AGE_TOLD, AGE_TOLD_IN_SHORT = 0.2, 1.0
+ORIGINS = {
+    playhead.RECORDED: "Recorded at frame {0:g}",
+    playhead.LIVE: "Live, read at frame {0:g}",
+    playhead.BAKED: "Baked keys at frame {0:g}",
+}
 
 
 @dataclass(frozen=True)
 class Shown:
     """`text` in full, `short` where there is little room, with the `icon` of the state; `problem`:
     why the reading is not valid, or there is none; `fields`: what was published, None where nothing
-    is known of it; `recorded`: not live."""
+    is known of it; `recorded`: not live; `origin`: where it comes from, in words; `old`: why it is
+    old, and what brings a new one; `keys`: what baked keys say."""
 
     text: str
     icon: str
@@ -33,6 +43,9 @@ class Shown:
     fields: Mapping[str, Any] | None = None
     recorded: bool = False
     brief: str = ""
+    origin: str = ""
+    old: str = ""
+    keys: str = ""
 
     @property
     def short(self) -> str:
@@ -41,47 +54,60 @@ class Shown:
 
 def shown(sensor: Sensor, scene: Any) -> Shown:
     """What the sensor reads, in words, or why nothing."""
-    kind, settings = sensor.kind, sensor.settings
-    if not settings.enabled:
+    if not sensor.settings.enabled:
         return Shown("Off", OFF)
     if state.CACHE.running:
         # What stands is of the frame where the playhead was before the run.
         return Shown("Simulating", UNKNOWN, brief=NOTHING)
-    recorded = _recorded(sensor, scene)
-    fields, problem = recorded or _live(sensor, scene)
-    reading, lengths = sensor.reading, lengths_of(scene)
-    value = reading.text(settings.value, lengths)
-    if problem:
-        icon = WRONG if fields is None else DOUBTFUL
+    told, lengths = playhead.at_playhead(sensor, scene), lengths_of(scene)
+    text, icon, brief = _words(sensor, told, lengths)
+    return Shown(
+        text,
+        icon,
+        told.problem,
+        told.reading.fields or None if told.reading else None,
+        told.origin == playhead.RECORDED,
+        brief,
+        ORIGINS[told.origin].format(told.frame) if told.reading else "",
+        told.old,
+        state_text(sensor, told.keys, lengths) if told.keys else "",
+    )
+
+
+def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
+    """In full, the icon, and in short."""
+    reading, quantity = told.reading, sensor.reading
+    if told.problem:
+        if reading is None:
+            return "Invalid", WRONG, "Invalid"
         # What stands is the last known reading, if there was any.
-        text = f"Invalid, {value}" if fields and settings.value else "Invalid"
-        return Shown(text, icon, problem, fields, recorded is not None, "Invalid")
-    if fields is None and not outputs.output_curves(sensor.object):
-        return Shown("No reading", UNKNOWN, brief=NOTHING)
-    word, icon = (kind.active_label, ACTIVE) if settings.active else (kind.idle_label, IDLE)
-    measures = sensor.kind.identifier in MEASURING
-    brief = reading.short(settings.value, lengths) if measures else word
-    return Shown(f"{word}, {value}", icon, "", fields, recorded is not None, brief)
+        value = quantity.text(reading.value, lengths)
+        return f"Invalid, {value}" if reading.value else "Invalid", DOUBTFUL, "Invalid"
+    if reading is None:
+        return "No reading", UNKNOWN, NOTHING
+    text = state_text(sensor, reading, lengths)
+    brief = text.partition(",")[0]
+    if sensor.kind.identifier in MEASURING:
+        brief = quantity.short(reading.value, lengths)
+    if told.origin == playhead.BAKED:
+        return f"Baked: {text}", BAKED, f"Baked: {brief}"
+    icon = OLD if told.old else ACTIVE if reading.active else IDLE
+    age = age_text(told, AGE_TOLD) or ("old" if told.old else "")
+    short_age = age_text(told, AGE_TOLD_IN_SHORT)
+    return ", ".join(filter(None, (text, age))), icon, ", ".join(filter(None, (brief, short_age)))
 
 
-def _recorded(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str] | None:
-    """Fields and problem in the recording; None where it does not cover the playhead."""
-    recording = state.CACHE.recording(scene)
-    frame = scene.frame_current + scene.frame_subframe
-    if recording is None or not recording.covers(frame):
-        return None
-    track = recording.track_of(sensor.uid)
-    index = track.at(frame) if track else None
-    if track is None or index is None:
-        return None, ""
-    fields = {name: column[index] for name, column in track.columns.items()}
-    return fields, fields.get("problem", "")
+def state_text(sensor: Sensor, reading: Reading, lengths: Any) -> str:
+    """The state and the main reading, in full."""
+    word = sensor.kind.active_label if reading.active else sensor.kind.idle_label
+    return f"{word}, {sensor.reading.text(reading.value, lengths)}"
 
 
-def _live(sensor: Sensor, scene: Any) -> tuple[Mapping[str, Any] | None, str]:
-    """Fields and problem of the last live update."""
-    live = state.CACHE.live
-    if live is None or live.scene_uid != scene.session_uid or not scene.angen_live:
-        return None, ""
-    problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
-    return live.readings.get(sensor.name), problem
+def age_text(told: Told, least: float) -> str:
+    """How old a reading is, where that is `least` seconds or more; or at which later frame it was
+    read."""
+    if told.age < 0.0:
+        return f"at frame {told.frame:g}"
+    if told.age < least:
+        return ""
+    return f"{told.age:.{0 if told.age >= 9.95 else 1}f} s ago"

@@ -30,8 +30,9 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         row.operator("angen.export_samples", text="Samples", icon="EXPORT")
         row.operator("angen.export_report", text="Report", icon="EXPORT")
         row = layout.row(align=True)
-        row.operator("angen.bake_keyframes", icon="KEYFRAME_HLT")
-        row.operator("angen.clear_recording", text="", icon="TRASH")
+        row.operator("angen.bake_keyframes", text="Bake", icon="KEYFRAME_HLT")
+        row.operator("angen.unbake_keyframes", icon="KEYFRAME")
+        layout.operator("angen.clear_recording", icon="TRASH")
         layout.prop(scene, "angen_live")
 
 

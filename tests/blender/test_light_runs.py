@@ -5,9 +5,10 @@ import math
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import probes, state
+from bl_ext.user_default.angen_sensors.angen_addon import probes, resting, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import light
 from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
+from bl_ext.user_default.angen_sensors.panels import readings
 
 
 @pytest.fixture
@@ -74,22 +75,82 @@ def test_efficacy_is_a_factor(world, lamp):
     assert second == pytest.approx(first * 179.0 / 683.0, rel=1e-6)
 
 
-def test_scrubbing_shows_an_estimate_then_the_light(world, lamp, monkeypatch):
-    """Nothing is rendered in the frame handler; the rest is done once the playhead stands."""
+def told(world):
+    (sensor,) = world.sensors()
+    return readings.shown(sensor, world.scene)
+
+
+def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkeypatch):
+    """Nothing is rendered in the frame handler, and nothing is estimated there: what is shown and
+    what drivers read was measured once the playhead stood, as a run does it."""
+    recorded = world.series(world.run(), "lux", "illuminance_lux")
+    state.CACHE.clear()
     calls = counted(monkeypatch)
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
-    estimate = lamp.angen_sensor.value
-    assert not calls and estimate > 0
+    assert told(world).text == "No reading" and "once the playhead rests" in told(world).old
+    assert not lamp.angen_sensor.active and not calls
     following = state.CACHE.live
     assert following.left_to_do
     following.do_the_rest(world.scene, bpy.context.view_layer)
     assert len(calls) == 1 and not following.left_to_do
-    assert lamp.angen_sensor.value == pytest.approx(estimate, rel=0.01), "direct light alone"
+    assert lamp.angen_sensor.value == pytest.approx(recorded[4], rel=1e-6)
+    assert lamp.angen_sensor.active
     assert not following.outdated, "showing a value is no edit"
+    measured = told(world)
+    assert (measured.icon, measured.old) == (readings.ACTIVE, "")
+    world.scene.frame_set(24)
+    old = told(world)
+    assert old.text == f"{measured.text}, 0.8 s ago" and old.icon == readings.OLD
+    assert "once the playhead rests" in old.old
+    assert lamp.angen_sensor.active, "what was measured last"
+    world.scene.frame_set(2)
+    assert told(world).text == f"{measured.text}, at frame 5"
     world.scene.frame_set(20)
+    following.do_the_rest(world.scene, bpy.context.view_layer)
     assert lamp.angen_sensor.value == 0.0 and not lamp.angen_sensor.active
+    assert told(world).icon == readings.IDLE
+
+
+def test_closed_forms_are_shown_at_once_where_a_run_records_them(world, lamp, monkeypatch):
+    """And where the scene holds what they do not model, Cycles is waited for."""
+    lamp.angen_sensor.light.engine = "DIRECT"
+    recorded = world.series(world.run(), "lux", "illuminance_lux")
+    state.CACHE.clear()
+    calls = counted(monkeypatch)
+    world.scene.angen_live = True
+    for frame in (5, 20, 11):
+        world.scene.frame_set(frame)
+        assert lamp.angen_sensor.value == pytest.approx(recorded[frame - 1], rel=1e-6)
+        assert told(world).old == "" and not state.CACHE.live.left_to_do
+    panel = world.box((1, 1, 0.01), at=(0, 0, 3), name="panel")
+    glowing = bpy.data.materials.new("glowing")
+    glowing.use_nodes = True
+    glowing.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
+    glowing.node_tree.nodes["Principled BSDF"].inputs["Emission Color"].default_value = (1, 1, 1, 1)
+    panel.data.materials.append(glowing)
+    world.update()
+    world.scene.frame_set(6)
+    assert told(world).icon in {readings.OLD, readings.UNKNOWN} and told(world).old
+    assert state.CACHE.live.left_to_do and not calls
+
+
+def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatch):
+    """Simulate starts before the light of the frame under the playhead was measured."""
+    world.scene.angen_live = True
+    world.update()
+    world.scene.frame_set(5)
+    assert state.CACHE.live.left_to_do
+    bpy.ops.angen.simulate()
+    recorded = lamp.angen_sensor.value
+    before = told(world)
+    assert before.recorded and before.fields["illuminance_lux"] == pytest.approx(recorded)
+    calls = counted(monkeypatch)
+    state.CACHE.shown_at = 0.0
+    assert resting._look() is None and not calls
+    assert (told(world).text, told(world).recorded) == (before.text, True)
+    assert lamp.angen_sensor.value == recorded
 
 
 def test_a_run_leaves_nothing_behind(world, lamp):

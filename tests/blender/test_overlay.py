@@ -330,7 +330,7 @@ def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
     assert len(different) == len(looks) - 1
     assert set(looks) == {
         readings.ACTIVE, readings.IDLE, readings.OFF, readings.DOUBTFUL, readings.WRONG,
-        readings.UNKNOWN,
+        readings.UNKNOWN, readings.OLD, readings.BAKED,
     }  # fmt: skip
 
 

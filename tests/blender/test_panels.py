@@ -295,7 +295,8 @@ def test_a_recorded_pad_is_shown_in_full(physics):
     physics.scene.frame_set(40)
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Pressed, 49.05 N" and layout.icons[0] == "RADIOBUT_ON"
-    found = dict(zip(layout.labels[1::2], layout.labels[2::2], strict=False))
+    assert layout.labels[1] == "Recorded at frame 40"
+    found = dict(zip(layout.labels[2::2], layout.labels[3::2], strict=False))
     assert found["Pressed By"] == "box"
     assert found["Centre"] == "X 2.0 cm, Y 0.0 cm"
     assert found["Resistor"] == "739 Ω"
@@ -331,7 +332,9 @@ def test_states_differ_by_word_and_by_icon(addon_part, physics):
     seen[found.text.partition(",")[0]] = found.icon
     for frame in range(1, 6):
         physics.scene.frame_set(frame)
-    pad().angen_sensor.active = False
+    pad().angen_sensor.pressure.threshold = 100.0
+    for frame in range(1, 30):
+        physics.scene.frame_set(frame)
     found = shown(sensor, physics.scene)
     seen[found.text.partition(",")[0]] = found.icon
     pad().angen_sensor.enabled = False
@@ -353,7 +356,8 @@ def test_a_live_pad_is_shown_in_full(physics):
     for frame in range(1, 30):
         physics.scene.frame_set(frame)
     layout = drawn("ANGEN_PT_physics")
-    assert layout.labels[:3] == ["Pressed, 49.05 N", "Pressed By", "box"]
+    reading = ["Pressed, 49.05 N", "Live, read at frame 28", "Pressed By", "box"]
+    assert layout.labels[:4] == reading, "forces are known a frame later"
     physics.scene.frame_set(20)
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Invalid, 49.05 N" and layout.icons[0] == "QUESTION"

@@ -400,7 +400,7 @@ def damage(path, change):
     store.put_into_file()
     (text,) = (t for t in bpy.data.texts if t.name.startswith(store.TEXT))
     body = text.as_string()
-    cache().drop_recording(bpy.context.scene)
+    cache().clear_recording(bpy.context.scene)
     text.from_string(change(body))
     # Saved without the handlers.
     mine = import_module(f"{ADDON}.angen_addon.handlers")

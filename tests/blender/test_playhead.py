@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is shown of a sensor says where it comes from: recorded, live, baked; how old it is, and
+why."""
+
+from importlib import import_module
+
+import bpy
+import pytest
+
+ADDON = "bl_ext.user_default.angen_sensors"
+ops = bpy.ops.angen
+
+
+def part(name):
+    return import_module(f"{ADDON}.{name}")
+
+
+def cache():
+    return part("angen_addon.state").CACHE
+
+
+def told(name="Front door"):
+    """What the panels, the table and the overlay say of a sensor."""
+    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    (sensor,) = (s for s in sensors if s.name == name)
+    return part("panels.readings").shown(sensor, bpy.context.scene)
+
+
+def sensor():
+    return bpy.data.objects["Front door"]
+
+
+def leaf():
+    return bpy.data.objects["door"]
+
+
+@pytest.fixture
+def door(world):
+    """A switch at 1 Hz; a door of 24 frames a second that opens at frame 13 and shuts at 37."""
+    obj = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
+    world.key(obj, "location", {1: (0, 0, -0.02), 13: (1, 0, -0.02), 37: (0, 0, -0.02)}, "CONSTANT")
+    world.switch("Front door", update_rate=1.0)
+    world.scene.frame_end = 72
+    world.update()
+    bpy.ops.ed.undo_push(message="door")
+    return world
+
+
+# Age
+
+
+def test_an_old_reading_says_how_old_it_is(door):
+    """At frame 48 the door has been shut for half a second; the switch looked at frame 25."""
+    ops.simulate()
+    door.scene.frame_set(25)
+    assert told().text.startswith("Open") and "ago" not in told().text
+    door.scene.frame_set(48)
+    assert told().text.startswith("Open") and told().text.endswith(", 1.0 s ago")
+    assert told().origin == "Recorded at frame 25"
+    door.scene.frame_set(49)
+    assert told().text.startswith("Closed") and "ago" not in told().text
+
+
+def test_where_there_is_little_room_from_a_second_on(door):
+    sensor().angen_sensor.update_rate = 0.4
+    ops.simulate()
+    for frame, text in ((1, "Closed"), (24, "Closed"), (25, "Closed, 1.0 s ago")):
+        door.scene.frame_set(frame)
+        assert told().short == text
+    door.scene.frame_set(61)
+    assert told().short == "Closed"
+
+
+def test_a_live_reading_has_an_age_too(door):
+    for frame in range(1, 49):
+        door.scene.frame_set(frame)
+    assert told().text.endswith(", 1.0 s ago") and told().origin == "Live, read at frame 25"
+    assert not told().recorded and told().old == ""
+
+
+# Live
+
+
+def test_an_edit_makes_live_readings_old(door):
+    readings = part("panels.readings")
+    door.scene.frame_set(20)
+    assert told().text.startswith("Open") and told().icon == readings.ACTIVE
+    leaf().location = (0, 0, -0.02)
+    door.update()
+    assert told().text.endswith(", old") and told().icon == readings.OLD
+    assert "edited since" in told().old
+    door.scene.frame_set(20)
+    assert told().old == ""
+
+
+def test_before_the_start_nothing_is_read(door):
+    door.scene.frame_start = 10
+    door.scene.frame_set(12)
+    assert told().fields is not None
+    door.scene.frame_set(5)
+    assert told().text == "No reading" and "Before the scene's first frame" in told().old
+
+
+def test_where_live_is_off_it_says_so(door):
+    door.scene.frame_set(20)
+    door.scene.angen_live = False
+    assert told().text == "No reading" and "Live is off" in told().old
+
+
+def test_an_opened_file_shows_what_is_recorded(door, tmp_path):
+    """The file was saved by another frame's outputs, as by a run without a window."""
+    door.scene.frame_set(20)
+    ops.simulate()
+    sensor().angen_sensor.active, sensor().angen_sensor.value = False, 7.0
+    path = str(tmp_path / "a.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert told().recorded and told().text.startswith("Closed, 0.015 m")
+    assert sensor().angen_sensor.value == pytest.approx(0.015), "drivers read the same"
+    assert cache().kept(bpy.context.scene).stale == "", "showing it is no edit"
+
+
+# Baked keys
+
+
+def test_baked_keys_never_pose_as_live_values(door):
+    """The door is moved away for good after the bake: it is open now, whatever the keys say."""
+    readings = part("panels.readings")
+    ops.simulate()
+    ops.bake_keyframes()
+    door.scene.frame_set(1)
+    assert told().recorded and told().text == "Closed, 0.015 m"
+    leaf().animation_data_clear()
+    leaf().location = (5, 0, 0)
+    door.update()
+    assert told().text == "Baked: Closed, 0.015 m" and told().icon == readings.BAKED
+    assert told().short == "Baked: Closed" and "scrub" in told().old
+    door.scene.frame_set(1)
+    assert told().text.startswith("Open") and told().origin == "Live, read at frame 1"
+    assert told().keys == "Closed, 0.015 m", "they stand beside, as drivers read them"
+    assert not sensor().angen_sensor.active
+
+
+def test_unbake_removes_the_keys_and_nothing_else(door, fcurves):
+    ops.simulate()
+    before = len(bpy.data.actions)
+    ops.bake_keyframes()
+    assert ops.unbake_keyframes() == {"FINISHED"}
+    assert sensor().animation_data.action is None and len(bpy.data.actions) == before
+    assert told().keys == "" and not ops.unbake_keyframes.poll()
+    door.key(sensor(), "rotation_euler", {1: (0, 0, 0), 48: (0, 0, 0)})
+    action = sensor().animation_data.action
+    ops.simulate()
+    ops.bake_keyframes()
+    ops.unbake_keyframes()
+    assert sensor().animation_data.action == action
+    assert {c.data_path for c in fcurves(sensor())} == {"rotation_euler"}
+    door.scene.frame_set(20)
+    assert sensor().angen_sensor.active == told().text.startswith("Open")
+
+
+def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):
+    door.switch("Back door").location.x = 9
+    door.update()
+    ops.simulate()
+    ops.bake_keyframes()
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.objects.active = sensor()
+    bpy.ops.ed.undo_push(message="baked")
+    assert ops.unbake_keyframes(selected=True) == {"FINISHED"}
+    assert "Keys of 1 sensor removed" in capfd.readouterr().out
+    assert told().keys == "" and told("Back door").keys
+    bpy.ops.ed.undo_push(message="unbaked")
+    bpy.ops.ed.undo()
+    assert told().keys and len(fcurves(sensor())) == 2
+
+
+# Clear
+
+
+def test_undo_brings_a_cleared_recording_back(door, tmp_path):
+    ops.simulate()
+    door.scene.frame_set(20)
+    before = told()
+    bpy.ops.ed.undo_push(message="recorded")
+    assert ops.clear_recording() == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="clear")
+    assert told().text == "No reading" and not ops.clear_recording.poll()
+    bpy.ops.ed.undo()
+    assert told() == before and cache().kept(bpy.context.scene).stale == ""
+    assert ops.export_events(filepath=str(tmp_path / "a.csv")) == {"FINISHED"}
+    bpy.ops.ed.redo()
+    assert cache().kept(bpy.context.scene) is None
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert cache().kept(bpy.context.scene) is None, "files do not keep it"
+    assert ops.simulate() == {"FINISHED"} and told().recorded
+
+
+def test_what_changed_meanwhile_makes_it_stale_once_it_is_back(door):
+    ops.simulate()
+    bpy.ops.ed.undo_push(message="recorded")
+    ops.clear_recording()
+    bpy.ops.ed.undo_push(message="clear")
+    bpy.ops.ed.undo()
+    leaf().location.x += 0.5
+    leaf().scale.x = 2
+    door.update()
+    assert "'door'" in cache().kept(bpy.context.scene).stale

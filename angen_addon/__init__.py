@@ -5,9 +5,19 @@
 def _modules() -> tuple:
     """Everything that registers, in order; later ones may need earlier ones."""
     from .. import operators, panels
-    from . import command_line, coverage, handlers, overlay, properties, timeline
+    from . import active, command_line, coverage, handlers, overlay, properties, timeline
 
-    return (properties, overlay, timeline, coverage, operators, panels, handlers, command_line)
+    return (
+        properties,
+        active,
+        overlay,
+        timeline,
+        coverage,
+        operators,
+        panels,
+        handlers,
+        command_line,
+    )
 
 
 def register() -> None:

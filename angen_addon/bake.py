@@ -20,6 +20,7 @@ from .sensors import Sensor
 
 # What Blender calls its keys' kinds, by number.
 CONSTANT = 0
+IN_INSTANCE = "it is in a collection instance, all of which share one object's keys"
 
 
 @dataclass
@@ -42,7 +43,7 @@ def bake(sensors: list[Sensor], recording: Recording) -> Baked:
         track = recording.track_of(sensor.uid)
         if track is None or not len(track):
             continue
-        obstacle = _obstacle(sensor.object)
+        obstacle = IN_INSTANCE if sensor.holders else _obstacle(sensor.object)
         if not obstacle:
             note = _own_action(sensor)
             obstacle = _key(sensor.object, track)

@@ -17,7 +17,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
     group = sensor.parameters
     depsgraph = evaluated_depsgraph()
     metres = unit_scale(depsgraph.scene)
-    place = sensor.object.evaluated_get(depsgraph).matrix_world
+    place = sensor.world_matrix(depsgraph)
     return {
         "name": sensor.name,
         "kind": sensor.kind.identifier,

@@ -15,6 +15,7 @@ from typing import Any
 from ..sensor_logic.clock import Clock
 from ..sensor_logic.model import Reading
 from . import outputs, resting, state
+from .instances import Uid
 from .probes import Probes
 from .scene_probe.solids import Solids
 from .sensors import Sensor, SensorError, all_sensors, check, simulated
@@ -51,11 +52,11 @@ class Live:
         # The frame that was followed last.
         self._frame: int | None = None
         self._probes = Probes(scene)
-        self._waiting: dict[int, Taken] = {}
+        self._waiting: dict[Uid, Taken] = {}
         self._lit: dict[str, Taken] = {}
         self._clock: Clock
         self._stations: list[Station] = []
-        self._last_update: dict[int, int] = {}
+        self._last_update: dict[Uid, int] = {}
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
         """Senses at the present frame and shows it."""
@@ -102,7 +103,7 @@ class Live:
     def _sensors_are_the_same(self) -> bool:
         """Whether every sensor still exists, under its name."""
         try:
-            return all(s.sensor.object.name == s.sensor.name for s in self._stations)
+            return all(s.sensor.name_now == s.sensor.name for s in self._stations)
         except ReferenceError:
             return False
 

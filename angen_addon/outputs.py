@@ -19,7 +19,8 @@ VALUE_PATH = "angen_sensor.value"
 def show(sensor: Sensor, active: bool, value: float) -> bool:
     """Writes the outputs where they differ, so that drivers see them; True if `active` changed.
 
-    Keyed outputs are left alone: their keys say what they are. In a frame change Blender
+    Keyed outputs are left alone: their keys say what they are; so are those of sensors in
+    collection instances, which have one object between them. In a frame change Blender
     evaluates what is tagged here before it goes on, and tells nobody. A rigid body is never tagged,
     so that its drivers do not follow: Blender would take it for moved and drop the simulation.
     """
@@ -27,7 +28,7 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
     changed = settings.active != active
     if not changed and abs(settings.value - value) <= 1e-6 * max(1.0, abs(value)):
         return False
-    if output_curves(sensor.object):
+    if sensor.holders or output_curves(sensor.object):
         return False
     settings.active = active
     settings.value = value

@@ -12,6 +12,7 @@ import numpy as np
 from ..sensor_logic.contact.island import PadForces
 from ..sensor_logic.light import LightSample
 from . import state
+from .instances import Uid
 from .scene_probe.bodies import Bodies
 from .scene_probe.light import LightError, LightRequest, measure, measure_direct
 from .scene_probe.light_kept import KeptScenes
@@ -58,7 +59,7 @@ class Probes:
         """How often something was told of changes; for `untouched`."""
         return self._solids.heard
 
-    def untouched(self, uid: int, since: int) -> bool:
+    def untouched(self, uid: Uid, since: int) -> bool:
         """Whether the object `uid` is as it was when `heard` was `since`."""
         return self._solids.untouched(uid, since)
 

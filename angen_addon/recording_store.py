@@ -18,6 +18,7 @@ from ..sensor_logic.recording_file import RecordingFileError, from_bytes, to_byt
 from . import state
 from .fingerprint import Fingerprint
 from .kept import Kept
+from .sensors import all_sensors
 
 # A leading dot hides it from lists.
 TEXT = ".angen_recording"
@@ -64,9 +65,11 @@ def restore() -> None:
 
 def find_sensors(kept: Kept, scene: Any) -> None:
     """Tracks know objects by their number in this session: it is another after loading."""
-    objects = {obj.name: obj for obj in scene.objects if obj.angen_sensor.kind != "NONE"}
+    layers = scene.view_layers
+    sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
+    uids = {sensor.name: sensor.uid for sensor in sensors}
     for name, track in kept.recording.tracks.items():
-        track.uid = objects[name].session_uid if name in objects else 0
+        track.uid = uids.get(name, 0)
 
 
 def _texts() -> list[Any]:

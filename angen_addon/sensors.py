@@ -6,7 +6,7 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any
@@ -15,6 +15,7 @@ from ..sensor_logic.kinds import KINDS, NO_KIND, Field, Kind
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
 from .animation import is_animated
+from .instances import Holders, SensorFinder, Uid, is_holder, matrix_of, uid_of
 from .rooms import room_of
 
 
@@ -28,15 +29,32 @@ class NoSuchSensor(Exception):
 
 @dataclass(frozen=True)
 class Sensor:
-    """An object that is a sensor. `object` is the original; not to be kept across undo."""
+    """An object that is a sensor, or stands for one in a collection instance, which then has the
+    `holders` that instance it, the outermost first. All are originals; not to be kept across
+    undo."""
 
     name: str
     kind: Kind
     object: Any
+    holders: Holders = ()
 
     @property
-    def uid(self) -> int:
-        return self.object.session_uid
+    def uid(self) -> Uid:
+        return uid_of(self.object, self.holders)
+
+    @property
+    def name_now(self) -> str:
+        """What it is called by now: in an instance after the way to it."""
+        return "/".join(part.name for part in (*self.holders, self.object))
+
+    @property
+    def handle(self) -> Any:
+        """What a user can select to get at it."""
+        return self.holders[0] if self.holders else self.object
+
+    def world_matrix(self, depsgraph: Any) -> Any:
+        """Where it is, as evaluated."""
+        return matrix_of(self.object, self.holders, depsgraph)
 
     @property
     def settings(self) -> Any:
@@ -44,8 +62,9 @@ class Sensor:
 
     @property
     def room(self) -> str:
-        """The room that the user noted; empty where none is."""
-        return room_of(self.object)
+        """The room that the user noted of it, or of what it is an instance of; empty where none
+        is."""
+        return next(filter(None, map(room_of, (self.object, *reversed(self.holders)))), "")
 
     @property
     def parameters(self) -> Any:
@@ -59,7 +78,7 @@ class Sensor:
 
     @property
     def selected(self) -> bool:
-        return bool(self.object.select_get())
+        return bool(self.handle.select_get())
 
     @property
     def library(self) -> str:
@@ -67,14 +86,25 @@ class Sensor:
 
 
 def all_sensors(view_layer: Any) -> list[Sensor]:
-    """The sensors of a view layer by name; those in excluded collections are not in it."""
-    found = [
-        Sensor(o.name, KINDS[o.angen_sensor.kind], o)
-        for o in view_layer.objects
-        # Just after a script removed objects there are gaps.
-        if o is not None and o.angen_sensor.kind != NO_KIND
-    ]
+    """The sensors of a view layer by name, with those in collection instances; those in excluded
+    collections are not in it."""
+    found = []
+    finder = SensorFinder()
+    for obj in view_layer.objects:
+        if obj is None:
+            # Just after a script removed objects there are gaps.
+            continue
+        if obj.angen_sensor.kind != NO_KIND:
+            found.append(sensor_of(obj))
+        if is_holder(obj):
+            found += [sensor_of(*place) for place in finder.sensors_in(obj)]
     return sorted(found, key=lambda sensor: (sensor.name, sensor.library))
+
+
+def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
+    """An object that is a sensor, perhaps within a collection instance."""
+    sensor = Sensor("", KINDS[obj.angen_sensor.kind], obj, holders)
+    return replace(sensor, name=sensor.name_now)
 
 
 def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
@@ -191,7 +221,9 @@ def decimal(value: float) -> float:
 
 def check_evaluated(sensor: Sensor, evaluated: Any) -> None:
     """Raises SensorError where Blender does not evaluate the sensor: it has no place then."""
-    if not evaluated.is_evaluated:
+    # In an instance Blender evaluates also what it does not show.
+    shown = not any(part.hide_viewport for part in (sensor.object, *sensor.holders[1:]))
+    if not evaluated.is_evaluated or (sensor.holders and not shown):
         raise SensorError(
             f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
             "enable it there (monitor icon), or switch the sensor off"

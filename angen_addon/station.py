@@ -99,7 +99,9 @@ class Station:
         self.sensor = sensor
         self.clock = clock
         self.uid = sensor.uid
-        self._steady = sensor.kind.light and stays(sensor.object, "angen_sensor.light.")
+        self._steady = sensor.kind.light and all(
+            stays(part, "angen_sensor.light.") for part in (sensor.object, *sensor.holders)
+        )
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self._changes: Probes | None = None
         self.reset()
@@ -138,7 +140,7 @@ class Station:
         scene = depsgraph.scene
         metres = unit_scale(scene)
         evaluated = self.sensor.object.evaluated_get(depsgraph)
-        read = self._read_now(evaluated, metres)
+        read = self._read_now(evaluated, metres, depsgraph)
         if read is None:
             self.reset()
             return None
@@ -215,7 +217,7 @@ class Station:
             return found
         return replace(found, near=found.near * metres, far=found.far * metres)
 
-    def _read_now(self, evaluated: Any, metres: float) -> Read | None:
+    def _read_now(self, evaluated: Any, metres: float, depsgraph: Any) -> Read | None:
         """The parameters and the pose; None while the sensor is switched off. Raises SensorError.
 
         What Blender has not evaluated anew since need not be read again. Whether it names values
@@ -235,14 +237,20 @@ class Station:
         check_evaluated(self.sensor, evaluated)
         parameters = read_parameters(self.sensor, evaluated.angen_sensor)
         heard = changes.heard if changes is not None else 0
-        read = Read(heard, metres, parameters, self._pose_now(evaluated, metres))
-        if self.sensor.object.animation_data is None and not names_others(self.sensor, parameters):
+        matrix = self.sensor.world_matrix(depsgraph)
+        read = Read(heard, metres, parameters, self._pose_now(matrix, metres))
+        if self._is_still and not names_others(self.sensor, parameters):
             self._read = read
         return read
 
-    def _pose_now(self, evaluated: Any, metres: float) -> Pose:
+    @property
+    def _is_still(self) -> bool:
+        """Whether Blender names it, or what it stands in, at each change of it."""
+        parts = (self.sensor.object, *self.sensor.holders)
+        return all(part.animation_data is None for part in parts)
+
+    def _pose_now(self, matrix: Any, metres: float) -> Pose:
         """The pose, the same object as long as the sensor stands still."""
-        matrix = evaluated.matrix_world
         known = self._pose
         if known is None or known[0] != matrix or known[1] != metres:
             known = (matrix.copy(), metres, read_pose(self.sensor, matrix, metres))

@@ -13,6 +13,7 @@ def _modules() -> tuple:
         event_jump,
         explain,
         export,
+        instance_override,
         markers,
         place,
         preset,
@@ -27,7 +28,7 @@ def _modules() -> tuple:
 
     return (
         add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
-        report, event_jump, markers, explain, show,
+        report, event_jump, markers, explain, show, instance_override,
         warmth, coverage, propose,
     )  # fmt: skip
 

@@ -50,7 +50,7 @@ def begin_map(context: Context) -> Iterator[Stage | CoverageMap]:
     """The generator of the map that the scene's settings ask for."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
-    chosen = [s for s in sensors if not settings.selected or s.object.select_get()]
+    chosen = [s for s in sensors if not settings.selected or s.selected]
     return cover(
         context.evaluated_depsgraph_get(),
         sensors,

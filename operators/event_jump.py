@@ -10,19 +10,11 @@ from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon import state
-from ..angen_addon.sensors import Sensor
+from ..angen_addon.active import active_sensor
 from ..angen_addon.timeline.events import log_indices, switch_indices
 from ..sensor_logic.event_log import format_frame
-from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.recording import Recording, Track
 from .recording import has_fresh_recording
-
-
-def active_sensor(context: Context) -> Sensor | None:
-    obj = context.view_layer.objects.active
-    if obj is None or obj.angen_sensor.kind == NO_KIND:
-        return None
-    return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
 
 
 def recorded(context: Context) -> tuple[Recording, Track] | None:

@@ -6,12 +6,13 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Operator
 
+from ..angen_addon.active import active_sensor
 from ..angen_addon.explain import MEMORY, explain
 from ..angen_addon.sensors import SensorError
 from ..angen_addon.station import clock_of
 from ..angen_addon.timeline.events import log_indices
 from ..sensor_logic.recording import Track
-from .event_jump import active_sensor, poll_recorded, recorded
+from .event_jump import poll_recorded, recorded
 
 
 def event_at(track: Track, frame: float) -> int | None:

@@ -11,11 +11,11 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon import state
+from ..angen_addon.active import active_sensor
 from ..angen_addon.sensors import Sensor, all_sensors
 from ..angen_addon.timeline.events import log_indices, switch_indices
 from ..sensor_logic.event_log import format_value
 from ..sensor_logic.recording import Recording, Track
-from .event_jump import active_sensor
 from .recording import has_fresh_recording
 
 # Blender draws each marker at each redraw: with more its window gets slow.
@@ -60,7 +60,7 @@ def event_name(track: Track, index: int) -> str:
 
 def _selected(context: Context) -> list[Sensor]:
     """The selected sensors; without any, the active one."""
-    chosen = [s for s in all_sensors(context.view_layer) if s.object.select_get()]
+    chosen = [s for s in all_sensors(context.view_layer) if s.selected]
     active = active_sensor(context)
     return chosen or ([active] if active else [])
 

@@ -24,7 +24,7 @@ from .preset import find_preset
 def pattern_of(context: Context) -> Sensor | None:
     """The active motion detector, whose parameters new ones get."""
     active = context.view_layer.objects.active
-    found = (s for s in all_sensors(context.view_layer) if s.object == active)
+    found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind.identifier == "PIR"), None)
 
 

@@ -56,7 +56,7 @@ class ANGEN_OT_sensor_show(Operator):
         if sensor is None:
             self.report({"ERROR"}, f"No sensor of this view layer is called '{self.name}'")
             return {"CANCELLED"}
-        obj = sensor.object
+        obj = sensor.handle
         hidden = why_hidden(obj, context)
         if hidden:
             self.report({"WARNING"}, f"'{obj.name}' {hidden}")
@@ -74,12 +74,14 @@ class ANGEN_OT_sensor_show(Operator):
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
     """Selects a sensor that is not hidden, alone, and moves the view to it; or adds it to the
     selection. `stay`: the view stays where the sensor is in it."""
-    obj = sensor.object
+    obj = sensor.handle
     if not extend:
         for selected in context.selected_objects:
             selected.select_set(False)
     obj.select_set(True)
     context.view_layer.objects.active = obj
+    if sensor.holders:
+        context.window_manager.angen_instanced = sensor.name
     if extend or context.area is None or context.area.type != "VIEW_3D":
         return
     if not (stay and is_in_view(obj, context)):
@@ -100,7 +102,7 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     """Middle and radius, in Blender units, of what a sensor sees, as it is drawn; else of what it
     sees at most."""
     metres = unit_scale(context.scene)
-    matrix = sensor.object.matrix_world
+    matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
     drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
     for seen in drawn:
         if seen.uid == sensor.uid and seen.ranges is not None and len(seen.ranges):

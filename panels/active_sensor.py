@@ -6,7 +6,9 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from .parameters import draw_sensor, sensor_of
+from ..angen_addon.active import active_sensor
+from .instanced import draw_instanced
+from .parameters import draw_sensor
 from .presets import draw_choice
 
 
@@ -18,18 +20,23 @@ class ANGEN_PT_active_sensor(Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return sensor_of(context.object) is not None
+        return active_sensor(context) is not None
 
     def draw_header(self, context: Context) -> None:
-        self.layout.prop(context.object.angen_sensor, "enabled", text="")
+        sensor = active_sensor(context)
+        if sensor is not None:
+            self.layout.prop(sensor.settings, "enabled", text="")
 
     def draw(self, context: Context) -> None:
-        sensor = sensor_of(context.object)
+        sensor = active_sensor(context)
         if sensor is None:
             return
         text = f"{sensor.name}: {sensor.kind.label}"
         self.layout.label(text=text, icon=sensor.kind.icon, translate=False)
-        draw_choice(self.layout, sensor)
+        if sensor.holders:
+            draw_instanced(self.layout, sensor)
+        else:
+            draw_choice(self.layout, sensor)
         draw_sensor(self.layout, context, sensor)
 
 

@@ -10,6 +10,7 @@ import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
 from ..angen_addon import state
+from ..angen_addon.active import active_sensor
 from ..angen_addon.explain import MEMORY, Explanation
 from ..angen_addon.sensors import all_sensors
 from ..angen_addon.timeline.history import HISTORIES, Row
@@ -25,7 +26,6 @@ from .lines import (
     draw_lines,
     draw_row,
 )
-from .parameters import sensor_of
 
 
 class ANGEN_PT_events(Panel):
@@ -36,12 +36,12 @@ class ANGEN_PT_events(Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return sensor_of(context.object) is not None
+        return active_sensor(context) is not None
 
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene
         recording = state.CACHE.recording(scene)
-        sensor = sensor_of(context.object)
+        sensor = active_sensor(context)
         if sensor is None:
             return
         track = recording.track_of(sensor.uid) if recording else None

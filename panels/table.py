@@ -12,6 +12,7 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 from ..angen_addon.sensors import Sensor, all_sensors
 from ..operators.show import show, why_hidden
 from ..sensor_logic.kinds import NO_KIND
+from .instanced import draw_rows
 from .parameters import sensor_of
 from .readings import ACTIVE, BAKED, DOUBTFUL, IDLE, OFF, OLD, UNKNOWN, WRONG, Shown, shown
 
@@ -113,6 +114,17 @@ def arranged(
     return flags, places
 
 
+def _arranged_instanced(sensors: list[Sensor], scene: Any, settings: Any) -> list[Sensor]:
+    """Those that the search is for, sorted as the table is."""
+    by, words = settings.sort, settings.search
+    keys = []
+    for number, sensor in enumerate(sensors):
+        seen = shown(sensor, scene) if words or by == "STATE" else None
+        if matches(sensor, seen, words):
+            keys.append((sort_key(sensor, seen, by), number))
+    return [sensors[number] for _, number in sorted(keys, reverse=settings.reverse)]
+
+
 def _is_wide(context: Context) -> bool:
     region = context.region
     scale = context.preferences.system.ui_scale or 1.0
@@ -140,7 +152,7 @@ class ANGEN_PT_table(Panel):
             text="",
             icon="SORT_ASC" if settings.reverse else "SORT_DESC",
         )
-        rows = min(max(len(sensors), ROWS), MOST_ROWS)
+        rows = min(max(sum(not s.holders for s in sensors), ROWS), MOST_ROWS)
         layout.template_list(
             ANGEN_UL_sensors.__name__,
             "",
@@ -152,6 +164,9 @@ class ANGEN_PT_table(Panel):
             maxrows=rows,
             sort_lock=True,
         )
+        instanced = [s for s in sensors if s.holders]
+        if instanced:
+            draw_rows(layout, context, _arranged_instanced(instanced, context.scene, settings))
 
 
 def _active_index(self: PropertyGroup) -> int:

@@ -25,13 +25,14 @@ def _column(of: type) -> Any:
 class Track:
     """One sensor's readings in time order, a column each; frames and times as floats (s).
 
-    `uid` tells the sensor's object in this session, whatever it is called by then; `steps` by how
+    `uid` tells the sensor in this session (its object, or its path in a collection instance),
+    whatever it is called by then; `steps` by how
     much a field must change to be an event. A float that is not a number was not measured.
     """
 
     sensor: str
     kind_name: str
-    uid: int = 0
+    uid: int | tuple[int, ...] = 0
     frames: array[float] = field(default_factory=lambda: array("d"))
     times: array[float] = field(default_factory=lambda: array("d"))
     active: array[int] = field(default_factory=lambda: array("b"))
@@ -90,8 +91,8 @@ class Recording:
     frame_start: int = 0
     frame_end: int = 0
 
-    def track_of(self, uid: int) -> Track | None:
-        """The track of the sensor whose object has this session uid."""
+    def track_of(self, uid: int | tuple[int, ...]) -> Track | None:
+        """The track of the sensor that this tells in this session."""
         return next((track for track in self.tracks.values() if track.uid == uid), None)
 
     def only(self, names: Collection[str]) -> Recording:

@@ -162,7 +162,7 @@ def _grid(
     home: Home, floor: float, members: Sequence[Sensor], marked: Sequence[Volume], size: float
 ) -> _Grid:
     """As large as the home there, at most so far from the sensors and the marks."""
-    near = [np.array(s.object.matrix_world.translation)[:2] * home.metres for s in members]
+    near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
     high = np.array([p + BEYOND_M for p in near] + [v.hi[:2] for v in marked]).max(axis=0)
     there = np.isfinite(home.lo).all(axis=1) & np.isfinite(home.hi).all(axis=1)
@@ -269,7 +269,7 @@ def _labels(
 
 def _cells_at(home: Home, points: Array, sensor: Sensor) -> list[int]:
     """The cells that are seen from under a sensor, in front of what it hangs on."""
-    matrix = sensor.object.matrix_world
+    matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres
     looks = -np.array(matrix.col[2])[:2]
     size = float(np.linalg.norm(looks))

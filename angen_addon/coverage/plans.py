@@ -58,5 +58,4 @@ def picture(
 
 def _height(home: Home, sensors: Sequence[Sensor], name: str) -> float:
     sensor = next(s for s in sensors if s.name == name)
-    evaluated = sensor.object.evaluated_get(home.depsgraph)
-    return float(evaluated.matrix_world.translation.z) * home.metres
+    return float(sensor.world_matrix(home.depsgraph).translation.z) * home.metres

@@ -15,6 +15,7 @@ from ...sensor_logic.pyroelectric.coverage import Walker
 from ...sensor_logic.pyroelectric.detector import SIGHT, response_of, threshold_of, zones_of
 from ...sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
 from ...sensor_logic.pyroelectric.zones import zone_rays
+from ..instances import Uid
 from ..plan.home import Home
 from ..scene_probe.warmth import Warmth, kelvin
 from ..sensors import (
@@ -48,13 +49,13 @@ def view_of(home: Home, sensor: Sensor) -> View:
     evaluated = sensor.object.evaluated_get(home.depsgraph)
     check_evaluated(sensor, evaluated)
     parameters = read_parameters(sensor, evaluated.angen_sensor)
-    pose = read_pose(sensor, evaluated.matrix_world, home.metres)
+    pose = read_pose(sensor, sensor.world_matrix(home.depsgraph), home.metres)
     rate = decimal(evaluated.angen_sensor.update_rate)
     return view_from(home, Warmth(home.caster), parameters, pose, rate, sensor.uid)
 
 
 def view_from(
-    home: Home, warmth: Warmth, parameters: PirParameters, pose: Pose, rate: float, uid: int
+    home: Home, warmth: Warmth, parameters: PirParameters, pose: Pose, rate: float, uid: Uid
 ) -> View:
     """The view of a detector with these parameters at a pose, `rate` updates a second; its rays
     pass through the object of this session uid."""
@@ -83,7 +84,7 @@ def view_from(
 
 
 def _warm_view(
-    home: Home, warmth: Warmth, parameters: PirParameters, pose: Pose, rate: float, uid: int
+    home: Home, warmth: Warmth, parameters: PirParameters, pose: Pose, rate: float, uid: Uid
 ) -> WarmView:
     local = zone_rays(zones_of(parameters), parameters.zone_rays)
     directions = local.directions @ pose.axes.T
@@ -109,7 +110,7 @@ def _warm_view(
     )
 
 
-def _cast(home: Home, uid: int, origins: Any, directions: Any, reach: Any) -> Any:
+def _cast(home: Home, uid: Uid, origins: Any, directions: Any, reach: Any) -> Any:
     rows = np.flatnonzero(~home.caster.solids.owned_by(uid))
     metres = home.metres
     found = home.caster.first_met(

@@ -6,6 +6,7 @@ from __future__ import annotations
 import weakref
 
 from ...sensor_logic.recording import Recording
+from ..instances import Uid
 from .facts import Explanation
 
 
@@ -15,14 +16,14 @@ class Memory:
 
     def __init__(self) -> None:
         self._of: weakref.ref[Recording] | None = None
-        self._uid = 0
+        self._uid: Uid = 0
         self._kept: Explanation | None = None
 
-    def keep(self, recording: Recording, uid: int, explanation: Explanation) -> None:
+    def keep(self, recording: Recording, uid: Uid, explanation: Explanation) -> None:
         """`uid`: session uid of the sensor's object."""
         self._of, self._uid, self._kept = weakref.ref(recording), uid, explanation
 
-    def recall(self, recording: Recording, uid: int, index: int | None) -> Explanation | None:
+    def recall(self, recording: Recording, uid: Uid, index: int | None) -> Explanation | None:
         """The explanation of update `index` of that sensor, if it is the one that is kept."""
         kept = self._kept
         if kept is None or self._of is None or self._of() is not recording:

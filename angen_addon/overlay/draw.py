@@ -46,7 +46,7 @@ def _wants_field(scene: Any, seen: Any) -> bool:
 def states_of(field: Field, scene: Any, space: Any) -> list[Shown | None]:
     """What each sensor reads; None for those that this view does not show."""
     return [
-        shown(seen.sensor, scene) if seen.sensor.object.visible_in_viewport_get(space) else None
+        shown(seen.sensor, scene) if seen.sensor.handle.visible_in_viewport_get(space) else None
         for seen in field.seen
     ]
 

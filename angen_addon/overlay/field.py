@@ -94,7 +94,7 @@ class Seen:
 
     @property
     def selected(self) -> bool:
-        return bool(self.sensor.object.select_get())
+        return self.sensor.selected
 
 
 def _is_animated(sensor: Sensor) -> bool:
@@ -187,7 +187,7 @@ class Field:
     def _aim(self, seen: Seen, depsgraph: Any, edited: bool) -> bool:
         """Asks a sensor for its rays where they can have changed; whether they did."""
         evaluated = seen.sensor.object.evaluated_get(depsgraph)
-        matrix = evaluated.matrix_world
+        matrix = seen.sensor.world_matrix(depsgraph)
         if not edited and not seen.animated and matrix == seen.matrix:
             return False
         seen.matrix = matrix.copy()
@@ -199,7 +199,7 @@ class Field:
         if sight is not None:
             rays = _rays(sight, self.metres)
             seen.parameters, seen.pose = sight.parameters, sight.pose
-        outline = surface_outline(evaluated) if seen.sensor.kind.motion and rays else None
+        outline = surface_outline(evaluated, matrix) if seen.sensor.kind.motion and rays else None
         if problem == seen.problem and _same(rays, seen.rays) and _equal(outline, seen.outline):
             # Parameters that bear on no ray can show too, as a threshold does.
             if edited or seen.animated:

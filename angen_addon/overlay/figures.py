@@ -219,13 +219,13 @@ def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, f
     return figure
 
 
-def surface_outline(evaluated: Any) -> Array:
-    """Corners (4, 3) in the world of the upper side of an object's bounds."""
+def surface_outline(evaluated: Any, place: Any) -> Array:
+    """Corners (4, 3) in the world of the upper side of an object's bounds, at a place."""
     corners = np.array(evaluated.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     upper = [(lo[0], lo[1]), (hi[0], lo[1]), (hi[0], hi[1]), (lo[0], hi[1])]
     local = np.array([(a, b, hi[2], 1.0) for a, b in upper])
-    matrix = np.array(evaluated.matrix_world, np.float64)
+    matrix = np.array(place, np.float64)
     return (local @ matrix.T)[:, :3]
 
 

@@ -13,6 +13,7 @@ from ...sensor_logic.model import Array
 from ...sensor_logic.pyroelectric.detector import zones_of
 from ...sensor_logic.pyroelectric.zones import Zone
 from ...sensor_logic.report.facts import Placed
+from ..instances import Uid
 from ..overlay.sight import Rays, Sight, sight_of
 from ..overlay.views import four_views
 from ..sensors import Sensor
@@ -23,7 +24,7 @@ BUNDLE = 0
 RAYS_A_ZONE = 5
 
 
-def placed(home: Home, sensor: Sensor) -> tuple[int, Placed] | None:
+def placed(home: Home, sensor: Sensor) -> tuple[Uid, Placed] | None:
     """The sensor with its session uid, its `height` in the world; None while it is switched off.
     Raises SensorError."""
     sight = _sight(home, sensor)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
+from ..instances import Uid
 from ..scene_probe.geometry import triangles_of
 from ..scene_probe.rays import RayCaster
 from ..scene_probe.solids import Solid
@@ -39,7 +40,7 @@ class Home:
         self.lo, self.hi = solids.lo * self.metres, solids.hi * self.metres
 
     def cast(
-        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
         """Ranges (n,) in m of rays in m, as a sensor of this session uid casts them."""
         return (

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...sensor_logic.report.facts import Placed
+from ..instances import Uid
 from .home import Home
 
 # Rays go down around the sensor, at these distances from it (m).
@@ -33,7 +34,7 @@ class Level:
     sensors: tuple[Placed, ...]
 
 
-def levels(home: Home, sensors: Sequence[tuple[int, Placed]]) -> list[Level]:
+def levels(home: Home, sensors: Sequence[tuple[Uid, Placed]]) -> list[Level]:
     """The storeys, the lowest first, of sensors that come with their session uids; their `height`,
     which is that in the world, becomes that above the floor."""
     found: list[tuple[float, Placed]] = []
@@ -63,7 +64,7 @@ def _level(group: list[tuple[float, Placed]]) -> Level:
     return Level(floor, tuple(sorted(members, key=lambda sensor: sensor.name)))
 
 
-def _floor_below(home: Home, uid: int, sensor: Placed) -> float | None:
+def _floor_below(home: Home, uid: Uid, sensor: Placed) -> float | None:
     """Height in m of what most rays down meet; the lower of two that as many do."""
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     offsets = np.array(

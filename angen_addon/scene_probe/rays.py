@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..instances import Uid
 from . import sections
 from .bundles import Bundle, Moving, Rays, Watch
 from .solids import Solid, Solids
@@ -42,9 +43,9 @@ class RayCaster:
 
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
-        self._bundles: dict[tuple[int, int], Bundle] = {}
+        self._bundles: dict[tuple[Uid, int], Bundle] = {}
         self._watch = Watch(self.solids)
-        self._own: dict[int, _Own] = {}
+        self._own: dict[Uid, _Own] = {}
         self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
@@ -53,16 +54,16 @@ class RayCaster:
         self.solids.sync(depsgraph)
 
     def cast(
-        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
         """Ranges (n,) of rays from origins (n, 3) along unit vectors (n, 3), at most length (n,).
 
-        `sensor` is the session uid of the object whose own solids the rays pass through.
+        `sensor` is the session uid, or path, of the object whose own solids the rays pass through.
         """
         return self.cast_met(sensor, bundle, origins, directions, length)[0]
 
     def cast_met(
-        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> tuple[Array, NDArray[np.int64]]:
         """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING.
 
@@ -112,7 +113,7 @@ class RayCaster:
             self._meet(rows, rays, rays.box(ranges), ranges, met)
         return ranges, met
 
-    def _own_solids(self, sensor: int) -> _Own:
+    def _own_solids(self, sensor: Uid) -> _Own:
         state = self.solids.listing, len(self.solids.gone)
         known = self._own.get(sensor)
         if known is None or known.state != state:
@@ -125,7 +126,7 @@ class RayCaster:
             self._own[sensor] = known
         return known
 
-    def _meet_still(self, sensor: int, bundle: int, rays: Rays, own: _Own) -> Bundle:
+    def _meet_still(self, sensor: Uid, bundle: int, rays: Rays, own: _Own) -> Bundle:
         """What is known of the bundle, made anew where solids that it met are gone."""
         gone = self.solids.gone
         known = self._bundles.get((sensor, bundle))

@@ -9,6 +9,7 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
+from ..instances import Uid
 from .solids import Solids
 
 Array = NDArray[np.float64]
@@ -38,12 +39,12 @@ class SceneRayCaster:
                 self._rows.setdefault(solid.key[0], []).append(row)
 
     def cast(
-        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
         rays = zip(origins, directions, length.tolist(), strict=True)
         return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
 
-    def _cast_one(self, sensor: int, origin: Array, direction: Array, limit: float) -> float:
+    def _cast_one(self, sensor: Uid, origin: Array, direction: Array, limit: float) -> float:
         start, way = Vector(origin), Vector(direction)
         passed = 0.0
         while passed < limit:
@@ -61,7 +62,7 @@ class SceneRayCaster:
             start = place + way * step
         return limit
 
-    def _counts(self, sensor: int, seen: Any, matrix: Any) -> bool:
+    def _counts(self, sensor: Uid, seen: Any, matrix: Any) -> bool:
         """Whether what was hit is a solid, and none of the sensor's own."""
         uid = seen.original.session_uid
         rows = self._rows.get(uid, ())

@@ -14,12 +14,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..instances import UNUSED_LEVEL, Paths, Uid, chain
 from .geometry import SURFACE_TYPES, Geometry
 from .made_by_nodes import MadeByNodes
 
 Array = NDArray[np.float64]
-# Blender marks the unused levels of `persistent_id` with the largest integer.
-UNUSED_LEVEL = 2**31 - 1
 # A box is padded by this many units, and by the rounding of single precision at its distance, so
 # that a flat object's box still catches the rays that hit it.
 PADDING = 1e-5
@@ -33,8 +32,8 @@ OBJECT = bpy.types.Object
 class Solid:
     """One visible object or instance. `number` is never reused; `original` is the object of the
     file that it is, or is an instance of; `owner` is that object or what instances it, and `owners`
-    are the session uids of this and of its parents. `moving` once it was seen to change. `name`:
-    what people know it by."""
+    are the session uids of this and of its parents, within instances also the paths of the sensors
+    that it hangs on. `moving` once it was seen to change. `name`: what people know it by."""
 
     __slots__ = (
         "geometry",
@@ -55,7 +54,7 @@ class Solid:
         self.name = ""
         self.original: Any = None
         self.owner: Any = None
-        self.owners: frozenset[int] = frozenset()
+        self.owners: frozenset[Uid] = frozenset()
         self.geometry: Geometry
         self.row = -1
 
@@ -125,9 +124,13 @@ class Solids:
         self._must_list = True
         self._unsure = True
 
-    def untouched(self, uid: int, since: int) -> bool:
-        """Whether nothing was told of a change of the object `uid` since `heard` was that."""
-        return since >= self._forgot_at and since >= self._touched_at.get(uid, 0)
+    def untouched(self, uid: Uid, since: int) -> bool:
+        """Whether nothing was told of a change of the object `uid`, nor of what it is an instance
+        of and in, since `heard` was that."""
+        parts = (uid,) if isinstance(uid, int) else uid
+        return since >= self._forgot_at and all(
+            since >= self._touched_at.get(part, 0) for part in parts
+        )
 
     @property
     def inverse(self) -> Array:
@@ -156,8 +159,9 @@ class Solids:
         self._reshaped.clear()
         self._unsure = False
 
-    def owned_by(self, uid: int) -> NDArray[np.bool_]:
-        """Mask (n,) of the solids that belong to the object `uid`: itself and its children."""
+    def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
+        """Mask (n,) of the solids that belong to the object `uid`, perhaps in an instance: itself
+        and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
     def row_of(self, key: Key) -> int | None:
@@ -239,6 +243,7 @@ class Solids:
         self.instanced = set()
         made: dict[int, MadeByNodes] = {}
         shapes: dict[int, Geometry] = {}
+        paths = Paths()
         matrices: list[Array] = []
         view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
         for instance in depsgraph.object_instances:
@@ -282,6 +287,8 @@ class Solids:
             solid.name = _name(original, owner, made_by_nodes)
             solid.original, solid.owner = original, owner
             solid.owners = _owners(owner)
+            if instance.is_instance:
+                solid.owners |= paths.owners(instance)
             self._by_key[key] = solid
             self.solids.append(solid)
             matrices.append(matrix)
@@ -379,9 +386,5 @@ def _is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
     return data is None or seen.data.as_pointer() != data.as_pointer()
 
 
-def _owners(owner: Any) -> frozenset[int]:
-    found = set()
-    while owner is not None and owner.session_uid not in found:
-        found.add(owner.session_uid)
-        owner = owner.parent
-    return frozenset(found)
+def _owners(owner: Any) -> frozenset[Uid]:
+    return frozenset(obj.session_uid for obj in chain(owner))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.movement import Movement, pieces_needed, seen_from
 from ...sensor_logic.sweep import Passes, joined, no_passes, passes
 from ...sensor_logic.triangle_tree import TriangleTree
+from ..instances import Uid
 from .geometry import Geometry
 from .solids import Solids
 
@@ -106,7 +107,7 @@ class Sweeper:
     def sweep(
         self,
         depsgraph: Any,
-        sensor: int,
+        sensor: Uid,
         before: Moment,
         start: Beam,
         beam: Beam,

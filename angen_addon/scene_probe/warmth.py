@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.model import Emission
 from ...sensor_logic.pyroelectric.radiance import ZERO_CELSIUS
 from ..animation import is_animated
+from ..instances import Uid
 from .rays import NOTHING, RayCaster
 from .reference_rays import SceneRayCaster
 from .solids import Solid, Solids
@@ -60,7 +61,7 @@ class Warmth:
     def see(
         self,
         depsgraph: Any,
-        sensor: int,
+        sensor: Uid,
         bundle: int,
         origins: Array,
         directions: Array,

@@ -10,6 +10,7 @@ import bpy
 from bpy.types import SpaceDopeSheetEditor
 
 from .. import state
+from ..instances import Uid
 from ..sensors import Sensor, all_sensors
 from .history import HISTORIES, History
 from .layout import CHIP, Colour, Picture, View, Word, labels, strips
@@ -55,9 +56,9 @@ def rows_shown(settings: Any, sensors: list[Sensor], context: Any) -> list[Senso
     """The sensors that have a row."""
     active = context.view_layer.objects.active
     if settings.rows == "SELECTED":
-        return [s for s in sensors if s.object == active or s.object.select_get()]
+        return [s for s in sensors if s.handle == active or s.selected]
     if settings.rows == "ROOM":
-        rooms = {s.room for s in sensors if s.object == active}
+        rooms = {s.room for s in sensors if s.handle == active}
         return [s for s in sensors if s.room in rooms]
     return sensors
 
@@ -95,7 +96,7 @@ def draw_channels() -> None:
     _painter("list").paint(key, lambda: labels(history, view, chosen, ground=True))
 
 
-def _shown() -> tuple[History, frozenset[int], Any] | None:
+def _shown() -> tuple[History, frozenset[Uid], Any] | None:
     """The rows to draw in the present region, which of them stand out, and the settings."""
     context = bpy.context
     scene, space = context.scene, context.space_data
@@ -111,7 +112,7 @@ def _shown() -> tuple[History, frozenset[int], Any] | None:
         uids = frozenset(s.uid for s in rows_shown(settings, sensors, context))
         history = history.only(uids)
     active = context.view_layer.objects.active
-    chosen = frozenset(s.uid for s in sensors if s.object == active or s.object.select_get())
+    chosen = frozenset(s.uid for s in sensors if s.handle == active or s.selected)
     return history, chosen, settings
 
 

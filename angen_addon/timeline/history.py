@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording import Recording, Track
+from ..instances import Uid
 from .events import Indices, log_indices, switch_indices
 
 Array = NDArray[np.float64]
@@ -39,7 +40,7 @@ class Row:
 
     name: str
     room: str
-    uid: int
+    uid: Uid
     kind: str
     spans: Spans
     frames: Array
@@ -57,11 +58,11 @@ class History:
     start: float
     end: float
 
-    def only(self, uids: frozenset[int]) -> History:
+    def only(self, uids: frozenset[Uid]) -> History:
         """Some of the rows."""
         return replace(self, rows=tuple(row for row in self.rows if row.uid in uids))
 
-    def row_of(self, uid: int) -> Row | None:
+    def row_of(self, uid: Uid) -> Row | None:
         return next((row for row in self.rows if row.uid == uid), None)
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..instances import Uid
 from .history import ACTIVE, IDLE, INVALID, OFF, History, Row
 
 Array = NDArray[np.float64]
@@ -124,7 +125,7 @@ def place(rows: tuple[Row, ...], view: View) -> list[Placed]:
     return placed
 
 
-def strips(history: History, view: View, chosen: frozenset[int]) -> Picture:
+def strips(history: History, view: View, chosen: frozenset[Uid]) -> Picture:
     """The rows of a history and their rooms; `chosen`: session uids of sensors that stand out."""
     picture = Picture()
     placed = place(history.rows, view)
@@ -145,7 +146,7 @@ def strips(history: History, view: View, chosen: frozenset[int]) -> Picture:
     return picture
 
 
-def labels(history: History, view: View, chosen: frozenset[int], ground: bool) -> Picture:
+def labels(history: History, view: View, chosen: frozenset[Uid], ground: bool) -> Picture:
     """The names of the rows, where these are high enough; `ground`: on one of their own."""
     picture = Picture()
     placed = place(history.rows, view)
@@ -159,7 +160,7 @@ def labels(history: History, view: View, chosen: frozenset[int], ground: bool) -
     return picture
 
 
-def _ground(picture: Picture, placed: list[Placed], view: View, chosen: frozenset[int]) -> None:
+def _ground(picture: Picture, placed: list[Placed], view: View, chosen: frozenset[Uid]) -> None:
     if not placed:
         return
     width = float(view.width)

@@ -86,12 +86,11 @@ def test_an_overridden_sensor_has_parameters_of_its_own(world, library):
     assert sensor.override_library.reference.angen_sensor.optical_switch.threshold < 0.1
 
 
-def test_a_collection_instance_of_a_library_has_no_sensors_but_solids(world, library):
-    """A sensor within an instance is no object of the scene; what it stands by is seen."""
+def test_a_collection_instance_of_a_library_has_sensors_and_solids(world, library):
     with bpy.data.libraries.load(str(library), link=True) as (source, target):
         target.collections = list(source.collections)
     instance = world.link("instance", None)
     instance.instance_type, instance.instance_collection = "COLLECTION", target.collections[0]
     sensor = world.switch("Own")
     assert world.range(sensor) == pytest.approx(0.2, abs=2e-5)
-    assert list(world.run().tracks) == ["Own"]
+    assert list(world.run().tracks) == ["Own", "instance/Door"]

@@ -244,6 +244,25 @@ def test_the_frames_to_simulate_are_those_of_the_preview_range(physics):
     assert {"frame_preview_start", "frame_preview_end"} <= set(layout.props)
 
 
+def test_sensors_in_instances_have_rows_and_say_what_they_share(world):
+    made = bpy.data.collections.new("flat")
+    sensor = world.switch("Door")
+    world.scene.collection.objects.unlink(sensor)
+    made.objects.link(sensor)
+    for name in ("A", "B"):
+        holder = world.link(name, None)
+        holder.instance_type, holder.instance_collection = "COLLECTION", made
+    world.update()
+    layout = drawn("ANGEN_PT_table")
+    assert "In collection instances: 2" in layout.labels
+    assert [text for text, *_ in layout.operators if "/" in (text or "")] == ["A/Door", "B/Door"]
+    assert "No sensors yet" not in layout.text
+    ops.sensor_show(name="B/Door")
+    panel = drawn("ANGEN_PT_active_sensor")
+    assert "B/Door: Optical switch" in panel.text and "the same in all instances" in panel.text
+    assert "threshold" in panel.props
+
+
 def test_beyond_the_recording_values_are_said_to_be_live(physics):
     ops.simulate(frame_start=1, frame_end=20)
     physics.scene.frame_set(20)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts library overrides in the place of an instance of a linked collection, so that its sensors
+can be set, keyed and read by drivers each on its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Operator
+from mathutils import Matrix
+
+from ..angen_addon.active import active_sensor
+from ..sensor_logic.kinds import NO_KIND
+
+
+def why_not(sensor: Any) -> str:
+    """Why the instance that holds a sensor cannot be overridden; empty where it can."""
+    if sensor is None or not sensor.holders:
+        return "Select a collection instance with sensors in it"
+    holder = sensor.handle
+    if not holder.is_editable:
+        return "The instance itself is linked: make it local first"
+    if holder.instance_collection.library is None:
+        return "Its collection is of this file: edit that"
+    return ""
+
+
+class ANGEN_OT_instance_override(Operator):
+    bl_idname = "angen.instance_override"
+    bl_label = "Override Linked Home"
+    bl_description = (
+        "Put library overrides, which can be edited, in the place of this instance of a linked "
+        "collection. They move with it"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        reason = why_not(active_sensor(context))
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context: Context) -> set[str]:
+        sensor = active_sensor(context)
+        assert sensor is not None
+        holder = sensor.handle
+        made = holder.instance_collection.override_hierarchy_create(
+            context.scene, context.view_layer, reference=holder, do_fully_editable=True
+        )
+        if made is None:
+            self.report({"ERROR"}, f"Blender could not override what '{holder.name}' instances")
+            return {"CANCELLED"}
+        holder.instance_type = "NONE"
+        # Overrides stand where the library has them, not where the instance was.
+        for obj in made.all_objects:
+            if obj.parent is None:
+                obj.parent = holder
+                obj.matrix_parent_inverse = Matrix.Translation(-made.instance_offset)
+        sensors = [obj for obj in made.all_objects if obj.angen_sensor.kind != NO_KIND]
+        if sensors:
+            context.view_layer.objects.active = sensors[0]
+        names = ", ".join(obj.name for obj in sensors)
+        self.report({"INFO"}, f"'{holder.name}' is overridden, with the sensors {names}"[:200])
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_instance_override,))

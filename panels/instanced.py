@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensors within collection instances: their rows under the table, and what can be done there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpy.types import Context
+
+from ..angen_addon.active import active_sensor
+from ..angen_addon.sensors import Sensor
+from ..operators.instance_override import why_not
+from .lines import draw_lines
+from .readings import shown
+
+MOST_ROWS = 12
+
+
+def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
+    """A row each, as in the table; a click shows the sensor."""
+    active = active_sensor(context)
+    column = layout.box().column(align=True)
+    column.label(text=f"In collection instances: {len(sensors)}", icon="OUTLINER_OB_GROUP_INSTANCE")
+    for sensor in sensors[:MOST_ROWS]:
+        seen = shown(sensor, context.scene)
+        row = column.row(align=True)
+        row.active = sensor.settings.enabled
+        chosen = active is not None and active.uid == sensor.uid
+        item = row.operator(
+            "angen.sensor_show",
+            text=sensor.name,
+            icon=seen.icon,
+            emboss=chosen,
+            depress=chosen,
+            translate=False,
+        )
+        item.name, item.library = sensor.name, sensor.library
+        value = row.row()
+        value.alignment = "RIGHT"
+        value.label(text=seen.short, translate=False)
+    if len(sensors) > MOST_ROWS:
+        column.label(text=f"and {len(sensors) - MOST_ROWS} more: search above")
+
+
+def draw_instanced(layout: Any, sensor: Sensor) -> None:
+    """What the user should know of the active sensor, and a way to one of its own."""
+    text = (
+        f"In the instance '{sensor.handle.name}': its settings are those of its collection, the "
+        "same in all instances. Its outputs are not keyed, and drivers cannot read them"
+    )
+    box = draw_lines(layout, text, "OUTLINER_OB_GROUP_INSTANCE")
+    if not why_not(sensor):
+        box.operator("angen.instance_override", icon="LIBRARY_DATA_OVERRIDE")

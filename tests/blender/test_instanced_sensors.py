@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensors in collection instances, of this file and of others: each has its own name and place."""
+
+import csv
+from math import radians
+
+import bpy
+import pytest
+
+ops = bpy.ops.angen
+
+
+@pytest.fixture
+def collection(world):
+    """A collection outside the scene: a switch "Door" in a housing, and a leaf "leaf" that opens
+    at frame 25; the beam is 0.2 m long to the leaf, and the housing's front 1 cm before it."""
+    made = bpy.data.collections.new("flat")
+    sensor = world.switch("Door", range_max=0.5, threshold=0.3)
+    sensor.angen_sensor.room = "hall"
+    housing = world.wall(0.01, "housing", 0.1)
+    housing.parent = sensor
+    leaf = world.wall(0.2, "leaf")
+    world.key(leaf, "location", {1: (0, 0, -0.2), 25: (5, 0, -0.2)}, "CONSTANT")
+    for obj in (sensor, housing, leaf):
+        world.scene.collection.objects.unlink(obj)
+        made.objects.link(obj)
+    return made
+
+
+def instance(world, collection, name, at, turn=0.0):
+    holder = world.link(name, None, at)
+    holder.instance_type, holder.instance_collection = "COLLECTION", collection
+    holder.rotation_euler.y = radians(turn)
+    return holder
+
+
+@pytest.fixture
+def flats(world, collection):
+    """Two instances of it, of which only the second has a wall of its own 0.1 m ahead."""
+    instance(world, collection, "A", (0, 0, 0))
+    instance(world, collection, "B", (10, 0, 0), 90)
+    wall = world.wall(0.1, "wall")
+    wall.location, wall.rotation_euler.y = (9.9, 0, 0), radians(90)
+    world.update()
+    return world
+
+
+def test_each_instance_senses_at_its_own_place(flats, each_caster):
+    assert [s.name for s in flats.sensors()] == ["A/Door", "B/Door"]
+    recording = flats.run()
+    near = flats.series(recording, "A/Door", "range_m")
+    assert near[:24] == pytest.approx([0.2] * 24, abs=2e-5) and set(near[24:]) == {0.5}
+    assert flats.series(recording, "B/Door", "range_m") == pytest.approx([0.1] * 48, abs=2e-5)
+    rows = flats.log(recording)
+    assert [r[1:6] for r in rows if r[5] == "1"] == [
+        ["25", "A/Door", "OPTICAL_SWITCH", "open", "1"]
+    ]
+
+
+def test_a_sensor_meets_the_housing_of_the_other_instance(world, collection):
+    """Each passes through its own housing alone, though both are the same object."""
+    instance(world, collection, "A", (0, 0, 0))
+    instance(world, collection, "B", (0, 0, -0.1))
+    recording = world.run(1, 2)
+    # The housing of B is a centimetre before B's place.
+    assert world.series(recording, "A/Door", "range_m") == pytest.approx([0.11] * 2, abs=2e-5)
+    assert world.series(recording, "B/Door", "range_m") == pytest.approx([0.1] * 2, abs=2e-5)
+
+
+def test_an_original_in_the_scene_is_another_sensor(world, collection):
+    world.scene.collection.children.link(collection)
+    instance(world, collection, "A", (10, 0, 0))
+    names = [s.name for s in world.sensors()]
+    assert names == ["A/Door", "Door"]
+    recording = world.run(1, 2)
+    for name in names:
+        assert world.series(recording, name, "range_m") == pytest.approx([0.2] * 2, abs=2e-5)
+
+
+def test_instances_in_instances_and_their_offsets(world, collection):
+    collection.instance_offset = (1, 2, 3)
+    floor = bpy.data.collections.new("floor")
+    for name, x in (("left", 0), ("right", 20)):
+        holder = instance(world, collection, name, (x, 0, 0))
+        world.scene.collection.objects.unlink(holder)
+        floor.objects.link(holder)
+    instance(world, floor, "House", (0, 100, 0), 180)
+    sensors = world.sensors()
+    assert [s.name for s in sensors] == ["House/left/Door", "House/right/Door"]
+    depsgraph = world.update()
+    places = [tuple(s.world_matrix(depsgraph).translation) for s in sensors]
+    assert places[0] == pytest.approx((1, 98, 3), abs=1e-5)
+    assert places[1] == pytest.approx((-19, 98, 3), abs=1e-5)
+    recording = world.run(1, 2)
+    for sensor in sensors:
+        found = world.series(recording, sensor.name, "range_m")
+        assert found == pytest.approx([0.2] * 2, abs=2e-5)
+
+
+def test_a_moving_instance_takes_its_sensors_along(world, collection):
+    holder = instance(world, collection, "A", (0, 0, 0))
+    world.key(holder, "location", {1: (0, 0, 0), 10: (0, 0, 10)}, "CONSTANT")
+    world.wall(0.3, "wall").location.z = 9.9
+    found = world.series(world.run(8, 11), "A/Door", "range_m")
+    assert found == pytest.approx([0.2, 0.2, 0.1, 0.1], abs=2e-5)
+
+
+def test_noise_is_that_of_the_name(world, collection):
+    collection.objects["Door"].angen_sensor.optical_switch.noise_sigma = 0.01
+    instance(world, collection, "A", (0, 0, 0))
+    alone = world.series(world.run(1, 20), "A/Door", "range_m")
+    instance(world, collection, "B", (10, 0, 0))
+    both = world.run(1, 20)
+    assert world.series(both, "A/Door", "range_m") == alone
+    assert world.series(both, "B/Door", "range_m") != alone
+
+
+def test_two_ways_of_the_same_name_are_refused(flats, addon_part):
+    flats.switch("A/Door")
+    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"2 sensors.*'A/Door'"):
+        flats.run(1, 2)
+
+
+def test_what_an_instance_does_not_show_is_no_sensor(world, collection):
+    hidden = bpy.data.collections.new("hidden")
+    collection.children.link(hidden)
+    hidden.objects.link(world.switch("Spare"))
+    world.scene.collection.objects.unlink(bpy.data.objects["Spare"])
+    instance(world, collection, "A", (0, 0, 0))
+    assert [s.name for s in world.sensors()] == ["A/Door", "A/Spare"]
+    hidden.hide_viewport = True
+    assert [s.name for s in world.sensors()] == ["A/Door"]
+
+
+def test_list_export_report_and_recording_name_them(flats, addon_part, tmp_path):
+    describe = addon_part("angen_addon.describe").describe
+    facts = {s.name: describe(s) for s in flats.sensors()}
+    assert facts["B/Door"]["location"] == pytest.approx([10, 0, 0])
+    assert facts["B/Door"]["room"] == "hall"
+    assert ops.simulate() == {"FINISHED"}
+    ops.export_samples(directory=str(tmp_path), folder="s")
+    assert sorted(p.name for p in (tmp_path / "s").iterdir()) == ["A_Door.csv", "B_Door.csv"]
+    ops.export_report(filepath=str(tmp_path / "report.html"))
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "A/Door" in page and "B/Door" in page
+    path = str(tmp_path / "home.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert ops.export_events.poll(), "the recording is kept"
+    state = addon_part("angen_addon.state").CACHE
+    recording = state.recording(bpy.context.scene)
+    sensors = addon_part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    assert [recording.track_of(s.uid).sensor for s in sensors] == ["A/Door", "B/Door"]
+
+
+def test_live_values_follow_the_playhead(flats, addon_part):
+    live = addon_part("angen_addon.state").CACHE
+    for frame, state in ((24, 0), (25, 1), (26, 1)):
+        flats.scene.frame_set(frame)
+        fields = live.live.readings["A/Door"]
+        fields = getattr(fields, "reading", fields)
+        assert getattr(fields, "fields", fields)["open"] == state
+
+
+def test_explain_names_what_its_own_beam_met(flats):
+    ops.simulate()
+    flats.scene.frame_set(30)
+    bpy.context.view_layer.objects.active = bpy.data.objects["A"]
+    assert ops.event_jump(direction="PREVIOUS") == {"FINISHED"}
+    assert flats.scene.frame_current == 25
+    assert ops.explain() == {"FINISHED"}
+
+
+def test_bake_says_that_instances_have_no_keys(flats):
+    flats.switch("Own")
+    flats.update()
+    ops.simulate()
+    assert ops.bake_keyframes() == {"FINISHED"}
+    assert bpy.data.objects["Own"].animation_data is not None
+
+
+def test_a_click_on_its_row_selects_the_instance(flats):
+    assert ops.sensor_show(name="B/Door") == {"FINISHED"}
+    assert bpy.context.object.name == "B"
+    assert bpy.context.window_manager.angen_instanced == "B/Door"
+
+
+@pytest.fixture
+def linked(world, collection, tmp_path):
+    """The collection linked from another file and instanced twice, as File → Link does."""
+    world.scene.collection.children.link(collection)
+    collection.instance_offset = (1, 0, 0)
+    path = tmp_path / "library.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    scene.frame_end = 48
+    with bpy.data.libraries.load(str(path), link=True) as (_, target):
+        target.collections = ["flat"]
+    for name, x in (("North", 1), ("South", 11)):
+        instance(world, target.collections[0], name, (x, 0, 0))
+    world.update()
+    return world
+
+
+def test_a_linked_home_is_simulated(linked, tmp_path):
+    assert [s.name for s in linked.sensors()] == ["North/Door", "South/Door"]
+    assert ops.simulate() == {"FINISHED"}
+    ops.export_events(filepath=str(tmp_path / "events.csv"))
+    with open(tmp_path / "events.csv", newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.reader(file) if row[5] == "1"]
+    assert [(row[1], row[2]) for row in rows] == [("25", "North/Door"), ("25", "South/Door")]
+
+
+def test_an_override_takes_the_place_of_an_instance_of_a_linked_home(linked, tmp_path):
+    """It moves as in the library, at the instance's place, and keeps that in a file."""
+    ops.sensor_show(name="South/Door")
+    assert ops.instance_override() == {"FINISHED"}
+    real = next(s for s in linked.sensors() if not s.holders)
+    assert [s.name for s in linked.sensors()] == sorted([real.name, "North/Door"])
+    real.settings.optical_switch.threshold = 0.15
+    path = str(tmp_path / "home.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    real = next(s for s in linked.sensors() if not s.holders)
+    assert tuple(real.object.matrix_world.translation) == pytest.approx((10, 0, 0))
+    recording = linked.run(23, 26)
+    assert linked.series(recording, real.name, "open") == [1, 1, 1, 1]
+    assert linked.series(recording, "North/Door", "open") == [0, 0, 1, 1]
+    found = linked.series(recording, real.name, "range_m")
+    assert found == pytest.approx([0.2, 0.2, 0.5, 0.5], abs=2e-5)
+
+
+def test_what_cannot_be_overridden_is_told(flats):
+    bpy.context.view_layer.objects.active = bpy.data.objects["A"]
+    with pytest.raises(RuntimeError, match="Its collection is of this file"):
+        ops.instance_override()

@@ -19,6 +19,7 @@ from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
 from .digests import animation_facts, custom_facts, facts_of, part_facts, setting_facts
 from .marks import COVERAGE_MARK
+from .sensors import Sensor, all_sensors
 
 SCENE, SHOWN = "scene", "shown"
 # Told by what uses them, or of no sensor's interest.
@@ -108,7 +109,7 @@ def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
     ]
     own += [animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
-    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(view_layer.objects))]
+    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(all_sensors(view_layer)))]
     shown = [
         (obj.name_full, obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
@@ -124,12 +125,12 @@ def _is_disabled(obj: Any) -> bool:
     return obj.hide_viewport and bool(setting_facts(obj, obj, ["hide_viewport"])[0])
 
 
-def _texts_read(objects: Iterable[Any]) -> Iterator[str]:
+def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
     """Contents of the texts that sensors read, such as lens tables: no update tells of edits."""
-    for obj in objects:
-        names = READS_TEXTS.get(obj.angen_sensor.kind)
+    for sensor in sensors:
+        names = READS_TEXTS.get(sensor.kind.identifier)
         if names is not None:
-            group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
+            group = getattr(sensor.settings, sensor.kind.attribute)
             for text in (getattr(group, name) for name in names):
                 yield text.as_string() if text is not None else ""
 

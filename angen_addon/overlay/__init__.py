@@ -3,7 +3,8 @@
 
 `sight`, `field` and `views` ask each sensor for its rays and cast them; `figures` makes lines and
 surfaces of what they meet; `picture` colours these by the sensors' readings; `draw` and `labels`
-put them on the screen. Only `draw` and `labels` know the GPU.
+put them on the screen, `label_layout` in places that `covered` leaves free; `hover` knows what the
+mouse is over. Only `draw` and `labels` know the GPU.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ __all__ = ("follow", "note_edit", "register", "unregister")
 
 
 def _modules() -> tuple:
-    from . import draw, settings
+    from . import draw, hover, settings
 
-    return (settings, draw)
+    return (settings, hover, draw)
 
 
 def register() -> None:

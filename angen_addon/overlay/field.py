@@ -124,6 +124,10 @@ class Field:
         # What the GPU was given; only draw.py knows what is in it.
         self.drawn: dict[str, Any] = {}
         self.states: tuple[int, list[Any]] = (0, [])
+        # What labels.py shows in each region, by the region's address; and the uid of the sensor
+        # whose sign the mouse is over.
+        self.boards: dict[int, Any] = {}
+        self.hovered: int | None = None
         self._clock: Clock | None = None
         self._caster: Caster | None = None
         self._boxes: tuple[Array, Array] = (np.empty((0, 3)), np.empty((0, 3)))
@@ -133,7 +137,7 @@ class Field:
 
     def fail(self, scene: Any) -> None:
         """Keeps still until the next edit."""
-        self.seen, self.drawn = [], {}
+        self.seen, self.drawn, self.boards = [], {}, {}
         self.frame, self.outdated = scene.frame_current, False
         self.listed += 1
 

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...panels.readings import UNKNOWN, Shown
+from ...panels.readings import IDLE, UNKNOWN, Shown
+from .covered import covered
+from .label_layout import Point, Rect, arrange
 from .looks import LOOKS, disc
 
 # Pixels at a scale of 1.
@@ -18,10 +20,33 @@ SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
 LEAST_PIXELS_A_METRE = 22.0
 # Of the dark disc behind a sign, in radii of the sign.
 BACK = 1.7
+# Of the ring around what is selected or hovered, in the same.
+RING = 2.1
+# Of those nearest to the eye, at most this many have labels.
+MOST_LABELS = 100
 PLATE = (0.06, 0.07, 0.08, 0.72)
-LEADER = (0.75, 0.75, 0.75, 0.6)
 NAME = (0.95, 0.95, 0.95, 1.0)
 TEXT_SIZE_FONT = 0
+
+
+class Word(NamedTuple):
+    """A text to write, where, in which colour."""
+
+    x: float
+    y: float
+    text: str
+    colour: tuple[float, ...]
+
+
+class Board:
+    """What one region shows, kept from frame to frame: `markers`, where each sensor's sign is, by
+    its uid; `words`; `batches`, the GPU's copy of signs and plates."""
+
+    def __init__(self) -> None:
+        self.key: Any = None
+        self.markers: dict[int, Point] = {}
+        self.words: list[Word] = []
+        self.batches: list[tuple[str, Any]] = []
 
 
 def to_screen(
@@ -33,143 +58,162 @@ def to_screen(
     return (clip[:, :2] / depth[:, None] + 1.0) / 2.0 * (width, height)
 
 
-def place(wanted: NDArray[np.float64], sizes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lower left corners (n, 2) for plates of these sizes (n, 2), the highest first: each where it
-    is wanted or, if others are there, below them."""
-    placed: list[tuple[float, float, float, float]] = []
-    found = np.array(wanted, np.float64)
-    for index in np.argsort(-found[:, 1], kind="stable").tolist():
-        (x, y), (width, height) = found[index].tolist(), sizes[index].tolist()
-        # From the top downwards, so that one pass is enough.
-        for left, low, right, high in placed:
-            if left < x + width and x < right and low < y + height and y < high:
-                y = low - height
-        found[index, 1] = y
-        placed.append((x, y, x + width, y + height))
-        placed.sort(key=_low_edge, reverse=True)
-    return found
-
-
-def _low_edge(plate: tuple[float, float, float, float]) -> float:
-    return plate[1]
-
-
 def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
     """Of every sensor that the view shows."""
-    region, view = context.region, context.region_data
-    chosen = [
-        (seen, one)
+    board = field.boards.setdefault(context.region.as_pointer(), Board())
+    rows = [
+        (seen, one, seen.sensor.name)
         for seen, one in zip(field.seen, states, strict=True)
         if one is not None and seen.matrix is not None
     ]
-    if not chosen:
-        return
-    where = np.array([seen.matrix.translation for seen, _ in chosen], np.float64)
+    key = _key(context, field, rows)
+    if key != board.key:
+        board.key = key
+        _lay_out(context, field, rows, board)
+    _draw(context, board)
+
+
+def _key(context: Any, field: Any, rows: list[tuple[Any, Shown, str]]) -> Any:
+    """What the picture depends on."""
+    region, settings = context.region, context.scene.angen_overlay
+    return (
+        tuple(map(tuple, context.region_data.perspective_matrix)),
+        (region.width, region.height, settings.names, settings.values, field.hovered),
+        covered(context.area, region, context.space_data, context.preferences),
+        [
+            (seen.uid, tuple(seen.matrix.translation), seen.selected, one.icon, one.text, name)
+            for seen, one, name in rows
+        ],
+    )
+
+
+def _lay_out(context: Any, field: Any, rows: list[tuple[Any, Shown, str]], board: Board) -> None:
+    region, view, scale = (
+        context.region, context.region_data, context.preferences.system.ui_scale,
+    )  # fmt: skip
+    where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
     matrix = np.array(view.perspective_matrix, np.float64)
     up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
     at = to_screen(where, matrix, region.width, region.height)
-    scale = np.linalg.norm(to_screen(where + up, matrix, region.width, region.height) - at, axis=1)
-    inside = (at > 0.0) & (at < (region.width, region.height))
-    near = [
-        (seen, one, at[n], bool(scale[n] >= LEAST_PIXELS_A_METRE) or seen.selected)
-        for n, (seen, one) in enumerate(chosen)
-        if inside[n].all()
-    ]
-    if near:
-        _draw(context, near)
-
-
-def _draw(context: Any, near: list[tuple[Any, Shown, Any, bool]]) -> None:
-    import blf
-    import gpu
-
-    scale = context.preferences.system.ui_scale
-    settings = context.scene.angen_overlay
-    blf.size(TEXT_SIZE_FONT, FONT * scale)
-    blf.disable(TEXT_SIZE_FONT, blf.SHADOW)
-    height = FONT * scale + 2 * PADDING * scale
-    texts = []
-    for seen, one, at, close in near:
-        name = seen.sensor.name if settings.names and close else ""
-        value = _reading(seen, one) if settings.values and close else ""
-        widths = [_width(text, FONT * scale) for text in (name, value)]
-        texts.append((at, name, value, widths))
-    gap, sign = GAP * scale, SIGN * scale
-    corners = np.array([at + (sign + gap / 2, sign) for at, *_ in texts])
-    sizes = np.array(
-        [
-            (sum(w) + (gap if n and v else 0.0) + 2 * PADDING * scale if n or v else 0.0, height)
-            for _, n, v, w in texts
-        ]
+    size = np.linalg.norm(to_screen(where + up, matrix, region.width, region.height) - at, axis=1)
+    inside = ((at > 0.0) & (at < (region.width, region.height))).all(axis=1)
+    near = np.flatnonzero(inside)
+    rows, at, size = [rows[n] for n in near.tolist()], at[near], size[near]
+    markers: list[Point] = [(x, y) for x, y in at.tolist()]
+    board.markers = {seen.uid: m for (seen, *_), m in zip(rows, markers, strict=True)}
+    wanted = frozenset(
+        n for n, (seen, *_) in enumerate(rows) if seen.selected or seen.uid == field.hovered
     )
-    shown = [n for n, size in enumerate(sizes) if size[0] > 0.0]
-    wanted = corners.copy()
-    corners[shown] = place(corners[shown], sizes[shown])
-    signs = [(one.icon, at) for _, one, at, _ in near]
-    gpu.state.blend_set("ALPHA")
-    # A plate that had to give way is joined to its sign.
-    strayed = [n for n in shown if wanted[n, 1] - corners[n, 1] > sizes[n, 1] / 2]
-    _leaders([(texts[n][0], corners[n] + (0.0, sizes[n, 1] / 2)) for n in strayed])
-    _plates([(corners[n], sizes[n]) for n in shown])
-    _signs(signs, sign)
-    gpu.state.blend_set("NONE")
-    for n in shown:
-        _, name, value, widths = texts[n]
-        look, base = LOOKS[near[n][1].icon], corners[n] + (PADDING * scale, 1.35 * PADDING * scale)
-        if name:
-            _write(base, name, NAME)
-        if value:
-            _write(base + ((widths[0] + gap if name else 0.0), 0.0), value, (*look.colour, 1.0))
+    texts = [_texts(context, row, n in wanted) for n, row in enumerate(rows)]
+    height = (FONT + 2 * PADDING) * scale
+    sizes = [(_wide(context, words), height) for words in texts]
+    # The nearest to the eye first; one after the other in the list where that is the same.
+    order = [
+        n
+        for n in np.argsort(-np.round(size, 3), kind="stable").tolist()
+        if any(texts[n]) and (size[n] >= LEAST_PIXELS_A_METRE or n in wanted)
+    ][:MOST_LABELS]
+    window = (0.0, 0.0, float(region.width), float(region.height))
+    hidden = covered(context.area, region, context.space_data, context.preferences)
+    off = (SIGN + GAP / 2) * scale
+    plates = arrange(markers, sizes, order, wanted, window, hidden, off)
+    board.words = []
+    for n, plate in plates.items():
+        board.words += _words(context, plate, texts[n], rows[n][1])
+    marked = [markers[n] for n in plates if n in wanted]
+    board.batches = _batches(list(plates.values()), rows, markers, marked, SIGN * scale)
 
 
-def _reading(seen: Any, one: Shown) -> str:
-    """In full for what is selected; of a sensor without a reading the sign tells enough."""
-    if one.icon == UNKNOWN:
-        return ""
-    return one.text if seen.selected else one.short
+def _texts(context: Any, row: tuple[Any, Shown, str], full: bool) -> tuple[str, str]:
+    """Name and reading; in full for what is selected or hovered. Of a sensor without a reading
+    the sign tells enough."""
+    settings, one = context.scene.angen_overlay, row[1]
+    value = "" if one.icon == UNKNOWN else one.text if full else one.short
+    return row[2] if settings.names else "", value if settings.values else ""
+
+
+def _wide(context: Any, texts: tuple[str, str]) -> float:
+    scale = context.preferences.system.ui_scale
+    name, value = (_width(text, FONT * scale) for text in texts)
+    return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
+
+
+def _words(context: Any, plate: Rect, texts: tuple[str, str], one: Shown) -> list[Word]:
+    scale = context.preferences.system.ui_scale
+    x, y = plate[0] + PADDING * scale, plate[1] + 1.35 * PADDING * scale
+    found = []
+    if texts[0]:
+        found.append(Word(x, y, texts[0], NAME))
+        x += _width(texts[0], FONT * scale) + GAP * scale
+    if texts[1]:
+        found.append(Word(x, y, texts[1], (*LOOKS[one.icon].colour, 1.0)))
+    return found
 
 
 @lru_cache(maxsize=1024)
 def _width(text: str, size: float) -> float:
-    """Pixels of a text in the font of this size, which is chosen."""
+    """Pixels of a text in the font of this size."""
     import blf
 
+    blf.size(TEXT_SIZE_FONT, size)
     return float(blf.dimensions(TEXT_SIZE_FONT, text)[0]) if text else 0.0
 
 
-def _write(at: Any, text: str, colour: tuple[float, ...]) -> None:
+def _draw(context: Any, board: Board) -> None:
     import blf
+    import gpu
 
-    blf.color(TEXT_SIZE_FONT, *colour)
-    blf.position(TEXT_SIZE_FONT, float(at[0]), float(at[1]), 0.0)
-    blf.draw(TEXT_SIZE_FONT, text)
+    scale = context.preferences.system.ui_scale
+    gpu.state.blend_set("ALPHA")
+    for kind, batch in board.batches:
+        if kind == "TRIS":
+            batch.draw(gpu.shader.from_builtin("SMOOTH_COLOR"))
+        else:
+            shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+            shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+            shader.uniform_float("lineWidth", 1.6 * scale)
+            batch.draw(shader)
+    gpu.state.blend_set("NONE")
+    blf.size(TEXT_SIZE_FONT, FONT * scale)
+    blf.disable(TEXT_SIZE_FONT, blf.SHADOW)
+    for word in board.words:
+        blf.color(TEXT_SIZE_FONT, *word.colour)
+        blf.position(TEXT_SIZE_FONT, word.x, word.y, 0.0)
+        blf.draw(TEXT_SIZE_FONT, word.text)
 
 
-def _leaders(lines: list[tuple[Any, Any]]) -> None:
-    if lines:
-        points = np.array(lines, np.float32).reshape(-1, 2)
-        _fill(points, np.broadcast_to(np.array(LEADER, np.float32), (len(points), 4)), "LINES")
+def _batches(
+    plates: list[Rect],
+    rows: list[tuple[Any, Shown, str]],
+    markers: list[Point],
+    marked: list[Point],
+    sign: float,
+) -> list[tuple[str, Any]]:
+    """Signs, each by its icon on a dark disc, so that it stands out from what is behind it; rings
+    around those that are `marked`; and the plates of labels."""
+    ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)
+    white = np.tile(np.array(NAME, np.float32), (len(ring), 1))
+    faces, lines = [], []
+    for (_, one, _), place in zip(rows, markers, strict=True):
+        shape = _shape(one.icon)
+        at = np.array(place, np.float32)
+        faces.append((shape[0] * np.float32(sign) + at, shape[1]))
+        lines.append((shape[2] * np.float32(sign) + at, shape[3]))
+    lines += [(ring * np.float32(sign) + np.array(place, np.float32), white) for place in marked]
+    if plates:
+        colour = np.array(PLATE, np.float32)
+        faces.append((_quads(plates), np.tile(colour, (6 * len(plates), 1))))
+    return [
+        (kind, _batch(np.concatenate(points), np.concatenate(colours), kind))
+        for kind, parts in (("TRIS", faces), ("LINES", lines))
+        for points, colours in [([p for p, _ in parts], [c for _, c in parts])]
+        if sum(map(len, points))
+    ]
 
 
-def _plates(plates: list[tuple[Any, Any]]) -> None:
-    if not plates:
-        return
-    lower = np.array([corner for corner, _ in plates], np.float32)
-    upper = lower + np.array([size for _, size in plates], np.float32)
-    x0, y0, x1, y1 = lower[:, 0], lower[:, 1], upper[:, 0], upper[:, 1]
-    corners = np.stack([x0, y0, x1, y0, x1, y1, x0, y0, x1, y1, x0, y1], axis=1).reshape(-1, 2)
-    _fill(corners, np.broadcast_to(np.array(PLATE, np.float32), (len(corners), 4)))
-
-
-def _signs(signs: list[tuple[str, Any]], size: float) -> None:
-    """Each sign, by its icon, on a dark disc, so that it stands out from what is behind it."""
-    shapes = [_shape(icon) for icon, _ in signs]
-    places = np.array([at for _, at in signs], np.float32)
-    for number, kind in ((0, "TRIS"), (2, "LINES")):
-        counts = [len(shape[number]) for shape in shapes]
-        points = np.concatenate([shape[number] for shape in shapes])
-        points = points * np.float32(size) + np.repeat(places, counts, axis=0)
-        _fill(points, np.concatenate([shape[number + 1] for shape in shapes]), kind)
+def _quads(plates: list[Rect]) -> Any:
+    x0, y0, x1, y1 = np.array(plates, np.float32).T
+    return np.stack([x0, y0, x1, y0, x1, y1, x0, y0, x1, y1, x0, y1], axis=1).reshape(-1, 2)
 
 
 @lru_cache
@@ -185,8 +229,7 @@ def _shape(icon: str) -> tuple[Any, Any, Any, Any]:
     return faces, colours, lines, np.tile(colour, (len(lines), 1))
 
 
-def _fill(points: Any, colours: Any, kind: str = "TRIS") -> None:
-    import bpy
+def _batch(points: Any, colours: Any, kind: str) -> Any:
     import gpu
 
     layout = gpu.types.GPUVertFormat()
@@ -197,11 +240,4 @@ def _fill(points: Any, colours: Any, kind: str = "TRIS") -> None:
     flat[:, :2] = points
     buffer.attr_fill("pos", flat)
     buffer.attr_fill("color", np.ascontiguousarray(colours, np.float32))
-    batch = gpu.types.GPUBatch(type=kind, buf=buffer)
-    if kind == "TRIS":
-        batch.draw(gpu.shader.from_builtin("SMOOTH_COLOR"))
-        return
-    shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
-    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    shader.uniform_float("lineWidth", 1.6 * bpy.context.preferences.system.ui_scale)
-    batch.draw(shader)
+    return gpu.types.GPUBatch(type=kind, buf=buffer)

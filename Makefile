@@ -5,12 +5,13 @@
 #   BLENDER=PATH     a Blender program, for `make demo` and the end-to-end tests
 VENV ?= .venv$(addprefix -,$(BPY))
 LINT_VENV ?= .venv-lint
+READERS_VENV ?= .venv-readers
 RUN = $(VENV)/bin/python
 LINT = $(LINT_VENV)/bin/python
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test bench lint zip sample clean
+.PHONY: help venv lint-venv demo test readers bench lint zip sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -21,6 +22,10 @@ demo: venv ## simulate the sample home and show what its sensors saw
 
 test: venv ## run the tests (ARGS="-k pir": pytest's options; ARGS="-n 0": in one process)
 	@$(RUN) -m pytest -n auto --maxprocesses 4 --dist loadfile $(ARGS)
+
+readers: ## read the files of all formats with programs that others wrote (800 MB to fetch, once)
+	@BPY= sh scripts/make_venv.sh $(READERS_VENV) readers
+	@ANGEN_READERS=1 $(READERS_VENV)/bin/python -m pytest -q tests/readers $(ARGS)
 
 bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)
 	@sh scripts/add_engines.sh $(VENV)

@@ -10,7 +10,8 @@ from pathlib import Path
 from .quiet import standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
-VERBS = "{simulate,list,check,explain,coverage,place}"
+VERBS = "{simulate,list,check,explain,coverage,place,convert}"
+PROGRAM = "python -m angen_addon"
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
 
@@ -19,6 +20,10 @@ def main(arguments: list[str]) -> int:
         sys.stdout.write(USAGE + "Give --help after the verb for its options.\n")
         return 0
     verb, options = arguments[:1], arguments[1:]
+    if verb == ["convert"]:
+        load_extension()
+        convert = import_module(f"{PACKAGE}.angen_addon.convert")
+        return int(convert.main(options, PROGRAM))
     help_only = "-h" in options or "--help" in options
     file = None
     if not help_only:
@@ -40,7 +45,7 @@ def main(arguments: list[str]) -> int:
         if problem:
             sys.stderr.write(f"angen: {problem}\n")
             return 2
-        return int(command_line.run_command(verb + options, "python -m angen_addon"))
+        return int(command_line.run_command(verb + options, PROGRAM))
     finally:
         # A handler that is still registered keeps the process from ending after a render.
         extension.unregister()

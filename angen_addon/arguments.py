@@ -6,13 +6,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path
-from typing import NoReturn
 
 import bpy
 
 from ..sensor_logic.log_start import parse_start
 from .coverage.arguments import add_verbs
+from .parser import Parser, path
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
@@ -45,12 +44,6 @@ def _frames(text: str) -> tuple[int, int]:
     return frames
 
 
-def _path(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("an empty name is no file or folder")
-    return Path(text)
-
-
 def _start(text: str) -> datetime | None:
     try:
         return parse_start(text)
@@ -68,22 +61,15 @@ def _tolerance(text: str) -> float:
     return value
 
 
-class _Parser(argparse.ArgumentParser):
-    """Tells what is wrong in one line, as every other error."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"angen: {message} (--help tells more)\n")
-
-
 def _make_parser(program: str) -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog=program, description="Simulates the ambient sensors of a home in a blend file."
     )
     verbs = parser.add_subparsers(
         dest="verb", required=True, metavar="simulate | list | check | explain | coverage | place"
     )
 
-    run = _Parser(add_help=False)
+    run = Parser(add_help=False)
     run.add_argument(
         "--frames",
         type=_frames,
@@ -101,16 +87,16 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
 
     one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
     one.add_argument(
-        "--events", type=_path, metavar="FILE.csv", help="event log (default: standard output)"
+        "--events", type=path, metavar="FILE.csv", help="event log (default: standard output)"
     )
     one.add_argument(
         "--report",
-        type=_path,
+        type=path,
         metavar="FILE.html",
         help="timeline, floor plan and figures to read and print; FILE.svg: the pictures alone",
     )
     one.add_argument(
-        "--samples", type=_path, metavar="DIR", help="every update, a CSV file a sensor"
+        "--samples", type=path, metavar="DIR", help="every update, a CSV file a sensor"
     )
     one.add_argument(
         "--start",
@@ -119,13 +105,13 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
     )
     one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
-    one.add_argument("--save", type=_path, metavar="FILE.blend", help="save the file, as a copy")
+    one.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
 
     two = verbs.add_parser("list", help="the sensors of the file and their parameters")
     two.add_argument("--json", action="store_true", help="for programs")
 
     three = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
-    three.add_argument("expected", type=_path, metavar="EXPECTED.csv")
+    three.add_argument("expected", type=path, metavar="EXPECTED.csv")
     three.add_argument(
         "--tolerance",
         type=_tolerance,
@@ -151,5 +137,5 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help="its last event at or before this time, as in the event log, is explained",
     )
     four.add_argument("--quiet", action="store_true", help="no progress on standard error")
-    add_verbs(verbs, _path)
+    add_verbs(verbs, path)
     return parser

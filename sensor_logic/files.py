@@ -30,7 +30,7 @@ def check_folder(folder: Path, what: str) -> None:
         raise OutputError(f"{what}: cannot write in {folder}: {error.strerror}") from None
 
 
-def write_files(texts: Mapping[Path, str]) -> None:
+def write_files(texts: Mapping[Path, str | bytes]) -> None:
     """Writes all of `texts`, or, where one fails, none of them. Raises OutputError.
 
     Links are followed; a device or a pipe is written to, not replaced.
@@ -48,14 +48,14 @@ def write_files(texts: Mapping[Path, str]) -> None:
                 dir=target.parent, prefix=".angen-", suffix=".part"
             )
             written.append((temporary, target))
-            with open(handle, "w", encoding="utf-8", newline="") as file:
-                file.write(text)
+            with open(handle, "wb") as file:
+                file.write(text.encode() if isinstance(text, str) else text)
                 file.flush()
                 os.fsync(file.fileno())
             os.chmod(temporary, 0o666 & ~umask())
         for path in filter(_is_special, texts):
-            with open(path, "w", encoding="utf-8", newline="") as file:
-                file.write(texts[path])
+            text = texts[path]
+            path.write_bytes(text.encode() if isinstance(text, str) else text)
         while written:
             temporary, path = written[0]
             os.replace(temporary, path)

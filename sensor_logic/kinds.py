@@ -26,7 +26,8 @@ class Field:
     `unit` is what it is counted in (SI, radians; empty: a plain number), `decimals` how many of
     them are shown. `step` names the parameter that tells by how much it must change to be an
     event; else any change is one. `optional`: left out of a file in which it would be empty
-    throughout. `used_when`: with which choices of parameters it is measured.
+    throughout. `used_when`: with which choices of parameters it is measured. `quantity`: what it measures,
+    by which the formats of other tools know it ("motion", "force" …).
     """
 
     name: str
@@ -36,6 +37,7 @@ class Field:
     step: str = ""
     optional: bool = False
     used_when: UsedWhen = ()
+    quantity: str = ""
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
         """A value of it with its unit, as every place shows it."""
@@ -90,9 +92,13 @@ class Kind:
         return self.reading(parameters).unit if spec.unit == READING else spec.unit
 
 
-FORCE = Field("force_n", float, "N", 2, step="report_step")
-PERCENT = Field("luminance_percent", float, "%", 1, step="report_step", **FOUR_WALL)
-LUX = Field("illuminance_lux", float, "lx", step="report_step", **ILLUMINANCE)
+FORCE = Field("force_n", float, "N", 2, step="report_step", quantity="force")
+PERCENT = Field(
+    "luminance_percent", float, "%", 1, step="report_step", quantity="luminance", **FOUR_WALL
+)
+LUX = Field(
+    "illuminance_lux", float, "lx", step="report_step", quantity="illuminance", **ILLUMINANCE
+)
 
 KINDS: dict[str, Kind] = {
     kind.identifier: kind
@@ -108,7 +114,7 @@ KINDS: dict[str, Kind] = {
             "Motion",
             "Still",
             PirParameters,
-            events=(Field("moved", bool),),
+            events=(Field("moved", bool, quantity="motion"),),
             samples=(
                 Field("angle_rad", float, "rad", 0, **SCAN),
                 Field("moved", bool),
@@ -127,7 +133,7 @@ KINDS: dict[str, Kind] = {
             "Open",
             "Closed",
             OpticalSwitchParameters,
-            events=(Field("open", bool),),
+            events=(Field("open", bool, quantity="opening"),),
             samples=(Field("open", bool), Field("range_m", float, "m", 3)),
             model=SlottedSwitch,
         ),
@@ -143,10 +149,10 @@ KINDS: dict[str, Kind] = {
             "Free",
             PressureParameters,
             events=(
-                Field("pressed", bool),
+                Field("pressed", bool, quantity="occupancy"),
                 FORCE,
-                Field("partners", str),
-                Field("valid", bool),
+                Field("partners", str, quantity="names"),
+                Field("valid", bool, quantity="validity"),
             ),
             samples=(
                 FORCE,
@@ -178,7 +184,7 @@ KINDS: dict[str, Kind] = {
             events=(
                 PERCENT,
                 LUX,
-                Field("lit", bool),
+                Field("lit", bool, quantity="light"),
             ),
             samples=(
                 PERCENT,

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen convert EVENTS.csv --format NAME --out PATH`: needs no Blender."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from datetime import datetime
+from zoneinfo import ZoneInfo
+
+from ..sensor_logic.files import OutputError, write_files
+from ..sensor_logic.formats import FORMATS, FormatError, Log
+from ..sensor_logic.formats.log import DEFAULT_START, SensorFacts
+from ..sensor_logic.formats.outputs import check_out, output_files
+from ..sensor_logic.formats.source import (
+    SourceError,
+    make_log,
+    read_activities,
+    read_home,
+    read_log_events,
+    start_of,
+)
+from .parser import Parser, path
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: list[str], program: str) -> int:
+    """Converts an event log; returns the exit status. Raises SystemExit on bad options."""
+    options = _parser(program).parse_args(arguments)
+    target = FORMATS[options.format]
+    try:
+        sources = [options.events, options.home, options.activities]
+        check_out(target, options.out, [source for source in sources if source])
+        written = target.write(_read(options))
+        files = output_files(target, options.out, written)
+        if target.is_folder:
+            options.out.mkdir(exist_ok=True)
+        write_files(files)
+    except (SourceError, OutputError, FormatError) as error:
+        _tell(str(error))
+        return BAD_INPUT if isinstance(error, SourceError) else FAILED
+    except OSError as error:
+        _tell(f"cannot read {error.filename}: {error.strerror}")
+        return BAD_INPUT
+    except OverflowError:
+        _tell("the log's dates run beyond the year 9999: give an earlier --start")
+        return BAD_INPUT
+    for note in written.notes:
+        _tell(note)
+    return DONE
+
+
+def _read(options: argparse.Namespace) -> Log:
+    """The log that the options name, at its start. Raises SourceError, OSError."""
+    sensors: dict[str, SensorFacts] = {}
+    start: datetime | None = None
+    about: dict[str, str] = {}
+    if options.home:
+        sensors, start, about = read_home(options.home)
+    if options.start:
+        start = start_of(options.start)
+    if start and options.timezone:
+        start = start.replace(tzinfo=_zone(options.timezone))
+    events, start = read_log_events(options.events, start)
+    if start is None:
+        start = DEFAULT_START
+        _tell(f"the log begins at {start.isoformat()}: --start says when it did")
+    activities = read_activities(options.activities, start) if options.activities else []
+    return make_log(events, sensors, start, activities, about)
+
+
+def _zone(name: str) -> ZoneInfo:
+    try:
+        return ZoneInfo(name)
+    except (ValueError, OSError, KeyError):
+        raise SourceError(
+            f"time zone '{name}' is not known here; one is Europe/Stockholm (package tzdata)"
+        ) from None
+
+
+def _parser(program: str) -> Parser:
+    parser = Parser(
+        prog=f"{program} convert",
+        description="Writes an event log in the format of another tool; needs no Blender.",
+    )
+    parser.add_argument("events", type=path, metavar="EVENTS.csv", help="what simulate wrote")
+    parser.add_argument(
+        "--format",
+        required=True,
+        choices=list(FORMATS),
+        metavar="NAME",
+        help=", ".join(FORMATS),
+    )
+    parser.add_argument(
+        "--out", required=True, type=path, metavar="PATH", help="the file; for pyadlml the folder"
+    )
+    parser.add_argument(
+        "--home",
+        type=path,
+        metavar="HOME.toml",
+        help="rooms, start and versions; also the output of `list --json` as HOME.json",
+    )
+    parser.add_argument(
+        "--activities", type=path, metavar="FILE.csv", help="start,end,person,activity,room"
+    )
+    parser.add_argument(
+        "--start", metavar="TIME", help="date and time of t = 0, such as 2026-03-02T07:00:00"
+    )
+    parser.add_argument(
+        "--timezone",
+        metavar="NAME",
+        help="the home's, such as Europe/Stockholm, with its daylight saving (default: none)",
+    )
+    return parser
+
+
+def _tell(text: str) -> None:
+    if sys.stderr is not None:
+        sys.stderr.write(f"angen: {text}\n")

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""CASAS: a line for each change, activities marked on the lines where they begin and end.
+
+`casas` is the form of Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003 ON Sleeping
+begin`. `casas-csv` is that of the release of 2025 (doi 10.5281/zenodo.15708568):
+`2012-07-20,10:38:54.512364,OutsideDoor,ON,Step_Out="begin"`. Neither has a header, rooms, units or
+states at the start: those go into a second file.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
+
+from ..event_log import format_value, to_csv
+from .log import Activity, Change, Channel, Log, Value, titles
+from .names import camel, label, unique
+from .written import Written
+
+# What the first letters of a sensor's name say: motion, door, item, light switch, light level.
+PREFIXES = {
+    "motion": "M",
+    "opening": "D",
+    "occupancy": "I",
+    "light": "L",
+    "illuminance": "LS",
+    "luminance": "LS",
+}
+# A boolean whose prefix is not known is an item that is used or not.
+ITEM = "I"
+
+
+@dataclass
+class _Mark:
+    """An activity's begin or end on the line of a change."""
+
+    activity: str
+    word: str
+
+
+def write_text(log: Log) -> Written:
+    """Spaces between the columns, sensors numbered by kind (`M003`), changes alone."""
+    names = _numbered(log.channels)
+    lines = []
+    marks, notes = _marks(log, names)
+    for change in log.updates():
+        if change.channel in names:
+            mark = marks.get(id(change))
+            text = f" {mark.activity} {mark.word}" if mark else ""
+            word = _word(change.channel, change.value)
+            lines.append(f"{_stamp(log, change, ' ')} {names[change.channel]} {word}{text}\n")
+    return _written(log, names, lines, notes)
+
+
+def write_csv(log: Log) -> Written:
+    """Commas, sensors by their names in one word (`PIRHall`), changes alone."""
+    names = _named(log.channels)
+    lines = []
+    marks, notes = _marks(log, names)
+    inside = _Inside(log)
+    for change in log.updates():
+        if change.channel in names:
+            mark = marks.get(id(change))
+            text = f'{mark.activity}="{mark.word}"' if mark else inside.at(change.time)
+            word = _word(change.channel, change.value)
+            row = f"{_stamp(log, change, ',')},{names[change.channel]},{word},{text}"
+            lines.append(f"{row.rstrip(',')}\n")
+    return _written(log, names, lines, notes)
+
+
+def _written(log: Log, names: dict[Channel, str], lines: list[str], notes: list[str]) -> Written:
+    initial = log.initial()
+    rows = [
+        (
+            name,
+            channel.sensor.name,
+            channel.field,
+            channel.sensor.kind,
+            channel.sensor.room,
+            channel.unit,
+            _word(channel, initial[channel].value),
+        )
+        for channel, name in sorted(names.items(), key=lambda item: item[1])
+    ]
+    header = ("id", "sensor", "field", "kind", "room", "unit", "initial")
+    left_out = [f"{c.sensor.name} {c.field}" for c in log.channels if c not in names]
+    if left_out:
+        notes.append(f"CASAS has no sensors for these, left out: {', '.join(left_out)}")
+    return Written({"": "".join(lines), ".sensors.csv": to_csv(header, rows)}, tuple(notes))
+
+
+def _numbered(channels: list[Channel]) -> dict[Channel, str]:
+    counts: dict[str, int] = {}
+    found = {}
+    for channel in channels:
+        prefix = PREFIXES.get(channel.quantity, ITEM if channel.type is bool else "")
+        if prefix and channel.quantity != "validity":
+            counts[prefix] = counts.get(prefix, 0) + 1
+            found[channel] = f"{prefix}{counts[prefix]:03d}"
+    return found
+
+
+def _named(channels: list[Channel]) -> dict[Channel, str]:
+    """Names in one word; text has no place here."""
+    told = {c: title for c, title in titles(channels).items() if c.type is not str}
+    spelling = unique(told.values(), camel)
+    return {channel: spelling[title] for channel, title in told.items()}
+
+
+def _word(channel: Channel, value: Value) -> str:
+    if channel.type is not bool:
+        return format_value(value)
+    words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
+    return words[bool(value)]
+
+
+def _stamp(log: Log, change: Change, separator: str) -> str:
+    return log.local(change.time).strftime(f"%Y-%m-%d{separator}%H:%M:%S.%f")
+
+
+def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[str]]:
+    """Which change bears an activity's begin, which its end: the first and last within it.
+
+    A line has room for one mark. An activity with no two free lines of its own is left out.
+    """
+    changes = [change for change in log.updates() if change.channel in names]
+    times = [change.time for change in changes]
+    found: dict[int, _Mark] = {}
+    lost = []
+    for activity in log.activities:
+        within = range(bisect_left(times, activity.start), bisect_right(times, activity.end))
+        first = next((i for i in within if id(changes[i]) not in found), None)
+        last = next((i for i in reversed(within) if id(changes[i]) not in found), None)
+        if first is None or last is None or first == last:
+            lost.append(activity.activity)
+            continue
+        name = _label(log, activity)
+        found[id(changes[first])] = _Mark(name, "begin")
+        found[id(changes[last])] = _Mark(name, "end")
+    notes = []
+    if lost:
+        names_lost = ", ".join(sorted(set(lost)))
+        notes.append(
+            f"{len(lost)} of {len(log.activities)} activities have no two changes of a sensor "
+            f"to be marked on, left out: {names_lost}"
+        )
+    return found, notes
+
+
+def _label(log: Log, activity: Activity) -> str:
+    """With the person's name where there are several, as in `R1_Sleeping`."""
+    name = label(activity.activity)
+    return f"{label(activity.person)}_{name}" if len(log.people) > 1 else name
+
+
+class _Inside:
+    """The label of the activity that a time lies in, asked in time order."""
+
+    def __init__(self, log: Log) -> None:
+        self.log = log
+        self.coming = sorted(log.activities, key=lambda activity: activity.start, reverse=True)
+        self.present: list[Activity] = []
+
+    def at(self, time: int) -> str:
+        while self.coming and self.coming[-1].start <= time:
+            self.present.append(self.coming.pop())
+        self.present = [activity for activity in self.present if time <= activity.end]
+        return _label(self.log, self.present[-1]) if self.present else ""

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""InfluxDB's line protocol: a line for each sensor and time, nanoseconds since 1970 in UTC.
+
+https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/: the measurement is the
+sensor's kind; tags are its name and room; fields are what it publishes. Activities are
+measurement `activity`, with a line where one begins and one where it ends.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import groupby
+
+from ..event_log import format_value
+from .log import Change, Log
+from .written import Written
+
+
+def write(log: Log) -> Written:
+    """All changes, the states at the start among them, then the activities."""
+    lines = []
+    for (time, sensor), changes in groupby(log.changes, lambda c: (c.time, c.channel.sensor)):
+        fields = ",".join(f"{_key(c.channel.field)}={_field(c)}" for c in changes)
+        tags = _tags(sensor=sensor.name, room=sensor.room)
+        lines.append(f"{_key(sensor.kind.lower())}{tags} {fields} {_nanoseconds(log, time)}\n")
+    for activity in log.activities:
+        tags = _tags(person=activity.person, room=activity.room)
+        for time, going_on in ((activity.start, "true"), (activity.end, "false")):
+            fields = f"name={_quoted(activity.activity)},going_on={going_on}"
+            lines.append(f"activity{tags} {fields} {_nanoseconds(log, time)}\n")
+    return Written({"": "".join(lines)}, _notes(log))
+
+
+def _nanoseconds(log: Log, time: int) -> int:
+    return log.epoch_us(time) * 1000
+
+
+def _tags(**tags: str) -> str:
+    return "".join(f",{key}={_key(value)}" for key, value in tags.items() if _key(value))
+
+
+def _key(text: str) -> str:
+    """A measurement, tag or name of a field. A line break or a last backslash cannot be held."""
+    held = re.sub(r"\s", " ", text).rstrip("\\")
+    return re.sub(r"([,= ])", r"\\\1", held)
+
+
+def _field(change: Change) -> str:
+    if isinstance(change.value, bool):
+        return "true" if change.value else "false"
+    if isinstance(change.value, str):
+        return _quoted(change.value)
+    return format_value(change.value)
+
+
+def _quoted(text: str) -> str:
+    escaped = re.sub(r"\s", " ", text).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def _notes(log: Log) -> tuple[str, ...]:
+    changed = [s.name for s in log.sensors if re.sub(r"\s", " ", s.name).rstrip("\\") != s.name]
+    told = ", ".join(map(repr, changed))
+    return (f"influx cannot hold line breaks or a last backslash in names: {told}",) if told else ()

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An event log with what other formats ask for beside it: typed values, rooms, a calendar."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+
+from ..recording import Recording
+
+# A log that was given no start begins here, so that its seconds are seconds since 1970.
+DEFAULT_START = datetime(1970, 1, 1)
+Value = bool | float | str
+
+
+@dataclass(frozen=True, eq=False)
+class SensorFacts:
+    """What is known of a sensor beside its events; `parameters` in SI units."""
+
+    name: str
+    kind: str
+    room: str = ""
+    parameters: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One published field of one sensor: `quantity` is what it measures (`QUANTITIES`)."""
+
+    sensor: SensorFacts
+    field: str
+    type: type
+    quantity: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Change:
+    """A channel's new value; `time` in whole microseconds since the log's start."""
+
+    time: int
+    channel: Channel
+    value: Value
+    frame: float = 0.0
+
+
+@dataclass(frozen=True, order=True)
+class Activity:
+    """What a person did; times in whole microseconds since the log's start."""
+
+    start: int
+    end: int
+    person: str
+    activity: str
+    room: str = ""
+
+
+@dataclass(frozen=True)
+class Log:
+    """Changes in time order. The first change of each channel is its initial state.
+
+    `start`: date and time of t = 0; without a time zone it is what a clock in the home shows.
+    `about`: home, seed, versions, as text. `samples`: every update, where the log has them.
+    """
+
+    changes: tuple[Change, ...]
+    start: datetime = DEFAULT_START
+    activities: tuple[Activity, ...] = ()
+    about: Mapping[str, str] = field(default_factory=dict)
+    samples: Recording | None = None
+
+    @property
+    def channels(self) -> list[Channel]:
+        """The channels that have a value, by sensor and field."""
+        found = {change.channel for change in self.changes}
+        return sorted(found, key=lambda channel: (channel.sensor.name, channel.field))
+
+    @property
+    def sensors(self) -> list[SensorFacts]:
+        """The sensors that have a value, by name."""
+        found = {change.channel.sensor for change in self.changes}
+        return sorted(found, key=lambda sensor: sensor.name)
+
+    @functools.cached_property
+    def people(self) -> frozenset[str]:
+        """Who did something."""
+        return frozenset(activity.person for activity in self.activities)
+
+    def initial(self) -> dict[Channel, Change]:
+        """Each channel's first change."""
+        found: dict[Channel, Change] = {}
+        for change in self.changes:
+            found.setdefault(change.channel, change)
+        return found
+
+    def updates(self) -> list[Change]:
+        """The changes without the initial states."""
+        first = {id(change) for change in self.initial().values()}
+        return [change for change in self.changes if id(change) not in first]
+
+    def local(self, time: int) -> datetime:
+        """What a clock in the home shows `time` microseconds after the start."""
+        elapsed = timedelta(microseconds=time)
+        if self.start.tzinfo is None:
+            return self.start + elapsed
+        # Added in UTC: a change to daylight saving moves the clock, not the time that passed.
+        return (self.start.astimezone(UTC) + elapsed).astimezone(self.start.tzinfo)
+
+    def epoch_us(self, time: int) -> int:
+        """Microseconds since 1970 in UTC; a start without a time zone is taken for UTC."""
+        start = self.start if self.start.tzinfo else self.start.replace(tzinfo=UTC)
+        since = start - datetime(1970, 1, 1, tzinfo=UTC)
+        return since // timedelta(microseconds=1) + time
+
+    def iso(self, time: int) -> str:
+        """ISO 8601 with microseconds and offset; a start without a time zone is taken for UTC."""
+        local = self.local(time)
+        zoned = local if local.tzinfo else local.replace(tzinfo=UTC)
+        return zoned.isoformat(timespec="microseconds")
+
+
+def titles(channels: list[Channel]) -> dict[Channel, str]:
+    """Channel → a name of its own: its sensor's for the first boolean, else with its field."""
+    main: dict[SensorFacts, Channel] = {}
+    for channel in channels:
+        if channel.type is bool and channel.quantity != "validity":
+            main.setdefault(channel.sensor, channel)
+    found: dict[Channel, str] = {}
+    taken = {sensor.name for sensor in main}
+    for channel in channels:
+        title = channel.sensor.name
+        if main.get(channel.sensor) is not channel:
+            title = f"{title} {channel.field}"
+            while title in taken:  # a sensor may be called like another one's field
+                title += "_"
+        taken.add(title)
+        found[channel] = title
+    return found

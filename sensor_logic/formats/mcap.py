@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""MCAP with ROS 2 messages: what `ros2 bag`, Foxglove and rosbags read.
+
+https://mcap.dev/spec: records of a type byte, a length and content; messages in chunks with an
+index and CRCs, a summary at the end. Each field of a sensor is a topic, `/angen/pir_hall/moved`.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from . import ros2
+from .log import Change, Channel, Log
+from .names import slug, unique
+from .written import Written
+
+MAGIC = b"\x89MCAP0\r\n"
+CHUNK_BYTES = 1 << 20
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
+STATISTICS, METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 0x0B, 0x0C, 0x0D, 0x0E, 0x0F
+BY_QUANTITY = {
+    "illuminance": "sensor_msgs/msg/Illuminance",
+    "force": "geometry_msgs/msg/WrenchStamped",
+}
+BY_TYPE = {bool: "std_msgs/msg/Bool", str: "std_msgs/msg/String"}
+NUMBER = "std_msgs/msg/Float32"
+BEAM = "sensor_msgs/msg/Range"
+ACTIVITY = "std_msgs/msg/String"
+
+
+@dataclass(frozen=True)
+class _Message:
+    """Bytes on a topic, at a time in nanoseconds since 1970."""
+
+    time: int
+    topic: str
+    schema: str
+    data: bytes
+
+
+@dataclass
+class _Chunk:
+    """Where a chunk lies, and what it holds."""
+
+    first: int
+    last: int
+    offset: int
+    length: int
+    index_offsets: dict[int, int]
+    index_length: int
+    size: int
+
+
+@dataclass
+class _File:
+    """The file as it grows: schemas and channels by name, chunks, counts."""
+
+    data: bytearray = field(default_factory=lambda: bytearray(MAGIC))
+    schemas: dict[str, int] = field(default_factory=dict)
+    channels: dict[str, tuple[int, str]] = field(default_factory=dict)
+    chunks: list[_Chunk] = field(default_factory=list)
+    counts: dict[int, int] = field(default_factory=lambda: defaultdict(int))
+
+
+def write(log: Log) -> Written:
+    """All changes, the states at the start among them, and all activities as text."""
+    file = _File()
+    file.data += _record(HEADER, _text("ros2") + _text("angen-sensors"))
+    waiting: list[_Message] = []
+    size = 0
+    for message in sorted(_messages(log), key=lambda m: m.time):
+        waiting.append(message)
+        size += len(message.data)
+        if size > CHUNK_BYTES:
+            _add_chunk(file, waiting)
+            waiting, size = [], 0
+    if waiting:
+        _add_chunk(file, waiting)
+    about = {"start": log.start.isoformat(), **log.about}
+    metadata_offset = len(file.data)
+    file.data += _record(METADATA, _text("angen") + _map(about))
+    metadata = (metadata_offset, len(file.data) - metadata_offset)
+    file.data += _record(DATA_END, struct.pack("<I", zlib.crc32(file.data)))
+    _add_summary(file, metadata)
+    return Written({"": bytes(file.data)})
+
+
+def _messages(log: Log) -> Iterator[_Message]:
+    topics = unique((sensor.name for sensor in log.sensors), slug)
+    for change in log.changes:
+        yield from _of_change(log, topics, change)
+    for activity in log.activities:
+        topic = f"/angen/people/{slug(activity.person)}/activity"
+        for time, text in ((activity.start, activity.activity), (activity.end, "")):
+            data = ros2.string_message(text)
+            yield _Message(log.epoch_us(time) * 1000, topic, ACTIVITY, data)
+
+
+def _of_change(log: Log, topics: Mapping[str, str], change: Change) -> Iterator[_Message]:
+    channel, time = change.channel, log.epoch_us(change.time)
+    frame = topics[channel.sensor.name]
+    topic = f"/angen/{frame}/{channel.field}"
+    schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
+    yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change))
+    if channel.quantity == "opening":
+        data = ros2.beam_message(time, frame, bool(change.value), _reach(channel))
+        yield _Message(time * 1000, f"/angen/{frame}/range", BEAM, data)
+
+
+def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
+    value = change.value
+    if isinstance(value, str):
+        return ros2.string_message(value)
+    write: dict[str, Callable[[], bytes]] = {
+        "std_msgs/msg/Bool": lambda: ros2.bool_message(bool(value)),
+        "sensor_msgs/msg/Illuminance": lambda: ros2.illuminance_message(time, frame, value),
+        "geometry_msgs/msg/WrenchStamped": lambda: ros2.force_message(time, frame, value),
+        NUMBER: lambda: ros2.float_message(value),
+    }
+    return write[schema]()
+
+
+def _reach(channel: Channel) -> float:
+    """How far a beam looks in metres, 0 where the home's facts do not tell."""
+    reach = channel.sensor.parameters.get("range_max", 0.0)
+    return float(reach) if isinstance(reach, (int, float)) else 0.0
+
+
+def _add_chunk(file: _File, messages: list[_Message]) -> None:
+    """Appends messages as a chunk, new schemas and channels first, and its indexes."""
+    records = bytearray()
+    index: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    for message in messages:
+        if message.topic not in file.channels:
+            records += _new_channel(file, message)
+        channel, _ = file.channels[message.topic]
+        index[channel].append((message.time, len(records)))
+        times = struct.pack("<HIQQ", channel, file.counts[channel], message.time, message.time)
+        records += _record(MESSAGE, times + message.data)
+        file.counts[channel] += 1
+    first, last = messages[0].time, messages[-1].time
+    offset = len(file.data)
+    content = struct.pack("<QQQI", first, last, len(records), zlib.crc32(records))
+    file.data += _record(CHUNK, content + _text("") + struct.pack("<Q", len(records)) + records)
+    length, offsets = len(file.data) - offset, {}
+    for channel, entries in index.items():
+        offsets[channel] = len(file.data)
+        packed = b"".join(struct.pack("<QQ", *entry) for entry in entries)
+        file.data += _record(MESSAGE_INDEX, struct.pack("<HI", channel, len(packed)) + packed)
+    index_length = len(file.data) - offset - length
+    file.chunks.append(_Chunk(first, last, offset, length, offsets, index_length, len(records)))
+
+
+def _new_channel(file: _File, message: _Message) -> bytes:
+    records = b""
+    if message.schema not in file.schemas:
+        file.schemas[message.schema] = len(file.schemas) + 1
+        records += _schema_record(file, message.schema)
+    file.channels[message.topic] = (len(file.channels), message.schema)
+    return records + _channel_record(file, message.topic)
+
+
+def _schema_record(file: _File, name: str) -> bytes:
+    definition = ros2.DEFINITIONS[name].encode()
+    number = struct.pack("<H", file.schemas[name])
+    return _record(SCHEMA, number + _text(name) + _text("ros2msg") + _sized(definition))
+
+
+def _channel_record(file: _File, topic: str) -> bytes:
+    number, schema = file.channels[topic]
+    numbers = struct.pack("<HH", number, file.schemas[schema])
+    return _record(CHANNEL, numbers + _text(topic) + _text("cdr") + _map({}))
+
+
+def _add_summary(file: _File, metadata: tuple[int, int]) -> None:
+    """Schemas, channels, statistics and indexes once more, where readers look first."""
+    start = len(file.data)
+    groups = (
+        (SCHEMA, [_schema_record(file, name) for name in file.schemas]),
+        (CHANNEL, [_channel_record(file, topic) for topic in file.channels]),
+        (STATISTICS, [_statistics(file)]),
+        (CHUNK_INDEX, [_chunk_index(chunk) for chunk in file.chunks]),
+        (METADATA_INDEX, [_record(METADATA_INDEX, struct.pack("<QQ", *metadata) + _text("angen"))]),
+    )
+    offsets = b""
+    for kind, records in groups:
+        if records:
+            where, length = len(file.data), sum(map(len, records))
+            offsets += _record(SUMMARY_OFFSET, struct.pack("<BQQ", kind, where, length))
+            file.data += b"".join(records)
+    offset_start = len(file.data)
+    file.data += offsets
+    footer = struct.pack("<BQQQ", FOOTER, 20, start, offset_start)
+    file.data += footer + struct.pack("<I", zlib.crc32(file.data[start:] + footer)) + MAGIC
+
+
+def _statistics(file: _File) -> bytes:
+    counts = b"".join(struct.pack("<HQ", *pair) for pair in sorted(file.counts.items()))
+    totals = struct.pack(
+        "<QHIIIIQQ",
+        sum(file.counts.values()),
+        len(file.schemas),
+        len(file.channels),
+        0,
+        1,
+        len(file.chunks),
+        min((chunk.first for chunk in file.chunks), default=0),
+        max((chunk.last for chunk in file.chunks), default=0),
+    )
+    return _record(STATISTICS, totals + _sized(counts))
+
+
+def _chunk_index(chunk: _Chunk) -> bytes:
+    offsets = b"".join(struct.pack("<HQ", *pair) for pair in chunk.index_offsets.items())
+    where = struct.pack("<QQQQ", chunk.first, chunk.last, chunk.offset, chunk.length)
+    sizes = struct.pack("<QQ", chunk.size, chunk.size)
+    index_length = struct.pack("<Q", chunk.index_length)
+    return _record(CHUNK_INDEX, where + _sized(offsets) + index_length + _text("") + sizes)
+
+
+def _record(kind: int, content: bytes) -> bytes:
+    return struct.pack("<BQ", kind, len(content)) + content
+
+
+def _sized(data: bytes) -> bytes:
+    return struct.pack("<I", len(data)) + data
+
+
+def _text(text: str) -> bytes:
+    return _sized(text.encode())
+
+
+def _map(pairs: Mapping[str, str]) -> bytes:
+    return _sized(b"".join(_text(key) + _text(value) for key, value in pairs.items()))

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the files of a format go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ..files import OutputError, check_folder
+from . import Format, Written
+
+
+def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
+    """Raises OutputError where the results of a run could not be written to `out`."""
+    for source in sources:
+        if out.resolve() == source.resolve():
+            raise OutputError(f"--out: {out} is what is read; give another name")
+    if not target.is_folder and out.is_dir():
+        raise OutputError(f"--out: {out} is a folder; {target.name} is a file, give its name")
+    if target.is_folder and out.exists() and not out.is_dir():
+        raise OutputError(f"--out: {out} is a file; {target.name} is a folder, give its name")
+    check_folder(out if target.is_folder and out.exists() else out.parent, "--out")
+
+
+def output_files(target: Format, out: Path, written: Written) -> dict[Path, str | bytes]:
+    """Path → content: those of a folder in it, others beside `out` by its name."""
+    if target.is_folder:
+        return {out / name: content for name, content in written.files.items()}
+    return {
+        out.with_name(f"{out.stem}{suffix}") if suffix else out: content
+        for suffix, content in written.files.items()
+    }

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""ROS 2 messages: their definitions, and their bytes in CDR (OMG DDSI-RTPS 2.5, chapter 10).
+
+Plain CDR, little endian: a header of four bytes, then each number at a multiple of its own size.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+
+_TIME = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n")
+_HEADER = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n")
+_VECTOR = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n")
+_WRENCH = ("geometry_msgs/Wrench", "Vector3 force\nVector3 torque\n")
+_ILLUMINANCE = "std_msgs/Header header\nfloat64 illuminance\nfloat64 variance\n"
+_RANGE = (
+    "uint8 ULTRASOUND=0\nuint8 INFRARED=1\nstd_msgs/Header header\nuint8 radiation_type\n"
+    "float32 field_of_view\nfloat32 min_range\nfloat32 max_range\nfloat32 range\n"
+)
+
+
+def _definition(text: str, *parts: tuple[str, str]) -> str:
+    """A message and the messages in it, as the encoding `ros2msg` has them."""
+    return text + "".join(f"{'=' * 80}\nMSG: {name}\n{part}" for name, part in parts)
+
+
+DEFINITIONS = {
+    "std_msgs/msg/Bool": "bool data\n",
+    "std_msgs/msg/Float32": "float32 data\n",
+    "std_msgs/msg/String": "string data\n",
+    "sensor_msgs/msg/Illuminance": _definition(_ILLUMINANCE, _HEADER, _TIME),
+    "sensor_msgs/msg/Range": _definition(_RANGE, _HEADER, _TIME),
+    "geometry_msgs/msg/WrenchStamped": _definition(
+        "std_msgs/Header header\nWrench wrench\n", _HEADER, _TIME, _WRENCH, _VECTOR
+    ),
+}
+
+
+@dataclass
+class Cdr:
+    """Bytes of one message, field by field."""
+
+    data: bytearray = field(default_factory=lambda: bytearray(b"\x00\x01\x00\x00"))
+
+    def number(self, code: str, *values: float) -> Cdr:
+        """Numbers of one `struct` code, each aligned to its size; the header does not count."""
+        size = struct.calcsize(f"<{code}")
+        for value in values:
+            self.data += b"\x00" * (-(len(self.data) - 4) % size)
+            self.data += struct.pack(f"<{code}", value)
+        return self
+
+    def text(self, text: str) -> Cdr:
+        """A length, UTF-8 and a closing zero."""
+        held = text.encode() + b"\x00"
+        self.number("I", len(held))
+        self.data += held
+        return self
+
+    def header(self, epoch_us: int, frame_id: str) -> Cdr:
+        """std_msgs/Header: when and where."""
+        seconds, rest = divmod(epoch_us, 1_000_000)
+        return self.number("i", seconds).number("I", rest * 1000).text(frame_id)
+
+
+def bool_message(value: bool) -> bytes:
+    return bytes(Cdr().number("?", value).data)
+
+
+def float_message(value: float) -> bytes:
+    return bytes(Cdr().number("f", value).data)
+
+
+def string_message(value: str) -> bytes:
+    return bytes(Cdr().text(value).data)
+
+
+def illuminance_message(epoch_us: int, frame_id: str, lux: float) -> bytes:
+    """A variance of zero is one that is not known."""
+    return bytes(Cdr().header(epoch_us, frame_id).number("d", lux, 0.0).data)
+
+
+def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
+    """A beam that tells only whether something is in it: -inf where it is, +inf where not.
+
+    The comment in sensor_msgs/Range.msg asks for this of rangers of a fixed distance, and for
+    the same `min_range` and `max_range`.
+    """
+    found = Cdr().header(epoch_us, frame_id).number("B", 1)
+    return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
+
+
+def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
+    """The force on the pad, along its -Z."""
+    found = Cdr().header(epoch_us, frame_id)
+    return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)

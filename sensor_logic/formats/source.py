@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes a `Log` of an event log, of what is known of its home, and of its activities."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from ..event_log import HEADER, Event, read_events
+from ..kinds import KINDS, Field
+from ..log_start import COLUMN, parse_start
+from ..recording import Recording
+from .log import DEFAULT_START, Activity, Change, Channel, Log, SensorFacts, Value
+
+_UTC = UTC
+DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
+# What a field measures that does not say it.
+ANY_QUANTITY = {bool: "state", str: "text", float: "number", int: "number"}
+ACTIVITY_HEADER = ("start", "end", "person", "activity", "room")
+
+
+class SourceError(Exception):
+    """A file is not what it should be; the text names the file, the line and the way out."""
+
+
+def make_log(
+    events: Iterable[Event],
+    sensors: Mapping[str, SensorFacts] | None = None,
+    start: datetime = DEFAULT_START,
+    activities: Iterable[Activity] = (),
+    about: Mapping[str, str] | None = None,
+    samples: Recording | None = None,
+) -> Log:
+    """A log of events; a sensor that `sensors` does not tell of has no room.
+
+    Raises SourceError for a kind or field that this version does not know, for a value that is
+    none of its field, and for times that run backwards.
+    """
+    channels: dict[tuple[str, str], Channel] = {}
+    facts = dict(sensors or {})
+    changes = []
+    last = float("-inf")
+    for number, event in enumerate(events, start=2):
+        if event.time < last:
+            raise SourceError(
+                f"line {number}: {event.time:g} s comes after {last:g} s; sort the events by time"
+            )
+        last = event.time
+        published = _field(number, event)
+        key = (event.sensor, event.field)
+        if key not in channels:
+            known = facts.setdefault(event.sensor, SensorFacts(event.sensor, event.kind))
+            quantity = published.quantity or ANY_QUANTITY[published.type]
+            channels[key] = Channel(known, event.field, published.type, quantity, published.unit)
+        channel = channels[key]
+        if channel.sensor.kind != event.kind:
+            raise SourceError(
+                f"line {number}: '{event.sensor}' is of kind {event.kind} here and of kind "
+                f"{channel.sensor.kind} elsewhere"
+            )
+        value = _value(number, event, published.type)
+        changes.append(Change(round(event.time * 1e6), channel, value, event.frame))
+    return Log(tuple(changes), start, tuple(sorted(activities)), dict(about or {}), samples)
+
+
+def _field(number: int, event: Event) -> Field:
+    kind = KINDS.get(event.kind)
+    if kind is None:
+        raise SourceError(
+            f"line {number}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}"
+        )
+    for published in kind.events:
+        if published.name == event.field:
+            return published
+    names = ", ".join(f.name for f in kind.events)
+    raise SourceError(f"line {number}: {event.kind} has no field '{event.field}', but {names}")
+
+
+def _value(number: int, event: Event, of: type) -> Value:
+    if of is str:
+        return event.value
+    if of is bool and event.value in {"0", "1"}:
+        return event.value == "1"
+    try:
+        if of is not bool:
+            return float(event.value)
+    except ValueError:
+        pass
+    wanted = "0 or 1" if of is bool else "a number"
+    raise SourceError(f"line {number}: '{event.field}' is '{event.value}', not {wanted}")
+
+
+def read_log_events(path: Path, start: datetime | None) -> tuple[list[Event], datetime | None]:
+    """The events of an event log, or of the `events.csv` of a folder of days, and their start.
+
+    Where no start is given, dates in the file tell it: a folder of days has them instead of
+    seconds, and starts with its first event. Raises SourceError, OSError.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = csv.reader(file)
+            header = tuple(next(rows, ()))
+            if header == DAY_HEADER:
+                return _dated_events(path, rows, start)
+            if header == (*HEADER, COLUMN) and start is None:
+                start = _start_by_row(next(rows, []))
+            return read_events(path), start
+    except UnicodeDecodeError:
+        raise SourceError(f"{path} is not a text file in UTF-8") from None
+    except ValueError as error:
+        raise SourceError(f"{error}; {','.join(HEADER)} is what `angen simulate` writes") from None
+
+
+def _start_by_row(row: Sequence[str]) -> datetime | None:
+    """When t = 0 was, by an event that has its date and time; `read_events` tells of bad rows."""
+    try:
+        return datetime.fromisoformat(row[-1]) - timedelta(seconds=float(row[0]))
+    except (ValueError, IndexError, OverflowError):
+        return None
+
+
+def _dated_events(
+    path: Path, rows: Iterable[list[str]], start: datetime | None
+) -> tuple[list[Event], datetime | None]:
+    found = []
+    for number, row in enumerate(rows, start=2):
+        try:
+            when, sensor, kind, name, value, _person, _because = row
+            time = datetime.fromisoformat(when)
+            start = start or time
+            seconds = _since(start, time) / 1e6
+        except (ValueError, TypeError):
+            raise SourceError(f"{path}: line {number} is not an event") from None
+        found.append(Event(seconds, sensor, name, 0.0, kind, value))
+    return found, start
+
+
+def read_home(path: Path) -> tuple[dict[str, SensorFacts], datetime | None, dict[str, str]]:
+    """Sensors, start and further facts from `home.toml`, or from `angen list --json`.
+
+    Raises SourceError, OSError.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        found: Any = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+    except UnicodeDecodeError:
+        raise SourceError(f"{path} is not a text file in UTF-8") from None
+    except RecursionError:
+        raise SourceError(f"{path} is nested too deeply") from None
+    except ValueError as error:
+        raise SourceError(f"{path}: {error}") from None
+    home = {"sensors": found} if isinstance(found, list) else found
+    entries = home.get("sensors") if isinstance(home, dict) else None
+    if not isinstance(entries, list):
+        raise SourceError(f"{path} has no list of sensors, as home.toml and `list --json` have")
+    sensors: dict[str, SensorFacts] = {}
+    for entry in entries:
+        facts = _sensor_facts(path, entry)
+        if facts.name in sensors:
+            raise SourceError(f"{path}: two sensors are called '{facts.name}'")
+        sensors[facts.name] = facts
+    start = home.get("start")
+    if start is not None and not isinstance(start, datetime):
+        start = start_of(str(start))
+    return sensors, start, _about(home)
+
+
+def _sensor_facts(path: Path, entry: Any) -> SensorFacts:
+    name, kind = (entry.get("name"), entry.get("kind")) if isinstance(entry, dict) else (None, None)
+    if not (isinstance(name, str) and isinstance(kind, str)):
+        raise SourceError(f"{path}: a sensor has no name or no kind: {str(entry)[:80]}")
+    room, parameters = entry.get("room", ""), entry.get("parameters", {})
+    return SensorFacts(
+        name,
+        kind,
+        room if isinstance(room, str) else "",
+        parameters if isinstance(parameters, dict) else {},
+    )
+
+
+def _about(home: Mapping[str, Any]) -> dict[str, str]:
+    """What is said of the home itself, tables as `table.name`."""
+    found: dict[str, str] = {}
+    for key, value in home.items():
+        if isinstance(value, Mapping):
+            found |= {f"{key}.{name}": str(text) for name, text in value.items()}
+        elif key not in {"sensors", "start"}:
+            found[key] = str(value)
+    return found
+
+
+def start_of(text: str) -> datetime | None:
+    """A date and time such as 2026-03-02T07:00:00. Raises SourceError."""
+    try:
+        return parse_start(text)
+    except ValueError as error:
+        raise SourceError(str(error)) from None
+
+
+def read_activities(path: Path, start: datetime) -> list[Activity]:
+    """The rows of an `activities.csv`: start, end, person, activity, room.
+
+    Raises SourceError, OSError.
+    """
+    found = []
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        try:
+            rows = csv.reader(file)
+            if tuple(next(rows, ())) != ACTIVITY_HEADER:
+                raise SourceError(f"{path}: line 1 is not {','.join(ACTIVITY_HEADER)}")
+            found = [_activity(path, number, row, start) for number, row in enumerate(rows, 2)]
+        except UnicodeDecodeError:
+            raise SourceError(f"{path} is not a text file in UTF-8") from None
+    return sorted(found)
+
+
+def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> Activity:
+    try:
+        begin, end, person, activity, room = row
+        first, last = (_since(start, datetime.fromisoformat(text)) for text in (begin, end))
+    except (ValueError, TypeError):
+        raise SourceError(f"{path}: line {number} is not an activity") from None
+    if last < first:
+        raise SourceError(f"{path}: line {number}: '{activity}' ends before it begins")
+    return Activity(first, last, person, activity, room)
+
+
+def _since(start: datetime, time: datetime) -> int:
+    """Microseconds from the start; local times are the start's own zone."""
+    if start.tzinfo is not None and time.tzinfo is None:
+        time = time.replace(tzinfo=start.tzinfo)
+    if start.tzinfo is not None:
+        # Aware times of one zone are subtracted as if they were naive.
+        start, time = start.astimezone(_UTC), time.astimezone(_UTC)
+    return (time - start) // timedelta(microseconds=1)

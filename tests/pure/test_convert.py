@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen convert`: without Blender, exact in time, one clear line for what cannot be done."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from datetime import datetime
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+import pytest
+
+from sensor_logic.event_log import Event
+from sensor_logic.formats import FORMATS
+from sensor_logic.formats.names import camel, slug, unique
+from sensor_logic.formats.source import SourceError, make_log
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+HEADER = "time_s,frame,sensor,kind,field,value\r\n"
+EVENTS = (
+    HEADER
+    + "0.000000,1,PIR hall,PIR,moved,0\r\n0.000000,1,Switch,OPTICAL_SWITCH,open,0\r\n"
+    + "2.833333,69,PIR hall,PIR,moved,1\r\n"
+    + "31536000.000001,756864001,Switch,OPTICAL_SWITCH,open,1\r\n"
+)
+# Runs the command where nothing of Blender can be imported.
+WITHOUT_BLENDER = """
+import sys
+for name in ("bpy", "mathutils", "bmesh"):
+    sys.modules[name] = None
+from angen_addon.__main__ import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def convert(tmp_path):
+    """Runs `angen convert` on the events above, or on others; returns (status, standard error)."""
+
+    def run(*options: object, events: str = EVENTS) -> tuple[int, str]:
+        source = tmp_path / "events.csv"
+        source.write_text(events, newline="")
+        arguments = ["convert", source, *options]
+        done = subprocess.run(
+            [sys.executable, "-c", WITHOUT_BLENDER, *map(str, arguments)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+        )
+        assert done.stdout == ""
+        return done.returncode, done.stderr
+
+    return run
+
+
+def one_line(err: str) -> str:
+    """The only line of standard error, without its prefix."""
+    assert err.count("\n") == 1, err
+    assert err.startswith("angen: ")
+    return err.removeprefix("angen: ").rstrip("\n")
+
+
+def test_the_event_log_comes_back_byte_for_byte(convert, tmp_path) -> None:
+    out = tmp_path / "same.csv"
+    assert convert("--format", "events", "--out", out, "--start", "2026-03-02") == (0, "")
+    assert out.read_bytes() == EVENTS.encode()
+
+
+def test_a_year_later_no_microsecond_is_lost(convert, tmp_path) -> None:
+    out = tmp_path / "log.txt"
+    start = "2026-03-02T07:00:00"
+    assert convert("--format", "casas", "--out", out, "--start", start) == (0, "")
+    assert out.read_text().splitlines() == [
+        "2026-03-02 07:00:02.833333 M001 ON",
+        "2027-03-02 07:00:00.000001 D001 OPEN",
+    ]
+
+
+def test_daylight_saving_is_heeded_where_a_zone_is_given(convert, tmp_path) -> None:
+    rows = HEADER + "0,1,P,PIR,moved,0\r\n7200,1,P,PIR,moved,1\r\n"
+    times = {}
+    for zone in (None, "Europe/Stockholm"):
+        out = tmp_path / "log.txt"
+        extra = ["--timezone", zone] if zone else []
+        # At 02:00 of this night clocks in Sweden went to 03:00.
+        status, _ = convert(
+            "--format", "casas", "--out", out, "--start", "2026-03-29T01:00", *extra, events=rows
+        )
+        assert status == 0
+        times[zone] = out.read_text().split()[1]
+    assert times == {None: "03:00:00.000000", "Europe/Stockholm": "04:00:00.000000"}
+
+
+def test_the_hour_that_comes_twice_keeps_its_order() -> None:
+    start = datetime(2026, 10, 25, 2, 30, tzinfo=ZoneInfo("Europe/Stockholm"))
+    events = [Event(t, "P", "moved", 0, "PIR", v) for t, v in ((0.0, "0"), (3600.0, "1"))]
+    log = make_log(events, start=start)
+    assert [log.iso(c.time) for c in log.changes] == [
+        "2026-10-25T02:30:00.000000+02:00",
+        "2026-10-25T02:30:00.000000+01:00",
+    ]
+    assert log.epoch_us(3_600_000_000) - log.epoch_us(0) == 3_600_000_000
+
+
+def test_rooms_come_from_list_json_and_from_home_toml(convert, tmp_path) -> None:
+    facts = [{"name": "PIR hall", "kind": "PIR", "room": "hall"}]
+    (tmp_path / "home.json").write_text(json.dumps(facts))
+    (tmp_path / "home.toml").write_text(
+        'seed = 7\nstart = 2026-03-02T07:00:00\n[[sensors]]\nname = "PIR hall"\nkind = "PIR"\n'
+        'room = "hall"\n'
+    )
+    for name in ("home.json", "home.toml"):
+        out = tmp_path / "log.lp"
+        status, err = convert("--format", "influx", "--out", out, "--home", tmp_path / name)
+        assert status == 0
+        assert "pir,sensor=PIR\\ hall,room=hall moved=false" in out.read_text()
+        assert ("begins at" in err) == (name == "home.json")
+    assert f" {1772434800 * 10**9}\n" in out.read_text()  # its start, as UTC
+
+
+def test_home_assistant_gets_discovery_first_and_is_told_when_it_ends(convert, tmp_path) -> None:
+    out = tmp_path / "messages.jsonl"
+    assert convert("--format", "home-assistant", "--out", out, "--start", "2026-03-02")[0] == 0
+    messages = [json.loads(line) for line in out.read_text().splitlines()]
+    config = json.loads(messages[0]["payload"])
+    assert messages[0]["topic"] == "homeassistant/device/angen_pir_hall/config"
+    assert config["cmps"]["moved"]["device_class"] == "motion"
+    door = json.loads(messages[1]["payload"])["cmps"]["open"]
+    assert (door["device_class"], door["state_topic"]) == ("door", "angen/switch/open")
+    assert [(m["topic"], m["payload"]) for m in messages[2:]] == [
+        ("angen/status", "online"),
+        ("angen/pir_hall/moved", "OFF"),
+        ("angen/switch/open", "OFF"),
+        ("angen/pir_hall/moved", "ON"),
+        ("angen/switch/open", "ON"),
+        ("angen/status", "offline"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("events", "words"),
+    [
+        ("a,b\r\n1,2\r\n", ["events.csv", "line 1", "time_s,frame"]),
+        (EVENTS + "1.0,1,PIR hall,PIR,moved,1\r\n", ["line 6", "sort the events by time"]),
+        (HEADER + "0,1,A,PIR,moved,perhaps\r\n", ["line 2", "'moved'", "0 or 1"]),
+        (HEADER + "0,1,A,LIGHT,illuminance_lux,bright\r\n", ["line 2", "a number"]),
+        (HEADER + "0,1,A,SONAR,moved,1\r\n", ["line 2", "SONAR", "PIR"]),
+        (HEADER + "0,1,A,PIR,open,1\r\n", ["line 2", "'open'", "moved"]),
+        (HEADER + "0,1,A,PIR,moved,1\r\n0,1,A,LIGHT,lit,1\r\n", ["line 3", "'A'", "PIR", "LIGHT"]),
+        (HEADER + "nan,1,A,PIR,moved,1\r\n", ["line 2"]),
+        (HEADER + "1e15,1,A,PIR,moved,1\r\n", ["--start"]),
+    ],
+)
+def test_what_is_no_event_log_is_told_by_its_line(convert, tmp_path, events, words) -> None:
+    out = tmp_path / "log.xes"
+    status, err = convert("--format", "xes", "--out", out, "--start", "2026-03-02", events=events)
+    assert status == 2
+    assert all(word in one_line(err) for word in words), err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "words"),
+    [
+        (["--format", "word", "--out", "OUT/x"], 2, ["word", "casas"]),
+        (["--format", "xes", "--out", "OUT/none/x"], 1, ["OUT/none", "does not exist"]),
+        (["--format", "xes", "--out", "OUT"], 1, ["OUT", "is a folder"]),
+        (["--format", "pyadlml", "--out", "OUT/events.csv"], 1, ["events.csv", "--out"]),
+        (["--format", "events", "--out", "OUT/./events.csv"], 1, ["what is read"]),
+        (["--format", "xes", "--out", "OUT/x", "--home", "OUT/no.toml"], 2, ["no.toml"]),
+        (["--format", "xes", "--out", "OUT/x", "--start", "noon"], 2, ["noon", "2026-03-02T"]),
+        (
+            ["--format", "xes", "--out", "OUT/x", "--start", "2026-03-02", "--timezone", "Mars"],
+            2,
+            ["Mars"],
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_one_clear_line(convert, tmp_path, options, status, words) -> None:
+    found, err = convert(*[text.replace("OUT", str(tmp_path)) for text in options])
+    assert found == status
+    assert all(word.replace("OUT", str(tmp_path)) in one_line(err) for word in words), err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["events.csv"]
+    assert (tmp_path / "events.csv").read_bytes() == EVENTS.encode()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("not = [toml", ["home.toml"]),
+        ("seed = 1\n", ["list of sensors"]),
+        ('[[sensors]]\nname = "A"\n', ["no kind"]),
+        ('[[sensors]]\nname="A"\nkind="PIR"\n' * 2, ["two sensors", "'A'"]),
+    ],
+)
+def test_a_wrong_home_is_told(convert, tmp_path, text, words) -> None:
+    (tmp_path / "home.toml").write_text(text)
+    out = tmp_path / "x"
+    status, err = convert("--format", "xes", "--out", out, "--home", tmp_path / "home.toml")
+    assert status == 2
+    assert all(word in one_line(err) for word in words), err
+
+
+def test_every_format_writes_an_empty_log() -> None:
+    for target in FORMATS.values():
+        if target.name != "parquet":  # needs pyarrow: tests/readers
+            assert target.write(make_log([])).files
+
+
+def test_names_stay_apart() -> None:
+    assert unique(["PIR hall", "pir-hall", "Ä", "A", "7"], slug) == {
+        "7": "sensor_7",
+        "A": "a",
+        "PIR hall": "pir_hall",
+        "pir-hall": "pir_hall_2",
+        "Ä": "a_2",
+    }
+    assert [camel(name) for name in ("PIR hall", "light sensor 2", "日本")] == [
+        "PIRHall",
+        "LightSensor2",
+        "Sensor",
+    ]
+
+
+def test_events_in_disorder_are_refused() -> None:
+    events = [Event(t, "P", "moved", 0, "PIR", "0") for t in (1.0, 0.0)]
+    with pytest.raises(SourceError, match="sort the events"):
+        make_log(events)

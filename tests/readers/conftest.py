@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What these tests share: they read our files with programs that others wrote.
+
+`make readers` installs those programs and runs the tests; elsewhere the tests are skipped.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.fixture
+def reader():
+    """Imports a reader's module; where `make readers` runs, a missing one is a failure."""
+
+    def import_it(name: str) -> ModuleType:
+        if os.environ.get("ANGEN_READERS"):
+            return import_module(name)
+        return pytest.importorskip(name, reason=f"{name}: make readers")
+
+    return import_it
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Writes a log in a format; returns the path."""
+    from sensor_logic.files import write_files
+    from sensor_logic.formats import FORMATS, outputs
+
+    def write(log, name: str, to: str = "out") -> Path:
+        target, out = FORMATS[name], tmp_path / to
+        files = outputs.output_files(target, out, target.write(log))
+        if target.is_folder:
+            out.mkdir()
+        write_files(files)
+        return out
+
+    return write

@@ -26,8 +26,8 @@ class Field:
     `unit` is what it is counted in (SI, radians; empty: a plain number), `decimals` how many of
     them are shown. `step` names the parameter that tells by how much it must change to be an
     event; else any change is one. `optional`: left out of a file in which it would be empty
-    throughout. `used_when`: with which choices of parameters it is measured. `quantity`: what it measures,
-    by which the formats of other tools know it ("motion", "force" …).
+    throughout. `used_when`: with which choices of parameters it is measured. `quantity`: what it
+    measures, by which the formats of other tools know it ("motion", "force" …).
     """
 
     name: str

@@ -78,6 +78,15 @@ def test_a_year_later_no_microsecond_is_lost(convert, tmp_path) -> None:
     ]
 
 
+def test_a_log_with_dates_needs_no_start(convert, tmp_path) -> None:
+    rows = "time_s,frame,sensor,kind,field,value,time\r\n"
+    rows += "2.000000,49,P,PIR,moved,0,2026-03-02T07:00:02.000\r\n"
+    rows += "3.500000,85,P,PIR,moved,1,2026-03-02T07:00:03.500\r\n"
+    out = tmp_path / "log.txt"
+    assert convert("--format", "casas", "--out", out, events=rows) == (0, "")
+    assert out.read_text() == "2026-03-02 07:00:03.500000 M001 ON\n"
+
+
 def test_daylight_saving_is_heeded_where_a_zone_is_given(convert, tmp_path) -> None:
     rows = HEADER + "0,1,P,PIR,moved,0\r\n7200,1,P,PIR,moved,1\r\n"
     times = {}
@@ -170,7 +179,7 @@ def test_what_is_no_event_log_is_told_by_its_line(convert, tmp_path, events, wor
         (["--format", "pyadlml", "--out", "OUT/events.csv"], 1, ["events.csv", "--out"]),
         (["--format", "events", "--out", "OUT/./events.csv"], 1, ["what is read"]),
         (["--format", "xes", "--out", "OUT/x", "--home", "OUT/no.toml"], 2, ["no.toml"]),
-        (["--format", "xes", "--out", "OUT/x", "--start", "noon"], 2, ["noon", "2026-03-02T"]),
+        (["--format", "xes", "--out", "OUT/x", "--start", "noon"], 2, ["noon", "ISO 8601"]),
         (
             ["--format", "xes", "--out", "OUT/x", "--start", "2026-03-02", "--timezone", "Mars"],
             2,

@@ -9,7 +9,8 @@ and the functions in drivers look up elsewhere.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,6 +23,9 @@ from .marks import COVERAGE_MARK
 from .sensors import Sensor, all_sensors
 
 SCENE, SHOWN = "scene", "shown"
+# Names that objects had at the run, by those that they have now, where these differ.
+Renamed = Mapping[str, str]
+NONE_RENAMED: Renamed = {}
 # Told by what uses them, or of no sensor's interest.
 PASSED_OVER = (
     bpy.types.Action, bpy.types.Brush, bpy.types.Camera, bpy.types.FreestyleLineStyle,
@@ -34,10 +38,12 @@ SHADING = (
     bpy.types.Image, bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree,
     bpy.types.Texture, bpy.types.World,
 )  # fmt: skip
-OF_SCENE = (
-    "frame_start", "angen_seed", "angen_substeps", "angen_luminous_efficacy",
-    "angen_light_reference", "angen_ray_caster", "use_gravity", "gravity",
-)  # fmt: skip
+OF_SCENE = ("frame_start", "use_gravity", "gravity")
+# Of the scene's own settings of sensors all count but these, which only say what is shown, and what
+# is done with results.
+OF_THE_VIEW = {
+    "angen_cleared", "angen_coverage", "angen_live", "angen_overlay", "angen_timeline",
+}  # fmt: skip
 OF_RENDER = (
     "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
 )  # fmt: skip
@@ -79,8 +85,8 @@ class Fingerprint:
         return _difference(key, self.digests.get(key), digest)
 
 
-def take(scene: Any, depsgraph: Any, light: bool) -> Fingerprint:
-    """The fingerprint of an evaluated scene."""
+def take(scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED) -> Fingerprint:
+    """The fingerprint of an evaluated scene, as if nothing had been renamed."""
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     made = Fingerprint(view_layer.name, light)
     originals = [evaluated.original for evaluated in depsgraph.ids]
@@ -91,18 +97,20 @@ def take(scene: Any, depsgraph: Any, light: bool) -> Fingerprint:
         if original in harmless or not is_looked_at(original):
             continue
         if light or not isinstance(original, SHADING) or key in read_by_drivers:
-            made.digests[key] = digest_of(original)
+            made.digests[key_of(original, renamed)] = digest_of(original, renamed)
         made.digests.update(warmth_of(original))
-    made.digests.update(surroundings(scene, view_layer, light))
+    made.digests.update(surroundings(scene, view_layer, light, renamed))
     return made
 
 
-def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
+def surroundings(
+    scene: Any, view_layer: Any, light: bool, renamed: Renamed = NONE_RENAMED
+) -> dict[str, str]:
     """Digests of the scene's own settings and of what is shown; cheap."""
     own: list[Any] = [
         setting_facts(scene, part, names)
         for part, names in (
-            (scene, OF_SCENE),
+            (scene, [*OF_SCENE, *own_settings()]),
             (scene.render, OF_RENDER),
             (scene.unit_settings, OF_UNITS),
         )
@@ -111,12 +119,22 @@ def surroundings(scene: Any, view_layer: Any, light: bool) -> dict[str, str]:
     own += [scene.world.name_full if scene.world and light else None]
     own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(all_sensors(view_layer)))]
     shown = [
-        (obj.name_full, obj.hide_get(view_layer=view_layer), _is_disabled(obj))
+        (_then(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
         if obj.type != "CAMERA" and not _is_of_a_map(obj)
     ]
     layers = list(_layers(view_layer.layer_collection))
-    return {SCENE: _digest(own), SHOWN: _digest([sorted(shown), layers])}
+    return {SCENE: _digest(own, renamed), SHOWN: _digest([sorted(shown), layers])}
+
+
+def own_settings() -> list[str]:
+    """Names of the scene's settings that readings depend on: every one that the extension defines,
+    so that a new one counts unless somebody says that it does not."""
+    return sorted(
+        prop.identifier
+        for prop in bpy.types.Scene.bl_rna.properties
+        if prop.identifier.startswith("angen_") and prop.identifier not in OF_THE_VIEW
+    )
 
 
 def _is_disabled(obj: Any) -> bool:
@@ -135,12 +153,18 @@ def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
                 yield text.as_string() if text is not None else ""
 
 
-def key_of(original: Any) -> str:
-    return f"{original.bl_rna.identifier} {original.name_full}"
+def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    return f"{original.bl_rna.identifier} {_then(original, renamed)}"
 
 
-def digest_of(original: Any) -> str:
-    return _digest(facts_of(original))
+def _then(original: Any, renamed: Renamed) -> str:
+    """What a datablock was called at the run."""
+    name: str = original.name_full
+    return renamed.get(name, name) if isinstance(original, bpy.types.Object) else name
+
+
+def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    return _digest(facts_of(original), renamed)
 
 
 def warmth_of(original: Any) -> dict[str, str]:
@@ -166,8 +190,14 @@ def _is_of_a_map(original: Any) -> bool:
     return True
 
 
-def _digest(facts: Any) -> str:
-    return hashlib.blake2b(repr(facts).encode(), digest_size=9).hexdigest()
+def _digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    text = repr(facts)
+    if renamed:
+        # Of what only refers to something by its name, such as a child, nothing has changed.
+        names = "|".join(re.escape(repr(now)) for now in renamed)
+        then = {repr(now): repr(name) for now, name in renamed.items()}
+        text = re.sub(names, lambda found: then[found.group()], text)
+    return hashlib.blake2b(text.encode(), digest_size=9).hexdigest()
 
 
 def _layers(layer: Any) -> Iterator[tuple[Any, ...]]:

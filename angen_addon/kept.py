@@ -11,6 +11,7 @@ import bpy
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
 from .fingerprint import Fingerprint, digest_of, is_looked_at, key_of, surroundings, take, warmth_of
+from .sensors import Sensor, all_sensors
 
 NAMED = 3
 HERE = tuple(bpy.app.version[:2])
@@ -35,6 +36,7 @@ class Kept:
         # Animated things that the user moved: they are back in place at the next frame.
         self._touched: dict[str, str] = {}
         self._elsewhere = False
+        self._renamed: dict[str, str] = {}
 
     @property
     def stale(self) -> str:
@@ -45,7 +47,9 @@ class Kept:
             return f"it is of the view layer '{self.fingerprint.view_layer}'"
         if self.unsure:
             return "it is not known whether the scene is still the same"
-        names = list((self._changed | self._touched).values())
+        # A sensor's name is in the log, and decides its noise.
+        names = [f"'{then}' is called '{now}'" for now, then in self._renamed.items()]
+        names += (self._changed | self._touched).values()
         if not names:
             return ""
         more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
@@ -55,7 +59,8 @@ class Kept:
         """Looks at everything; to be called after undo and load, and before results leave."""
         if self._is_elsewhere(depsgraph):
             return
-        now = take(scene, depsgraph, self.fingerprint.light)
+        self._note_names(scene.view_layers[depsgraph.view_layer.name])
+        now = take(scene, depsgraph, self.fingerprint.light, self._renamed)
         self._changed = self.fingerprint.differences(now)
         self._touched.clear()
         self.unsure = False
@@ -67,7 +72,10 @@ class Kept:
         if self.unsure:
             self.verify(scene, depsgraph)
             return
+        before = self._renamed
         self._note_surroundings(scene, depsgraph)
+        # Blender then evaluates anew all that refers to what was renamed: nobody moved it.
+        follows = playing or before != self._renamed
         updates = list(depsgraph.updates)
         originals = {update.id.original: update for update in updates}
         if any(isinstance(o, bpy.types.Action) or o.is_embedded_data for o in originals):
@@ -75,7 +83,7 @@ class Kept:
             originals.update(dict.fromkeys(_owners(depsgraph, originals)))
         for original, update in originals.items():
             self.check(original)
-            if playing or not isinstance(original, bpy.types.Object) or update is None:
+            if follows or not isinstance(original, bpy.types.Object) or update is None:
                 continue
             moved = update.is_updated_transform or update.is_updated_geometry
             if moved and original.animation_data is not None:
@@ -104,17 +112,34 @@ class Kept:
         if isinstance(original, bpy.types.Scene):
             layer = original.view_layers.get(self.fingerprint.view_layer)
             if layer is not None:
-                self._compare(surroundings(original, layer, self.fingerprint.light))
+                self._compare(surroundings(original, layer, self.fingerprint.light, self._renamed))
             return
         known = self.fingerprint.digests
-        key = key_of(original)
+        key = key_of(original, self._renamed)
         if is_looked_at(original) and key in known:
-            self._compare({key: digest_of(original)})
+            self._compare({key: digest_of(original, self._renamed)})
         self._compare({k: d for k, d in warmth_of(original).items() if k in known})
 
     def _note_surroundings(self, scene: Any, depsgraph: Any) -> None:
         layer = scene.view_layers[depsgraph.view_layer.name]
-        self._compare(surroundings(scene, layer, self.fingerprint.light))
+        self._note_names(layer)
+        self._compare(surroundings(scene, layer, self.fingerprint.light, self._renamed))
+
+    def _note_names(self, view_layer: Any) -> None:
+        """Which of the recorded sensors have another name now."""
+        recorded = {track.uid: name for name, track in self.recording.tracks.items()}
+        self._renamed = {}
+        for sensor in all_sensors(view_layer):
+            self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
+
+    def was_called(self, sensor: Sensor, name: str) -> bool:
+        """Whether a sensor had this name at the run, and is the same but for that."""
+        renamed = _renamed(sensor, name)
+        known = self.fingerprint.digests
+        parts = (*sensor.holders, sensor.object)
+        return bool(renamed) and all(
+            known.get(key_of(part, renamed)) == digest_of(part, renamed) for part in parts
+        )
 
     def _compare(self, now: dict[str, str]) -> None:
         for key, digest in now.items():
@@ -135,6 +160,16 @@ def keep(recording: Recording, scene: Any, depsgraph: Any) -> Kept:
     """The recording of a run that has just ended, with the scene as it is."""
     light = any(KINDS[track.kind_name].light for track in recording.tracks.values())
     return Kept(recording, take(scene, depsgraph, light))
+
+
+def _renamed(sensor: Sensor, then: str) -> dict[str, str]:
+    """By their names now, what the sensor's object, and those that instance it, were called when
+    the sensor was called `then`."""
+    parts = (*sensor.holders, sensor.object)
+    names = then.split("/") if sensor.holders else [then]
+    if len(names) != len(parts):
+        return {}
+    return {p.name: name for p, name in zip(parts, names, strict=True) if p.name != name}
 
 
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:

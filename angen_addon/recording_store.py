@@ -67,9 +67,11 @@ def find_sensors(kept: Kept, scene: Any) -> None:
     """Tracks know objects by their number in this session: it is another after loading."""
     layers = scene.view_layers
     sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
-    uids = {sensor.name: sensor.uid for sensor in sensors}
+    known = {sensor.name: sensor for sensor in sensors}
+    others = [sensor for sensor in sensors if sensor.name not in kept.recording.tracks]
     for name, track in kept.recording.tracks.items():
-        track.uid = uids.get(name, 0)
+        found = known.get(name) or next((s for s in others if kept.was_called(s, name)), None)
+        track.uid = found.uid if found is not None else 0
 
 
 def _texts() -> list[Any]:

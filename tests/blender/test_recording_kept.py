@@ -195,7 +195,7 @@ EDITS = {
     add: "what is shown or hidden",
     remove: "what is shown or hidden",
     unparent: "'lamp'",
-    rename_sensor: "what is shown or hidden",
+    rename_sensor: "'Front door' is called 'Back door'",
     driver: "'shelf'",
     exclude: "what is shown or hidden",
 }
@@ -261,6 +261,10 @@ def brightness(world):
     objects()["lamp"].data.energy = 1000
 
 
+def room(world):
+    objects()["Front door"].angen_sensor.room = "hall"
+
+
 def playhead(world):
     for frame in (20, 1, 13, 48):
         world.scene.frame_set(frame)
@@ -277,6 +281,7 @@ def playhead(world):
         last_frame,
         brightness,
         playhead,
+        room,
     ],
     ids=lambda act: act.__name__,
 )
@@ -288,6 +293,80 @@ def test_what_moves_no_reading_keeps_it_fresh(home, act):
     bpy.ops.ed.undo_push(message="act")
     bpy.ops.ed.undo()
     assert stale() == "" and columns() == before
+
+
+def test_a_renamed_sensor_is_all_that_is_told(home, tmp_path):
+    """Its housing and a driver refer to it; after loading the reason is the same."""
+    housing = home.box((0.1, 0.1, 0.1), at=(0, 0, 0.1), name="housing")
+    housing.parent = objects()["Front door"]
+    other = home.switch("Other door")
+    other.location.x = 7
+    target = objects()["shelf"].driver_add("scale", 2).driver.variables.new().targets[0]
+    target.id, target.data_path = objects()["Front door"], "angen_sensor.value"
+    home.update()
+    ops.simulate()
+    assert stale() == ""
+    objects()["Front door"].name = "Back door"
+    home.update()
+    reason = "changed since: 'Front door' is called 'Back door'"
+    assert stale() == reason
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == reason
+    objects()["Front door" if "Front door" in objects() else "Back door"].name = "x"
+    objects()["Other door"].name = "Front door"
+    objects()["x"].name = "Other door"
+    bpy.context.view_layer.update()
+    bpy.context.scene.frame_set(7)
+    assert "'Front door' is called 'Other door'" in stale()
+    assert "'Other door' is called 'Front door'" in stale() and stale().count(",") == 1
+    objects()["Front door"].name = "x"
+    objects()["Other door"].name = "Front door"
+    objects()["x"].name = "Other door"
+    bpy.context.scene.frame_set(8)
+    assert stale() == ""
+
+
+# What only says what is shown and what is done with results.
+OF_THE_VIEW = {"angen_cleared", "angen_coverage", "angen_live", "angen_overlay", "angen_timeline"}
+
+
+def scene_settings():
+    return [p for p in bpy.types.Scene.bl_rna.properties if p.identifier.startswith("angen_")]
+
+
+def change(scene, prop):
+    """Another value of a setting."""
+    name, value = prop.identifier, getattr(scene, prop.identifier)
+    if prop.type == "ENUM":
+        value = next(item.identifier for item in prop.enum_items if item.identifier != value)
+    elif prop.type == "BOOLEAN":
+        value = not value
+    else:
+        value = value + 1 if prop.type in {"INT", "FLOAT"} else f"{value}x"
+    setattr(scene, name, value)
+
+
+def test_every_setting_of_the_scene_makes_it_stale_or_is_known_not_to(home):
+    """A new setting that was forgotten ends up here."""
+    bpy.types.Scene.angen_brand_new = bpy.props.FloatProperty()
+    try:
+        looked_at = {prop.identifier for prop in scene_settings()} - OF_THE_VIEW
+        assert {"angen_ambient_temperature", "angen_seed", "angen_brand_new"} <= looked_at
+        for prop in scene_settings():
+            name = prop.identifier
+            if prop.type == "POINTER" or name == "angen_cleared":
+                assert name in OF_THE_VIEW, name
+                continue
+            home.scene.angen_live = True
+            ops.simulate()
+            assert stale() == "", name
+            change(home.scene, prop)
+            home.scene.frame_set(home.scene.frame_current + 1)
+            assert stale() == (
+                "" if name in OF_THE_VIEW else "changed since: the scene's settings"
+            ), name
+    finally:
+        del bpy.types.Scene.angen_brand_new
 
 
 def test_something_animated_that_was_moved_is_back_at_the_next_frame(home):

@@ -3,14 +3,67 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
+from collections import deque
 from typing import TextIO
 
 from .simulation import Progress
 
 TERMINAL_INTERVAL_S = 0.2
 LOG_INTERVAL_S = 10.0
+
+
+# Before that, what is left of a run is a guess: seconds, and the part of it that is done.
+SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
+# Two estimates agree if neither is more than this many times the other.
+AGREE = 1.5
+
+
+class TimeLeft:
+    """How long the rest of a run will take: nothing, until what the whole run so far says of it
+    and what its latter half says agree. A run may start with what takes long once, such as the
+    first pictures of the light."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+        # Seconds since then, and seconds of the scene done; those of the latter half.
+        self._noted: deque[tuple[float, float]] = deque()
+        self._last: Progress | None = None
+        self._sure = False
+
+    def note(self, progress: Progress) -> None:
+        elapsed = time.perf_counter() - self._start
+        self._noted.append((elapsed, progress.seconds_done))
+        self._last = progress
+        while self._noted[0][0] < elapsed / 2:
+            self._noted.popleft()
+
+    def seconds(self) -> float | None:
+        """None as long as that cannot be told."""
+        if self._last is None or not self._last.seconds_done:
+            return None
+        (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
+        if done <= before:
+            return None
+        rest = self._last.seconds_total - done
+        whole, latter = rest * elapsed / done, rest * (elapsed - since) / (done - before)
+        enough = elapsed >= SURE_AFTER_S and done >= SURE_AFTER * self._last.seconds_total
+        self._sure |= enough and max(whole, latter) <= AGREE * min(whole, latter)
+        return (whole + latter) / 2 if self._sure else None
+
+    def text(self) -> str:
+        """In round numbers; empty as long as it cannot be told."""
+        seconds = self.seconds()
+        if seconds is None:
+            return ""
+        if seconds < 60:
+            return f"about {5 * math.ceil(seconds / 5)} s left"
+        minutes = round(seconds / 60)
+        if minutes < 60:
+            return f"about {minutes} min left"
+        return f"about {minutes // 60} h {minutes % 60} min left"
 
 
 class ProgressLine:
@@ -22,8 +75,10 @@ class ProgressLine:
         self._terminal = stream.isatty()
         self._start = self._shown = time.perf_counter()
         self._drawn = False
+        self._left = TimeLeft()
 
     def show(self, progress: Progress) -> None:
+        self._left.note(progress)
         now = time.perf_counter()
         interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
         if self._quiet or now - self._shown < interval:
@@ -31,11 +86,11 @@ class ProgressLine:
         self._shown = now
         elapsed = now - self._start
         rate = progress.seconds_done / elapsed
-        left = (progress.seconds_total - progress.seconds_done) / rate if rate > 0 else 0.0
+        left = self._left.text()
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
         text = (
-            f"frame {progress.frame:g}, {share:.0f} %, "
-            f"{rate:.0f} times real time, {left:.0f} s left"
+            f"frame {progress.frame:g}, {share:.0f} %, {rate:.0f} times real time"
+            f"{', ' if left else ''}{left}"
         )
         self._drawn = self._terminal
         print(

@@ -13,15 +13,13 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon import outputs, state
 from ..angen_addon.kept import keep
+from ..angen_addon.progress import TimeLeft
 from ..angen_addon.sensors import SensorError, all_sensors, simulated
 from ..angen_addon.simulation import Progress, simulate
 from ..angen_addon.station import ends_before_time, frames_to_run
 from ..sensor_logic.recording import Recording
+from .slices import Slices
 
-# Work done between two looks at the window's events.
-SLICE_S = 0.1
-# Before that, what is left is a guess.
-SURE_AFTER_S = 1.0
 SCENES_OWN = -(2**31)
 
 
@@ -46,7 +44,8 @@ class ANGEN_OT_simulate(Operator):
     _scene_uid = 0
     _recording: Recording
     _timer: Any = None
-    _started = 0.0
+    _slices: Slices
+    _left: TimeLeft
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -115,7 +114,7 @@ class ANGEN_OT_simulate(Operator):
             return self.execute(context)
         if not self._begin(context):
             return {"CANCELLED"}
-        self._started = time.perf_counter()
+        self._slices, self._left = Slices(), TimeLeft()
         manager = context.window_manager
         manager.progress_begin(0, 100)
         state.CACHE.progress = 0.0
@@ -131,7 +130,7 @@ class ANGEN_OT_simulate(Operator):
             # The scene is being stepped through: edits now would end up in the recording.
             return {"RUNNING_MODAL"}
         try:
-            progress = self._advance(SLICE_S)
+            progress = self._advance()
         except BaseException as error:
             self._stop(context)
             if not isinstance(error, SensorError):
@@ -144,18 +143,20 @@ class ANGEN_OT_simulate(Operator):
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
         context.window_manager.progress_update(share)
         state.CACHE.progress = share / 100
-        left = time_left(progress, time.perf_counter() - self._started)
+        left = self._left.text()
         context.workspace.status_text_set(
-            f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %{left}. "
-            "Esc keeps what is done"
+            f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %"
+            f"{', ' if left else ''}{left}. Esc keeps what is done"
         )
         return {"RUNNING_MODAL"}
 
-    def _advance(self, seconds: float) -> Progress | None:
-        """Simulates for about that long; None when all is done. Raises SensorError."""
-        until = time.perf_counter() + seconds
+    def _advance(self) -> Progress | None:
+        """Simulates for a slice of time; None when all is done. Raises SensorError."""
+        until = self._slices.begin()
         for progress in self._run:
+            self._left.note(progress)
             if time.perf_counter() >= until:
+                self._slices.end()
                 return progress
         return None
 
@@ -169,21 +170,6 @@ class ANGEN_OT_simulate(Operator):
 
     def cancel(self, context: Context) -> None:
         self._stop(context)
-
-
-def time_left(progress: Progress, elapsed: float) -> str:
-    """How long the rest will take if it goes on as it did for `elapsed` seconds; empty as long as
-    that cannot be told."""
-    if elapsed < SURE_AFTER_S or progress.seconds_done <= 0.0:
-        return ""
-    rest = progress.seconds_total - progress.seconds_done
-    seconds = round(elapsed * rest / progress.seconds_done)
-    if seconds < 60:
-        return f", {seconds} s left"
-    minutes, seconds = divmod(seconds, 60)
-    if minutes < 60:
-        return f", {minutes} min {seconds:02d} s left"
-    return f", {minutes // 60} h {minutes % 60:02d} min left"
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_simulate,))

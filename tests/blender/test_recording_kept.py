@@ -543,16 +543,6 @@ def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(home, t
     assert stale() == ""
 
 
-def test_time_left():
-    simulate = import_module(f"{ADDON}.operators.simulate")
-    progress = import_module(f"{ADDON}.angen_addon.simulation").Progress
-    assert simulate.time_left(progress(0.0, 100.0, 1), 5.0) == ""
-    assert simulate.time_left(progress(1.0, 100.0, 1), 0.5) == ""
-    assert simulate.time_left(progress(20.0, 100.0, 1), 10.0) == ", 40 s left"
-    assert simulate.time_left(progress(10.0, 100.0, 1), 10.0) == ", 1 min 30 s left"
-    assert simulate.time_left(progress(1.0, 1000.0, 1), 10.0) == ", 2 h 46 min left"
-
-
 def test_the_command_line_keeps_it_in_the_copy_that_it_saves(home, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     ops.clear_recording()

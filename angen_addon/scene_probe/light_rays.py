@@ -101,8 +101,9 @@ class LightRays:
             # At the very limit of single precision.
             return -way, 0
         outward = inverse[:3, :3].T @ np.array(normal, np.float64)
-        outward = outward / math.sqrt(float(outward @ outward))
-        return outward, self._material(solid, face)
+        size = math.sqrt(float(outward @ outward))
+        # A face without an area looks at whoever meets it.
+        return outward / size if size > 0.0 else -way, self._material(solid, face)
 
     def passed(self, bundle: Hashable, starts: Array, ends: Array, short: Array) -> Array:
         """Share (n, 3) of the light that gets from starts (n, 3) to as far as `short` (n,) before

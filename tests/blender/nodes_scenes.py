@@ -33,7 +33,7 @@ def cubes(size=(0.1, 0.1, 0.1), count=3, step=(0.3, 0.0, 0.0), start=(0.0, 0.0, 
     def build(tree: Any) -> Any:
         cube = tree.nodes.new("GeometryNodeMeshCube")
         cube.inputs["Size"].default_value = size
-        return _on_line(tree, cube.outputs[0], count, step, start)
+        return on_line(tree, cube.outputs[0], count, step, start)
 
     return build
 
@@ -50,7 +50,7 @@ def coloured(build: Build, material: Any) -> Build:
 
 def nested(inner: Build, count=2, step=(0.0, 0.5, 0.0)) -> Build:
     """Instances of instances."""
-    return lambda tree: _on_line(tree, inner(tree), count, step, (0.0, 0.0, 0.0))
+    return lambda tree: on_line(tree, inner(tree), count, step, (0.0, 0.0, 0.0))
 
 
 def moving(build: Build, speed=(0.5, 0.0, 0.0)) -> Build:
@@ -81,7 +81,7 @@ def growing(size=(0.1, 0.1, 0.1)) -> Build:
         larger.operation = "SCALE"
         tree.links.new(time.outputs["Seconds"], larger.inputs["Scale"])
         tree.links.new(larger.outputs[0], cube.inputs["Size"])
-        line = _on_line(tree, cube.outputs[0], 1, (0.0, 0.2, 0.0), (0.0, 0.0, 0.0))
+        line = on_line(tree, cube.outputs[0], 1, (0.0, 0.2, 0.0), (0.0, 0.0, 0.0))
         counted = next(n for n in tree.nodes if n.bl_idname == "GeometryNodeMeshLine")
         tree.links.new(time.outputs["Seconds"], counted.inputs["Count"])
         return line
@@ -89,7 +89,7 @@ def growing(size=(0.1, 0.1, 0.1)) -> Build:
     return build
 
 
-def _on_line(tree: Any, instance: Any, count: int, step: Any, start: Any) -> Any:
+def on_line(tree: Any, instance: Any, count: int, step: Any, start: Any) -> Any:
     line = tree.nodes.new("GeometryNodeMeshLine")
     line.inputs["Count"].default_value = count
     line.inputs["Start Location"].default_value = start

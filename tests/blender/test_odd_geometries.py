@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whatever stands in a home, sensors meet of it what `scene.ray_cast` meets, or what the viewport
+shows where these differ."""
+
+import bpy
+import numpy as np
+import odd_geometries
+import pytest
+
+# Rays from a square above, straight down and aslant, none of them through an edge or a corner.
+SIDE = 11
+REACH = 3.0
+AGREE = 2e-5
+# Both cast in single precision, of which so much is left this far from an object's own origin.
+COARSE = {"huge": 0.01, "a_kilometre_off_its_origin": 5e-4}
+# What has no faces, so that neither Blender's rays nor the sensors' meet it. Hair, points, strokes
+# and smoke are drawn without any. A modifier or a simulation can leave none.
+WITHOUT_FACES = {
+    "boolean_that_leaves_nothing",
+    "curve_without_bevel",
+    "edges_alone",
+    "empty_with_a_picture",
+    "faces_without_area",
+    "grease_pencil",
+    "hair_curves",
+    "masked_away",
+    "mesh_without_anything",
+    "nodes_that_instance_curves",
+    "nodes_that_instance_letters",
+    "nodes_that_instance_points",
+    "nodes_that_instance_volumes",
+    "point_cloud",
+    "vertices_alone",
+    "volume",
+}
+# What the viewport does not show; and what is flattened to nothing, whose matrix has no inverse.
+NOT_MET = WITHOUT_FACES | {"disabled_in_viewports", "flattened", "hidden"}
+# `scene.ray_cast` meets what instances and is itself not shown, and of what is being edited the
+# bare mesh. Sensors meet what the viewport shows: the instances alone, and the modified mesh.
+UNLIKE_BLENDER = {"instances_on_faces", "being_edited_with_a_modifier"}
+if bpy.app.version < (4, 3):
+    # There it passes through the surfaces of curves of the type Surface, which are shown.
+    UNLIKE_BLENDER.add("surface")
+
+
+def rays():
+    aside = np.linspace(-0.317, 0.3149, SIDE)
+    starts = np.array([(x, y, 0.0) for x in aside for y in aside + 0.00123])
+    down, aslant = np.array([0.0, 0.0, -1.0]), np.array([0.48, 0.36, -0.8])
+    ways = np.concatenate([np.tile(down, (len(starts), 1)), np.tile(aslant, (len(starts), 1))])
+    starts = np.concatenate([starts, starts - 0.47 * (aslant - down)])
+    return starts, ways, np.full(len(starts), REACH)
+
+
+def agreed(name):
+    return COARSE.get(name, AGREE)
+
+
+def met_by_blender(scene, depsgraph):
+    """Ranges (n,) by `scene.ray_cast`."""
+    found = []
+    for start, way, reach in zip(*rays(), strict=True):
+        hit, place, *_ = scene.ray_cast(depsgraph, start, way, distance=reach)
+        found.append(np.linalg.norm(np.array(place) - start) if hit else reach)
+    return np.array(found)
+
+
+@pytest.fixture(autouse=True)
+def _leave_the_mode():
+    yield
+    if bpy.context.object and bpy.context.object.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+@pytest.fixture
+def caster(world, addon_part):
+    return addon_part("angen_addon.probes").make_caster(world.scene)
+
+
+@pytest.mark.parametrize("name", odd_geometries.ODD)
+def test_it_is_met_as_blender_meets_it(world, caster, name):
+    odd_geometries.ODD[name](world)
+    depsgraph = world.update()
+    caster.update(depsgraph)
+    ours = caster.cast(0, 0, *rays())
+    assert (ours < REACH).any() == (name not in NOT_MET)
+    if name not in UNLIKE_BLENDER:
+        assert np.abs(ours - met_by_blender(world.scene, depsgraph)).max() < agreed(name)
+
+
+@pytest.mark.parametrize("name", sorted(set(odd_geometries.ODD) - UNLIKE_BLENDER))
+def test_it_is_met_as_it_changes(world, caster, name):
+    """Frame by frame, as cloth falls and what is built grows; and after the object is moved."""
+    obj = odd_geometries.ODD[name](world)
+    for frame in (1, 2, 3, 4, 8):
+        world.scene.frame_set(frame)
+        caster.update(world.update())
+        theirs = met_by_blender(world.scene, world.update())
+        assert np.abs(caster.cast(0, 0, *rays()) - theirs).max() < agreed(name), frame
+    obj.location.z -= 0.1
+    depsgraph = world.update()
+    caster.update(depsgraph)
+    moved = met_by_blender(world.scene, depsgraph)
+    assert np.abs(caster.cast(0, 0, *rays()) - moved).max() < agreed(name)
+
+
+def test_a_face_instancer_that_is_not_shown_is_not_met(world, caster):
+    """Nine little boxes on a square that is not shown: rays between them go on."""
+    odd_geometries.ODD["instances_on_faces"](world)
+    caster.update(world.update())
+    between = np.array([[0.067, 0.067, 0.0], [0.0, 0.0, 0.0]])
+    ways = np.tile([0.0, 0.0, -1.0], (2, 1))
+    assert caster.cast(0, 0, between, ways, np.full(2, REACH)) == pytest.approx([REACH, 0.475])
+
+
+def test_what_is_edited_is_met_as_it_is_shown(world, caster):
+    """The middle of a cube's face stays in place as it is subdivided twice; its corner does not."""
+    odd_geometries.ODD["being_edited_with_a_modifier"](world)
+    caster.update(world.update())
+    at = np.array([[0.0011, 0.0013, 0.0], [0.19, 0.19, 0.0]])
+    ways = np.tile([0.0, 0.0, -1.0], (2, 1))
+    middle, corner = caster.cast(0, 0, at, ways, np.full(2, REACH))
+    assert 0.3 < middle < 0.4
+    assert corner == REACH
+
+
+@pytest.mark.parametrize("name", odd_geometries.ODD)
+def test_a_switch_a_detector_and_a_pad_read_it(world, name):
+    """A run of every kind beside it ends, and with `scene.ray_cast` gives the same."""
+    odd_geometries.ODD[name](world)
+    world.scene.frame_end = 4
+    world.switch(range_max=2.0)
+    world.pir().location = (0, 0, -0.1)
+    hot = world.sensor("PIR", "hot", model="PYROELECTRIC", update_rate=24.0)
+    hot.location = (0, 0, -0.1)
+    pad = world.box((2, 2, 0.01), (0, 0, -1.0), "floor")
+    world.sensor("PRESSURE", "pad", pad, update_rate=24.0)
+    light = world.sensor("LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0)
+    light.location = (0, 0, -0.05)
+    lamp = bpy.data.lights.new("lamp", "POINT")
+    world.link("lamp", lamp, (0.3, 0.2, 0.1))
+    fast = world.run(1, 4)
+    world.scene.angen_ray_caster = "SCENE"
+    slow = world.run(1, 4)
+    assert np.isfinite(world.series(fast, "light", "illuminance_lux")).sum() == 4
+    if name not in UNLIKE_BLENDER:
+        for sensor, column in (("switch", "range_m"), ("pir", "moved"), ("hot", "moved")):
+            one, two = (world.series(run, sensor, column) for run in (fast, slow))
+            assert one == pytest.approx(two, abs=agreed(name)), sensor

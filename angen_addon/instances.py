@@ -66,7 +66,7 @@ class SensorFinder:
     def _look(self, collection: Any) -> tuple[list[Any], list[Any]]:
         """The sensors of a collection, and the holders in it."""
         if collection not in self._known:
-            shown = list(dict.fromkeys(_shown(collection)))
+            shown = shown_in(collection)
             self._known[collection] = (
                 [obj for obj in shown if obj.angen_sensor.kind != NO_KIND],
                 [obj for obj in shown if is_holder(obj)],
@@ -74,8 +74,12 @@ class SensorFinder:
         return self._known[collection]
 
 
-def _shown(collection: Any) -> Iterator[Any]:
+def shown_in(collection: Any) -> list[Any]:
     """The objects of a collection and those below it that instances of it show."""
+    return list(dict.fromkeys(_shown(collection)))
+
+
+def _shown(collection: Any) -> Iterator[Any]:
     if collection.hide_viewport:
         return
     yield from collection.objects

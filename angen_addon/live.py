@@ -74,7 +74,7 @@ class Live:
             self._forget()
             return
         due = [(s, *update) for s in self._stations if (update := self._due(s, step))]
-        pads = [station.sensor.object for station, _, _ in due if station.sensor.kind.motion]
+        pads = [station.sensor for station, _, _ in due if station.sensor.kind.motion]
         self._probes.look(depsgraph, scene.frame_current, pads)
         self.looked_at = scene.frame_current
         self._watch([s for s, _, _ in due], step, depsgraph)

@@ -20,6 +20,7 @@ from .scene_probe.light_signature import LightSignature
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
 from .scene_probe.sweep import Sweeper
+from .scene_probe.things import Pad
 from .scene_probe.warmth import Warmth
 from .sensors import Sensor, SensorError, unit_scale
 
@@ -43,7 +44,7 @@ class Probes:
         self.sweeper = Sweeper(self.caster.solids)
         self._solids = self.caster.solids
         self._bodies = Bodies(self._solids)
-        self._pads: list[Any] = []
+        self._pads: list[Pad] = []
         self._light: Mapping[str, LightSample] = {}
         self._direct: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
@@ -52,7 +53,7 @@ class Probes:
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
         """From now on the probes look at what these sensors need."""
-        self._pads = [sensor.object for sensor in sensors if sensor.kind.motion]
+        self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.motion]
 
     @property
     def heard(self) -> int:
@@ -63,7 +64,7 @@ class Probes:
         """Whether the object `uid` is as it was when `heard` was `since`."""
         return self._solids.untouched(uid, since)
 
-    def look(self, depsgraph: Any, frame: int | None, due: Sequence[Any] = ()) -> None:
+    def look(self, depsgraph: Any, frame: int | None, due: Sequence[Sensor] = ()) -> None:
         """Brings the probes to the scene as it is now evaluated.
 
         `frame`: the whole frame that this is, or None where its motion is not needed; `due`: pads
@@ -73,7 +74,7 @@ class Probes:
         self.sweeper.next_step()
         if self._pads and frame is not None:
             metres = unit_scale(depsgraph.scene)
-            self._bodies.look(depsgraph, frame, metres, self._pads, due)
+            self._bodies.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
     def measure(
         self,
@@ -122,6 +123,6 @@ class Probes:
         """What was measured last for a sensor."""
         return self._direct[name] if name in self._direct else self._light[name]
 
-    def forces(self, pad: Any, frame: int) -> PadForces:
+    def forces(self, pad: Uid, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""
         return self._bodies.forces(pad, frame)

@@ -188,7 +188,7 @@ class Stop:
     step: int
     due: list[tuple[int, Station]] = field(default_factory=list)
     look: bool = False
-    pads: list[Any] = field(default_factory=list)
+    pads: list[Sensor] = field(default_factory=list)
     watching: list[Station] = field(default_factory=list)
 
 
@@ -213,7 +213,7 @@ def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Itera
         for _, order, number in entries:
             stop.look |= number in (LOOK, PAD)
             if number == PAD:
-                stop.pads.append(stations[order].sensor.object)
+                stop.pads.append(stations[order].sensor)
             elif number == WATCH:
                 stop.watching.append(stations[order])
             elif number >= 0:

@@ -171,7 +171,7 @@ class Station:
             weight, chosen = own_weight(evaluated, scene, metres), partners(evaluated)
 
         def contact() -> PadContact:
-            forces = probes.forces(self.sensor.object, self.clock.frame_and_subframe(step)[0])
+            forces = probes.forces(self.uid, self.clock.frame_and_subframe(step)[0])
             return PadContact(forces, weight, chosen)
 
         update = Update(

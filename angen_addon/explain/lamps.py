@@ -14,9 +14,9 @@ from ...sensor_logic.photometry import luminance
 from ..scene_probe.light_direct import Direct
 from ..scene_probe.light_face import face_size
 from ..scene_probe.light_forms import shine
+from ..scene_probe.light_instances import light_housings
 from ..scene_probe.light_lamps import Lamp, lamps_of
 from ..scene_probe.light_rays import LightRays
-from ..scene_probe.light_scene import shown_objects
 
 Array = NDArray[np.float64]
 
@@ -54,10 +54,7 @@ def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> L
     scene = depsgraph.scene.original
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     rays = LightRays(solids)
-    shown = shown_objects(view_layer)
-    rays.update(
-        depsgraph, frozenset(o.session_uid for o in shown if o.angen_sensor.kind == "LIGHT")
-    )
+    rays.update(depsgraph, light_housings(view_layer))
     places = _places(rays, request, face_size(scene, [request.matrix]))
     unit = 100.0 * request.exposure / 4.0 if request.method == "FOUR_WALL" else efficacy
     total = unit * float(np.sum(luminance(direct.light(request))))

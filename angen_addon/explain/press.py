@@ -44,7 +44,7 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
     for beside in (whole - 1, whole):
         if beside >= clock.frame_start and (beside < whole or replay.step(index) % clock.substeps):
             depsgraph = replay.go((beside - clock.frame_start) * clock.substeps)
-            due = [sensor.object] if beside == whole else []
+            due = [sensor] if beside == whole else []
             replay.probes.look(depsgraph, beside, due)
     subframe = replay.step(index) % clock.substeps
     taken = replay.take(index, None if subframe else whole)

@@ -68,7 +68,7 @@ class Replay:
         `Probes.look`. Raises SensorError."""
         step = self.step(index)
         depsgraph = self.go(step)
-        self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor.object])
+        self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
         return self.station.take(self.number(index), step, depsgraph, self.probes)
 
     def watch(self, first: int, last: int) -> None:

@@ -24,6 +24,7 @@ from ...sensor_logic.contact.island import (
 )
 from ...sensor_logic.contact.patches import contact_patch
 from ...sensor_logic.contact.shapes import Shape, perpendiculars
+from ..instances import Uid
 from .colliders import Collider
 from .columns import Surfaces
 from .facts import FRICTION, Facts, facts_of, is_simulated
@@ -31,7 +32,7 @@ from .links import links_of
 from .moments import Moment
 from .solids import Solids
 from .standing import standing
-from .things import GROUND, MARGIN, Key, Thing, Things
+from .things import GROUND, MARGIN, Key, Pad, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
 # Contacts of two things as last found, by the reach they were looked for with, and the poses and
@@ -68,10 +69,10 @@ class Bodies:
         self._resting: Resting = {}
 
     def look(
-        self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Any], due: Sequence[Any]
+        self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
     ) -> None:
-        """Takes down the scene at a frame, after the solids were synced. `pads` are the objects
-        of all pads, `due` those whose forces at this frame will be asked for after the next."""
+        """Takes down the scene at a frame, after the solids were synced. `pads` are all
+        pads, `due` tells those whose forces at this frame will be asked for after the next."""
         last = self._moments[-1] if self._moments and metres == self._metres else None
         if last is None or frame != last.frame + 1:
             self._moments = []
@@ -84,7 +85,7 @@ class Bodies:
         self._moments = [*self._moments[1 - FRAMES_NEEDED :], moment]
         up = moment.up
         for pad in due:
-            for key in _reachable((pad.session_uid,), moment, self._things, up):
+            for key in _reachable(self._things.pads[pad], moment, self._things, up):
                 original = self._things.by_key[key].original
                 moment.facts[key] = facts_of(original.evaluated_get(depsgraph))
                 if key in moment.bodies and key not in moment.standing:
@@ -100,10 +101,10 @@ class Bodies:
                         metres,
                     )
 
-    def forces(self, pad: Any, frame: int) -> PadForces:
+    def forces(self, pad: Uid, frame: int) -> PadForces:
         """The forces on a pad at a frame that was looked at; to be asked for once the next frame
         was looked at too. Where the frames beside it are not known, they are those at rest."""
-        key = (pad.session_uid,)
+        key = self._things.pads.get(pad, ())
         at = next((i for i, moment in enumerate(self._moments) if moment.frame == frame), None)
         if at is None or key not in self._moments[at].row:
             return PadForces(problem="the pad has just appeared", usable=False)

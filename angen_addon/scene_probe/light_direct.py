@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .light_face import face_size
 from .light_forms import FAR, frame, shine, spread_points
+from .light_instances import light_housings
 from .light_lamps import lamps_of
 from .light_rays import LightRays
 from .light_scene import shown_objects
@@ -51,8 +52,7 @@ class Direct:
         scene = self._scene = depsgraph.scene.original
         view_layer = scene.view_layers[depsgraph.view_layer.name]
         shown = list(shown_objects(view_layer))
-        housings = frozenset(o.session_uid for o in shown if o.angen_sensor.kind == "LIGHT")
-        self._rays.update(depsgraph, housings)
+        self._rays.update(depsgraph, light_housings(view_layer))
         self._lamps = lamps_of(depsgraph, view_layer)
         self.note = unmodelled(view_layer, [obj.evaluated_get(depsgraph) for obj in shown])
         world = scene.world.evaluated_get(depsgraph) if scene.world else None

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..instances import Uid
 from .light_surfaces import Surfaces
 from .rays import NOTHING, RayCaster
 from .solids import Solids
@@ -56,8 +57,8 @@ class LightRays:
         self._known: dict[Hashable, _Known] = {}
         self._slots: dict[int, tuple[Any, list[int], NDArray[np.int32]]] = {}
 
-    def update(self, depsgraph: Any, housings: frozenset[int]) -> None:
-        """To be called once an update, after `solids.sync`; `housings`: session uids of the light
+    def update(self, depsgraph: Any, housings: frozenset[Uid]) -> None:
+        """To be called once an update, after `solids.sync`; `housings`: what tells the light
         sensors, whose own solids and children do not count."""
         self._depsgraph = depsgraph
         self.surfaces = Surfaces()

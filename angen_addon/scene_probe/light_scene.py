@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 
 from ..quiet import standard_output_silenced
+from .light_instances import Instances
 from .light_values import own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
@@ -133,10 +134,11 @@ class LightScene:
         # Linked while the collection is in no scene, which would be told of each object.
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
+        instances = Instances(self.own, housings)
         for obj in shown_objects(self._user_layer):
             seen = None if is_left_out(obj, housings) else self._stand_in(obj)
             if seen is not None:
-                shown.objects.link(seen)
+                shown.objects.link(instances.stand_in(seen, is_copy=seen != obj))
         # For renders alone: operators from Python first evaluate what the viewport would show.
         shown.hide_viewport = True
         self.scene.collection.children.link(shown)

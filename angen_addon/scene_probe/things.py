@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.contact.underside import is_closed
 from ..animation import is_animated
+from ..instances import Uid
 from .colliders import Collider, rigid_body_collider, surface_collider
 from .solids import Solid, Solids
 
@@ -19,6 +20,13 @@ Key = tuple[int, ...]
 GROUND: Key = ()
 # The engine's mesh margin, in units: bounds are widened by it.
 MARGIN = 0.05
+
+
+class Pad(NamedTuple):
+    """A pad's object, and what tells it from others: an instance of a collection may have it."""
+
+    uid: Uid
+    original: Any
 
 
 class Thing:
@@ -37,6 +45,7 @@ class Thing:
         self.carried = False
         self.surfaces: list[Solid] = []
         self.owner: Key | None = None
+        self.uid: Uid = original.session_uid
         self.objects: frozenset[int] = frozenset({original.session_uid})
         self.half = np.zeros(3)
         self.middle = np.zeros(3)
@@ -107,14 +116,17 @@ class Things:
         self.even = np.empty(0, bool)
         self._supports: dict[Key, NDArray[np.intp]] = {}
         self._listing = -1
-        self._pads: list[int] = []
+        # By what tells a pad, its key.
+        self.pads: dict[Uid, Key] = {}
+        self._named: list[Uid] = []
 
-    def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Any]) -> bool:
+    def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Pad]) -> bool:
         """Lists the things anew where the scene was edited; whether it did."""
-        named = [pad.session_uid for pad in pads]
-        if solids.listing == self._listing and named == self._pads:
+        named = [pad.uid for pad in pads]
+        if solids.listing == self._listing and named == self._named:
             return False
-        self._listing, self._pads = solids.listing, named
+        self._listing, self._named = solids.listing, named
+        self.pads = {pad.uid: _key_of(pad, solids) for pad in pads}
         self.by_key = {}
         scene = depsgraph.scene.original
         for original in _rigid_bodies(scene):
@@ -123,10 +135,10 @@ class Things:
             thing.objects = frozenset(_family(original))
             thing.middle, thing.half = _bounds(depsgraph, original)
         for pad in pads:
-            thing = self._thing((pad.session_uid,), pad)
-            thing.pad = True
+            thing = self._thing(self.pads[pad.uid], pad.original)
+            thing.pad, thing.uid = True, pad.uid
             if not thing.rigid:
-                thing.middle, thing.half = _box(pad.evaluated_get(depsgraph))
+                thing.middle, thing.half = _box(pad.original.evaluated_get(depsgraph))
         self._find_carried(solids)
         self._find_owners(solids, pads)
         world = scene.rigidbody_world
@@ -140,12 +152,11 @@ class Things:
         the pads among these."""
         rows = self._supports.get(thing.key)
         if rows is None:
-            uid = thing.original.session_uid
             chosen = []
             for solid in solids.solids:
                 key = self.of_solid.get(solid.number, GROUND)
                 pad = key in self.by_key and self.by_key[key].pad
-                if key != thing.key and (pad or uid not in solid.owners):
+                if key != thing.key and (pad or thing.uid not in solid.owners):
                     chosen.append(solid.row)
             rows = self._supports[thing.key] = np.array(chosen, np.intp)
         return rows
@@ -180,7 +191,7 @@ class Things:
             known_by = (source, solid.owner, *_armatures(source), *_parents(source))
             thing.objects |= {obj.session_uid for obj in known_by}
 
-    def _find_owners(self, solids: Solids, pads: Sequence[Any]) -> None:
+    def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
         """What each solid is a part of, and what a pad that nothing simulates is fixed to."""
         self.of_solid = {}
         surfaces = {
@@ -195,12 +206,21 @@ class Things:
                 key = next((found for found in _chain_keys(solid) if found in self.by_key), GROUND)
             self.of_solid[solid.number] = key
         for pad in pads:
-            thing = self.by_key[pad.session_uid,]
-            if not thing.rigid and not thing.carried:
-                parents = ((parent.session_uid,) for parent in _parents(pad))
+            thing = self.by_key[self.pads[pad.uid]]
+            # What an instance shows, no physics moves.
+            if isinstance(pad.uid, int) and not thing.rigid and not thing.carried:
+                parents = ((parent.session_uid,) for parent in _parents(pad.original))
                 owner = next((key for key in parents if key in self.by_key), None)
                 if owner is not None and self.by_key[owner].rigid:
                     thing.owner = owner
+
+
+def _key_of(pad: Pad, solids: Solids) -> Key:
+    """Of a pad in an instance that of the solid that it is there; one of its own without any."""
+    if isinstance(pad.uid, int):
+        return (pad.uid,)
+    own = pad.original.session_uid
+    return next((s.key for s in solids.solids if s.key[0] == own and pad.uid in s.owners), pad.uid)
 
 
 def _rigid_bodies(scene: Any) -> Iterator[Any]:

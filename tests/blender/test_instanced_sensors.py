@@ -235,3 +235,61 @@ def test_what_cannot_be_overridden_is_told(flats):
     bpy.context.view_layer.objects.active = bpy.data.objects["A"]
     with pytest.raises(RuntimeError, match="Its collection is of this file"):
         ops.instance_override()
+
+
+def into(collection, world, *objects):
+    for obj in objects:
+        world.scene.collection.objects.unlink(obj)
+        collection.objects.link(obj)
+    return collection
+
+
+def test_pads_in_instances_feel_who_stands_on_them(world, physics):
+    """Each what stands on it; also who is in the instance, and so stands on the pad of each."""
+    physics.frames(6)
+    physics.solid("floor", (50, 50, 0.5), (0, 0, -0.5))
+    pad = physics.pad("plate", (0.3, 0.3, 0.005))
+    seat = physics.pad("seat", (0.3, 0.3, 0.005), (2, 0, 0.005))
+    cat = physics.carried("Cat", (0.1, 0.1, 0.1), (2, 0, 0.11), 4.0)
+    made = into(bpy.data.collections.new("mats"), world, pad, seat, cat)
+    instance(world, made, "A", (0, 0, 0))
+    instance(world, made, "B", (10, 0, 0)).rotation_euler = (0, 0, 0.5)
+    physics.carried("Ann", (0.15, 0.1, 0.85), (0.05, -0.04, 0.86), 70.0)
+    physics.carried("Bob", (0.15, 0.1, 0.85), (10.0, 0, 0.86), 80.0)
+    read = physics.run()
+    for name, mass in (("A/plate", 70), ("B/plate", 80), ("A/seat", 4), ("B/seat", 4)):
+        assert read[name].known(after=2) == pytest.approx(mass * 9.81, rel=2e-3), name
+    assert set(read["A/plate"].partners) == {"Ann"}
+    assert set(read["B/plate"].partners) == {"Bob"}
+
+
+@pytest.mark.parametrize("engine", ["DIRECT", "CYCLES"])
+@pytest.mark.parametrize("method", ["FOUR_WALL", "ILLUMINANCE"])
+def test_a_light_sensor_in_an_instance_is_not_in_its_housings_shade(world, engine, method):
+    """It reads what a sensor of the scene reads there, whose housing does not shade it either."""
+    lamp = bpy.data.lights.new("lamp", "SUN")
+    lamp.energy = 2.0
+    world.link("lamp", lamp).rotation_euler.y = radians(-45)
+    sensor = world.sensor(
+        "LIGHT", "Light", method=method, engine=engine, samples=16, update_rate=24.0
+    )
+    sensor.rotation_euler.x = radians(180)
+    housing = world.box((0.3, 0.3, 0.3), name="housing")
+    housing.parent = sensor
+    plain = world.sensor("LIGHT", "Plain", method=method, engine=engine, samples=16)
+    plain.rotation_euler.x, plain.location.x = radians(180), 50
+    for x in (0, 50):
+        world.box((0.1, 60, 10), (x + 3, 0, 0), "wall")
+    inner = into(bpy.data.collections.new("inner"), world, sensor, housing)
+    outer = bpy.data.collections.new("outer")
+    into(outer, world, instance(world, inner, "kit", (0, 0, 0)))
+    instance(world, inner, "A", (0, 0, 0))
+    instance(world, outer, "B", (0, 20, 0))
+    world.update()
+    field = "illuminance_lux" if method == "ILLUMINANCE" else "luminance_percent"
+    recording = world.run(1, 1)
+    wanted = world.series(recording, "Plain", field)[0]
+    assert wanted > 1.0
+    for name in ("A/Light", "B/kit/Light"):
+        found = world.series(recording, name, field)[0]
+        assert found == pytest.approx(wanted, rel=0.2), name

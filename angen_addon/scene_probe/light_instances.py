@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Collection instances in light scenes: without the housings of light sensors, which would shade
+them, as these are left out of the scene itself too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from typing import Any
+
+import bpy
+
+from ..instances import Uid, is_holder, shown_in
+from ..sensors import all_sensors
+
+
+def light_housings(view_layer: Any) -> frozenset[Uid]:
+    """What tells the light sensors that are shown, those in instances too: whose solids, and those
+    that hang on them, shade none."""
+    return frozenset(
+        sensor.uid
+        for sensor in all_sensors(view_layer)
+        if sensor.kind.light and sensor.handle.visible_get(view_layer=view_layer)
+    )
+
+
+class Instances:
+    """Stand-ins for instances of collections that have such housings in them. `own`: what is to be
+    called with all that is made, which goes with the light scene."""
+
+    def __init__(self, own: Callable[[Any], Any], housings: Container[Any]) -> None:
+        self._own = own
+        self._housings = housings
+        self._shades: dict[Any, bool] = {}
+        self._made: dict[Any, Any] = {}
+
+    def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
+        """The object, or a copy of it that instances the same without housings; `is_copy`: it is
+        one that may be changed."""
+        if not is_holder(obj) or not self._has_housings(obj.instance_collection):
+            return obj
+        copy = obj if is_copy else self._own(obj.copy())
+        copy.instance_collection = self._without(obj.instance_collection)
+        return copy
+
+    def _has_housings(self, collection: Any) -> bool:
+        if collection not in self._shades:
+            # A damaged file may have it within itself.
+            self._shades[collection] = False
+            self._shades[collection] = any(
+                obj in self._housings
+                or (is_holder(obj) and self._has_housings(obj.instance_collection))
+                for obj in shown_in(collection)
+            )
+        return self._shades[collection]
+
+    def _without(self, collection: Any) -> Any:
+        if collection not in self._made:
+            made = self._made[collection] = self._own(bpy.data.collections.new(".angen_light"))
+            made.instance_offset = collection.instance_offset
+            for obj in shown_in(collection):
+                if obj not in self._housings:
+                    made.objects.link(self.stand_in(obj))
+        return self._made[collection]

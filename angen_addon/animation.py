@@ -73,3 +73,19 @@ def stays(obj: Any, *paths: str) -> bool:
         if animation.nla_tracks or any(c.data_path.startswith(PLACE + paths) for c in curves):
             return False
     return parent is None or (obj.parent_type == "OBJECT" and stays(parent))
+
+
+def motion_paths(obj: Any) -> list[str]:
+    """What of its own place an object has animated: data paths of keys and drivers; names of
+    constraints, of strips and of physics, which may move it in any way, have `rotation` in
+    them."""
+    found = ["rotation by constraint" for c in obj.constraints if not c.mute]
+    if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
+        found.append("rotation by physics")
+    animation = obj.animation_data
+    if animation is None:
+        return found
+    curves = action_curves(animation.action, getattr(animation, "action_slot", None))
+    paths = [curve.data_path for curve in (*curves, *animation.drivers)]
+    found += ["rotation by strip" for track in animation.nla_tracks if not track.mute]
+    return found + [path for path in paths if path.startswith(PLACE)]

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Names what in a home makes sensors read nonsense, each with the way to mend it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import doors, files, lamps, pads, placed, shell
+from .examined import Check, Examined, Finding
+
+# In the order in which they are told: first what makes the others wrong too.
+CHECKS: dict[str, Check] = {
+    "scale": shell.scale,
+    "files": files.lacks,
+    "names": files.same_names,
+    "hidden": shell.hidden_but_rendered,
+    "no_faces": shell.without_faces,
+    "holes": shell.holes,
+    "movement": placed.nothing_moves,
+    "doors": doors.without_hinges,
+    "still_doors": doors.standing_still,
+    "inside": placed.inside_walls,
+    "too_near": placed.looks_into_something,
+    "warmth": placed.nothing_warm,
+    "watts": lamps.electrical_watts,
+    "dark": lamps.none_lit,
+    "eevee": lamps.eevee_cannot_run,
+    "pads": pads.advised,
+    "pads_in_air": pads.hanging_in_the_air,
+    "physics": pads.caches,
+}
+
+
+def examine(scene: Any, view_layer: Any, depsgraph: Any) -> list[Finding]:
+    """What all checks find in the scene as it is evaluated."""
+    home = Examined(scene, view_layer, depsgraph)
+    return [Finding(name, *found) for name, check in CHECKS.items() for found in check(home)]
+
+
+__all__ = ["CHECKS", "Examined", "Finding", "examine"]

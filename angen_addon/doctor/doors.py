@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of doors: those without a hinge, and those that never move though a switch watches."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.model import Array
+from ..animation import motion_paths
+from ..instances import chain
+from .examined import Examined, Found, named
+
+WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)
+# What is called after a door and is none.
+PARTS = (
+    "frame", "mat", "handle", "knob", "lock", "bell", "flag", "hinge", "jamb", "lining", "panel",
+    "stop", "glass", "outdoor", "indoor",
+)  # fmt: skip
+PART = re.compile("|".join(PARTS), re.IGNORECASE)
+# m: how high, wide and thick leaves are.
+HEIGHT, WIDTH, THICK = (1.6, 3.0), (0.4, 1.8), 0.3
+# Of the width, from the middle: an origin so near is no hinge.
+MIDDLE = 0.3
+# m: a switch so near to a leaf watches it.
+NEAR = 0.5
+
+
+def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
+    """The leaves of doors, by name and size, with their bounds (3,) in m in the world's axes."""
+    for obj in home.shown():
+        if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
+            continue
+        corners = np.array(obj.bound_box, np.float64)
+        size = (corners.max(axis=0) - corners.min(axis=0)) * _scale(obj) * home.metres
+        thick, wide, high = np.sort(size).tolist()
+        if not (HEIGHT[0] <= high <= HEIGHT[1] and WIDTH[0] <= wide <= WIDTH[1] and thick <= THICK):
+            continue
+        matrix = np.array(obj.evaluated_get(home.depsgraph).matrix_world, np.float64)
+        placed = (corners @ matrix[:3, :3].T + matrix[:3, 3]) * home.metres
+        yield obj, placed.min(axis=0), placed.max(axis=0)
+
+
+def without_hinges(home: Examined) -> Iterator[Found]:
+    """Leaves that turn, or would, about their middle."""
+    bad = []
+    for leaf, *_ in leaves(home):
+        moved = [part for part in chain(leaf) if any(motion_paths(part))]
+        slides = moved and not any("rotation" in path for path in motion_paths(moved[0]))
+        if not slides and _is_middle(leaf, moved[0] if moved else leaf, home):
+            bad.append(leaf.name)
+    if bad:
+        yield (
+            f"Doors without a hinge, whose origin is in their middle: {named(bad)}",
+            "Put the 3D cursor on the hinge's edge, then Object, Set Origin, Origin to 3D Cursor; "
+            "or Fit Door with Switch, which finds the hinge",
+        )
+
+
+def standing_still(home: Examined) -> Iterator[Found]:
+    """Doors with switches, none of which ever moves."""
+    switches = [
+        np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
+        for s in home.of_kind("OPTICAL_SWITCH")
+    ]
+    watched = [
+        leaf
+        for leaf, lo, hi in leaves(home)
+        if any(((at >= lo - NEAR) & (at <= hi + NEAR)).all() for at in switches)
+    ]
+    if watched and not any(any(motion_paths(part)) for leaf in watched for part in chain(leaf)):
+        yield (
+            f"No door with a switch is animated: {named(leaf.name for leaf in watched)}",
+            "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",
+        )
+
+
+def _is_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
+    """Whether a pivot's origin lies over the middle of the leaf's width."""
+    corners = np.array(leaf.bound_box, np.float64)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    place = leaf.evaluated_get(home.depsgraph).matrix_world.inverted_safe() @ (
+        pivot.evaluated_get(home.depsgraph).matrix_world.translation
+    )
+    size = (hi - lo) * _scale(leaf)
+    wide = int(np.argsort(size)[1])
+    off = abs(place[wide] - (lo[wide] + hi[wide]) / 2.0) / max(hi[wide] - lo[wide], 1e-9)
+    return bool(off < MIDDLE)
+
+
+def _scale(obj: Any) -> Array:
+    return np.abs(np.array(obj.matrix_world.to_scale(), np.float64))

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what the file needs and lacks, and of names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from .examined import Examined, Found
+
+
+def lacks(home: Examined) -> Iterator[Found]:
+    """Missing libraries and files, drivers that stand still."""
+    return iter(())
+
+
+def same_names(home: Examined) -> Iterator[Found]:
+    """Sensors that a log cannot tell apart."""
+    for name, count in Counter(sensor.name for sensor in home.sensors).items():
+        if count > 1:
+            files = [s.library or "this file" for s in home.sensors if s.name == name]
+            yield (
+                f"{count} sensors are called '{name}' (from {', '.join(files)})",
+                "Rename one (F2), so that the log can tell them apart",
+            )

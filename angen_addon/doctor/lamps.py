@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what light sensors are lit by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..animation import is_animated
+from ..scene_probe.light_engine import why_no_eevee
+from ..scene_probe.light_scene import is_portal
+from .examined import Examined, Found, named
+
+# W of light: no lamp of a home sends out so much; what a lamp draws is some times what it sends.
+MOST_WATTS = 50.0
+# W/m²: the sun sends no more.
+MOST_SUN = 150.0
+USUAL_LUMENS = 800
+
+
+def electrical_watts(home: Examined) -> Iterator[Found]:
+    """Lamps that are given what they draw, not what they shine."""
+    if not home.of_kind("LIGHT"):
+        return
+    efficacy = home.scene.angen_luminous_efficacy
+    for lamp in _lamps(home):
+        data, sun = lamp.data, lamp.data.type == "SUN"
+        most, unit = (MOST_SUN, "W/m²") if sun else (MOST_WATTS, "W")
+        if data.energy <= most:
+            continue
+        what = "lx" if sun else "lm"
+        usual = "up to 100 W/m² at noon" if sun else f"{USUAL_LUMENS / efficacy:.2g} W"
+        yield (
+            f"'{lamp.name}' shines with {data.energy:g} {unit} of light, "
+            f"{data.energy * efficacy:,.0f} {what}: is it what the lamp draws?",
+            f"Blender's watts are light: divide lumens by {efficacy:g} (a household lamp of "
+            f"{USUAL_LUMENS} lm: {usual}); Light tab, {'Strength' if sun else 'Power'}",
+        )
+
+
+def none_lit(home: Examined) -> Iterator[Found]:
+    """Light sensors in a scene that nothing lights."""
+    sensors = home.of_kind("LIGHT")
+    lit = any(lamp.data.energy > 0 or _is_switched(lamp.data) for lamp in _lamps(home))
+    if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
+        return
+    yield (
+        f"No lamp, no sky and nothing that glows lights {named(s.name for s in sensors)}",
+        "Add a lamp (Shift+A, Light) or a sky (World tab, Color), or show those that are hidden",
+    )
+
+
+def eevee_cannot_run(home: Examined) -> Iterator[Found]:
+    """Light sensors that ask for EEVEE where there is none."""
+    sensors = [
+        s for s in home.of_kind("LIGHT") if getattr(s.settings.light, "engine", "") == "EEVEE"
+    ]
+    reason = why_no_eevee() if sensors else ""
+    if reason:
+        yield f"{named(s.name for s in sensors)}: {reason}", "Set Engine to Cycles"
+
+
+def _lamps(home: Examined) -> list[Any]:
+    """Those that are shown."""
+    return [
+        obj
+        for obj in home.view_layer.objects
+        if obj is not None
+        and obj.type == "LIGHT"
+        and obj.visible_get(view_layer=home.view_layer)
+        and not obj.angen_ignored
+        and not is_portal(obj)
+    ]
+
+
+def _is_switched(lamp: Any) -> bool:
+    return is_animated(lamp, "energy")
+
+
+def _world_shines(world: Any) -> bool:
+    if world is None:
+        return False
+    if world.node_tree is None or not getattr(world, "use_nodes", True):
+        return any(part > 0 for part in world.color)
+    return any(_shines(node) for node in world.node_tree.nodes if node.type == "BACKGROUND")
+
+
+def _shines(node: Any) -> bool:
+    """Whether an emission or background node gives light; what is linked may."""
+    strength = next((s for s in node.inputs if s.name in {"Strength", "Emission Strength"}), None)
+    names = {"Color", "Emission Color", "Emission"}
+    colour = next((s for s in node.inputs if s.name in names), None)
+    lit = strength is None or strength.is_linked or strength.default_value > 0
+    coloured = (
+        colour is None or colour.is_linked or any(part > 0 for part in colour.default_value[:3])
+    )
+    return bool(lit and coloured)
+
+
+def _something_shines(home: Examined) -> bool:
+    return any(
+        _shines(node)
+        for obj in home.shown()
+        for slot in obj.material_slots
+        if slot.material is not None and slot.material.node_tree is not None
+        for node in slot.material.node_tree.nodes
+        if node.type in {"EMISSION", "BSDF_PRINCIPLED"}
+    )

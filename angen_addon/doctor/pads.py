@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of pressure pads and of the physics that presses on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .. import advice
+from ..scene_probe.rays import NOTHING
+from .examined import Examined, Found
+
+BUNDLE = -41
+# m: with nothing within this below it, a pad hangs in the air.
+GAP = 0.05
+
+
+def advised(home: Examined) -> Iterator[Found]:
+    """Pads that nothing can press on, or that sink."""
+    for pad in home.of_kind("PRESSURE"):
+        for text in (
+            advice.without_surface(pad.object),
+            advice.sinks(pad.object, home.scene),
+            advice.weightless(pad.object, home.scene, home.view_layer),
+        ):
+            if text:
+                yield _split(f"'{pad.name}': {text[0].lower()}{text[1:]}")
+
+
+def hanging_in_the_air(home: Examined) -> Iterator[Found]:
+    """Pads that lie on nothing and are fixed to nothing."""
+    for pad in home.of_kind("PRESSURE"):
+        if pad.object.parent is not None or pad.object.rigid_body is not None:
+            continue
+        solids = home.home.caster.solids
+        own = solids.owned_by(pad.uid)
+        lo, hi = solids.lo[own], solids.hi[own]
+        if not len(lo) or not np.isfinite(lo).all():
+            continue
+        middle = (lo.min(axis=0) + hi.max(axis=0)) / 2.0
+        start = np.array([[middle[0], middle[1], hi[:, 2].max()]])
+        length = np.array([float(hi[:, 2].max() - lo[:, 2].min()) + GAP / home.metres])
+        down = np.array([[0.0, 0.0, -1.0]])
+        met = home.home.caster.cast_met(pad.uid, BUNDLE, start, down, length)[1]
+        if met[0] == NOTHING:
+            yield (
+                f"'{pad.name}' hangs in the air: nothing is within {GAP * 100:g} cm below it",
+                "Lower it onto the floor (its faces may be missing or hidden), or parent it to "
+                "what it is part of",
+            )
+
+
+def caches(home: Examined) -> Iterator[Found]:
+    """A rigid-body cache that is too short, or of the scene before an edit."""
+    if home.of_kind("PRESSURE"):
+        for text in (advice.short_cache(home.scene), advice.outdated_cache(home.scene)):
+            if text:
+                yield _split(text)
+
+
+def _split(text: str) -> Found:
+    """An advice as what is wrong and the way to mend it, which it ends with."""
+    wrong, mark, mend = text.rpartition(". ")
+    if not mark:
+        wrong, _, mend = text.rpartition(": ")
+    return wrong, f"{mend[0].upper()}{mend[1:]}"

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of where sensors are, and of whether there is anything for them to notice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from .. import warmth
+from ..animation import action_curves
+from ..overlay.sight import sight_of
+from ..scene_probe.rays import NOTHING
+from ..sensors import Sensor, SensorError
+from ..simulation import frames_to_step_from
+from ..station import Station, clock_of
+from .examined import Examined, Found, named
+
+BUNDLE_AXES, BUNDLE_NEAR = -42, -43
+# m: what is met from within on two opposite sides nearer than this together is a wall.
+THICKEST = 0.6
+# Of a sensor's rays, so many meet something too near where it is built in, or against a wall.
+BLOCKED = 0.25
+# Of what only detectors of warmth do not care.
+BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
+ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
+LOOKING = ("PIR", "OPTICAL_SWITCH", "LIGHT")
+
+
+def nothing_moves(home: Examined) -> Iterator[Found]:
+    """A scene in which no detector of movement can ever find any."""
+    sensors = home.of_kind("PIR", "OPTICAL_SWITCH")
+    if sensors and not _moves(home):
+        yield (
+            f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
+            "nothing but their first reading",
+            "Key a person's or a door's place (I in the 3D view), or bring in a walk cycle",
+        )
+
+
+def _moves(home: Examined) -> bool:
+    if frames_to_step_from(home.scene):
+        return True
+    if any(_is_animated(evaluated.original) for evaluated in home.depsgraph.ids):
+        return True
+    return any(
+        modifier.type in ANIMATED_FILES or _reads_time(modifier)
+        for obj in home.shown()
+        for modifier in obj.modifiers
+    )
+
+
+def _is_animated(datablock: Any) -> bool:
+    """Whether keys, strips or drivers move something; those of lamps and of outputs do not."""
+    animation = getattr(datablock, "animation_data", None)
+    if animation is None or datablock.id_type in BY_LIGHT_ALONE:
+        return False
+    curves = action_curves(animation.action, getattr(animation, "action_slot", None))
+    paths = [curve.data_path for curve in (*curves, *animation.drivers)]
+    return bool(len(animation.nla_tracks)) or any(
+        not path.startswith("angen_sensor.") for path in paths
+    )
+
+
+def _reads_time(modifier: Any) -> bool:
+    """Whether a modifier's nodes look at the frame."""
+    tree = modifier.node_group if modifier.type == "NODES" else None
+    return tree is not None and any(n.bl_idname == "GeometryNodeInputSceneTime" for n in tree.nodes)
+
+
+def inside_walls(home: Examined) -> Iterator[Found]:
+    """Sensors that stand inside something solid."""
+    for sensor in home.of_kind(*LOOKING):
+        inside = _surrounded_by(home, sensor)
+        if inside:
+            yield (
+                f"'{sensor.name}' is inside '{inside}': it sees nothing but that",
+                "Move it out of the wall, or place it anew: Shift+A, Sensor, … on Surface",
+            )
+
+
+def _surrounded_by(home: Examined, sensor: Sensor) -> str:
+    """The solid whose faces a sensor sees from within on two opposite sides, near together."""
+    matrix = sensor.world_matrix(home.depsgraph)
+    axes = np.concatenate([np.eye(3), np.array(matrix.to_3x3().normalized(), np.float64).T])
+    ways = np.concatenate([axes, -axes])
+    origins = np.tile(np.array(matrix.translation, np.float64), (len(ways), 1))
+    far = np.full(len(ways), THICKEST / home.metres)
+    caster = home.home.caster
+    ranges, met = caster.cast_met(sensor.uid, BUNDLE_AXES, origins, ways, far)
+    for one in range(len(axes)):
+        two = one + len(axes)
+        near = (ranges[one] + ranges[two]) * home.metres < THICKEST
+        if met[one] == NOTHING or met[one] != met[two] or not near:
+            continue
+        solid = next(s for s in caster.solids.solids if s.number == met[one])
+        tree = solid.geometry.tree(home.depsgraph)
+        inverse = caster.solids.inverse[solid.row][:3, :3]
+        start = inverse @ origins[0] + caster.solids.inverse[solid.row][:3, 3]
+        outwards = [
+            (inverse @ ways[side]) @ np.array(normal)
+            for side in (one, two)
+            if (normal := tree.ray_cast(start - solid.geometry.pivot, inverse @ ways[side])[1])
+        ]
+        if len(outwards) == 2 and min(outwards) > 0.0:
+            return solid.name
+    return ""
+
+
+def looks_into_something(home: Examined) -> Iterator[Found]:
+    """Sensors whose rays begin behind something: nearer than their range min they see nothing."""
+    for sensor in home.of_kind("PIR", "OPTICAL_SWITCH"):
+        try:
+            sight = sight_of(Station(sensor, clock_of(home.scene)), home.depsgraph)
+        except SensorError as error:
+            yield str(error), "Mend its parameters in the sidebar, Active Sensor"
+            continue
+        if sight is None or not len(sight.rays.directions):
+            continue
+        shortest = float(getattr(sight.parameters, "range_min", 0.0))
+        ways = np.ascontiguousarray(sight.rays.directions)
+        origins = np.tile(sight.pose.origin / home.metres, (len(ways), 1))
+        far = np.full(len(ways), shortest / home.metres)
+        met = home.home.caster.cast_met(sensor.uid, BUNDLE_NEAR, origins, ways, far)[1]
+        blocked = met != NOTHING
+        if blocked.mean() > BLOCKED:
+            numbers, counts = np.unique(met[blocked], return_counts=True)
+            name = home.home.caster.solids.name_of(int(numbers[counts.argmax()]))
+            yield (
+                f"'{sensor.name}' looks into '{name}', nearer than its range min of "
+                f"{shortest * 100:g} cm: {blocked.mean():.0%} of its rays pass it unseen",
+                f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
+                "to it what is its own housing",
+            )
+
+
+def nothing_warm(home: Examined) -> Iterator[Found]:
+    """Detectors of warmth where nobody is warm, or that look too seldom."""
+    found = warmth.pyroelectric(home.sensors)
+    text = warmth.nothing_warm(home.view_layer) if found else ""
+    if text:
+        wrong, _, mend = text.rpartition(". ")
+        yield f"{wrong} ({named(s.name for s in found)})", mend

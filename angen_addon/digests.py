@@ -19,6 +19,7 @@ import bpy
 import numpy as np
 
 from .animation import action_curves
+from .lengths import SUFFIX
 from .marks import COVERAGE_MARK
 
 OUTPUTS = {"active", "value"}
@@ -218,7 +219,8 @@ def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
             continue
         if on_screen and (name in {"location", "height", "color", "hide", "dimensions"}):
             continue
-        if name in OF_NO_CONCERN.get(cls.__name__, ()):
+        # What stands for another property in other units.
+        if name in OF_NO_CONCERN.get(cls.__name__, ()) or name.endswith(SUFFIX):
             continue
         if prop.type == "COLLECTION":
             if not name.startswith("all_"):

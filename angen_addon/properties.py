@@ -20,11 +20,12 @@ from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import Parameters, Spec, defaults, specs
 from . import state
+from .lengths import OVERRIDABLE, in_units, length_in_units
 from .rooms import known_rooms
+from .units import SUBTYPES, with_unit
 
-OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
-# Units that Blender knows how to show and convert; others stand in the tooltip.
-SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
+# Decimals of fields, where three are not enough or more than there are.
+PRECISIONS = {"m": 4, "m²": 6, "Ω": 0}
 
 # What can have a temperature.
 WARM = (Object, Collection, Material)
@@ -62,11 +63,6 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
     _settings_changed(self, context)
 
 
-def _label(spec: Spec) -> str:
-    shown_by_blender = not spec.unit or spec.unit in SUBTYPES
-    return spec.label if shown_by_blender else f"{spec.label} ({spec.unit})"
-
-
 def _tip(spec: Spec) -> str:
     source = f". Source: {spec.source}" if spec.source else ""
     return f"{spec.tip}{source}"
@@ -79,7 +75,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
     be told to the user, not silently changed.
     """
     facts: dict[str, Any] = {
-        "name": _label(spec),
+        "name": with_unit(spec.label, spec.unit),
         "description": _tip(spec),
         "override": OVERRIDABLE,
         "update": _settings_changed,
@@ -105,7 +101,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
         return IntProperty(**facts)
     if spec.unit in SUBTYPES:
         facts["subtype"] = SUBTYPES[spec.unit]
-    facts["precision"] = 4 if spec.unit == "m" else 3
+    facts["precision"] = PRECISIONS.get(spec.unit, 3)
     facts["step"] = 100 if spec.unit == "rad" else 10 if spec.unit == "s" else 1
     return FloatProperty(**facts)
 
@@ -113,7 +109,13 @@ def _blender_property(default: Any, spec: Spec) -> Any:
 def _group_of(name: str, parameters: type[Parameters]) -> type:
     """A PropertyGroup class with a property for each parameter."""
     known = defaults(parameters)
-    annotations = {n: _blender_property(known[n], spec) for n, spec in specs(parameters).items()}
+    annotations = {}
+    for parameter, spec in specs(parameters).items():
+        annotations[parameter] = _blender_property(known[parameter], spec)
+        if spec.unit == "m":
+            annotations[in_units(parameter)] = length_in_units(
+                parameter, spec.label, _tip(spec), PRECISIONS["m"]
+            )
     return type(name, (PropertyGroup,), {"__annotations__": annotations})
 
 
@@ -199,6 +201,9 @@ def _load_group() -> type:
             soft_max=0.2,
             update=_load_changed,
             override=OVERRIDABLE,
+        ),
+        in_units("tolerance"): length_in_units(
+            "tolerance", "Contact tolerance", "What is less than this below it carries its weight"
         ),
     }
     return type("AngenLoad", (PropertyGroup,), {"__annotations__": annotations})

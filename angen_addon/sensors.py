@@ -14,6 +14,7 @@ from typing import Any
 from ..sensor_logic.kinds import KINDS, NO_KIND, Field, Kind
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
+from ..sensor_logic.quantities import METRES, Lengths
 from .animation import is_animated
 from .instances import Holders, SensorFinder, Uid, is_holder, matrix_of, uid_of
 from .rooms import room_of
@@ -145,12 +146,12 @@ def check_names(sensors: list[Sensor]) -> None:
             )
 
 
-def check(sensor: Sensor) -> None:
-    """Raises SensorError where the sensor's settings make no sense."""
+def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
+    """Raises SensorError where the sensor's settings make no sense; it tells `lengths` so."""
     rate = decimal(sensor.settings.update_rate)
     if not 0.0 < rate < float("inf"):
         raise SensorError(f"'{sensor.name}': update_rate is {rate:g} Hz: it must be above 0")
-    read_parameters(sensor, sensor.settings)
+    read_parameters(sensor, sensor.settings, lengths)
 
 
 def names_others(sensor: Sensor, parameters: Any) -> bool:
@@ -162,7 +163,7 @@ def names_others(sensor: Sensor, parameters: Any) -> bool:
     return any(getattr(parameters, names[index]) is not None for index, _ in pointers)
 
 
-def read_parameters(sensor: Sensor, settings: Any) -> Any:
+def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
     """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
     group = getattr(settings, sensor.kind.attribute)
     read, pointers = _reader(sensor.kind.identifier)
@@ -172,9 +173,9 @@ def read_parameters(sensor: Sensor, settings: Any) -> Any:
             # Objects are named, not kept: they would not outlive undo.
             named = _pointed_at(values[index], pointer)
             values = (*values[:index], named, *values[index + 1 :])
-    parameters, problems = _checked(sensor.kind.identifier, values)
-    if problems:
-        raise SensorError(f"'{sensor.name}': {problems[0]}")
+    parameters, sound = _checked(sensor.kind.identifier, values)
+    if not sound:
+        raise SensorError(f"'{sensor.name}': {parameters.problems(lengths)[0]}")
     return parameters
 
 
@@ -202,7 +203,7 @@ def report_steps(sensor: Sensor) -> dict[str, float]:
 
 
 @lru_cache(maxsize=1024)
-def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, list[str]]:
+def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, bool]:
     made_of = KINDS[kind].parameters
     known = specs(made_of)
     exact = {
@@ -210,7 +211,7 @@ def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, list[str]]
         for (name, spec), value in zip(known.items(), values, strict=True)
     }
     parameters = made_of(**exact)
-    return parameters, parameters.problems()
+    return parameters, not parameters.problems()
 
 
 @lru_cache(maxsize=1024)

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.parameters import READING
 from ..sensor_logic.quantities import METRES, NOTHING, Lengths
 
 # By Blender's names of the units that a scene can be set to.
@@ -21,6 +22,15 @@ UNITS = {
     "INCHES": Lengths("in", 0.0254),
     "THOU": Lengths("thou", 2.54e-5),
 }
+# Units that Blender shows in a field, converts, and reads, by the subtype of the property.
+SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
+
+
+def with_unit(label: str, unit: str, scene: Any = None) -> str:
+    """A label with the unit of what stands beside it, unless Blender shows that in the field; in a
+    scene without units it shows degrees alone."""
+    shown = ("rad",) if scene is not None and scene.unit_settings.system == "NONE" else SUBTYPES
+    return label if unit in ("", READING, *shown) else f"{label} ({unit})"
 
 
 def lengths_of(scene: Any) -> Lengths:

@@ -11,6 +11,7 @@ from bpy.types import Event
 from mathutils import Vector
 
 from ..angen_addon.sensors import unit_scale
+from ..angen_addon.units import lengths_of
 from .surface import PASSED, Surface, first_surface
 
 UP = Vector((0.0, 0.0, 1.0))
@@ -40,15 +41,12 @@ def below(scene: Any, depsgraph: Any, place: Vector, on: Surface) -> Surface | N
 
 def height_text(scene: Any, place: Vector, floor: Surface | None) -> str:
     """How high a place is, and how far above what lies below it."""
-    scale = unit_scale(scene)
-    height = f"Z {_metres(place.z * scale)}"
+    scale, lengths = unit_scale(scene), lengths_of(scene)
+    height = f"Z {lengths.text(place.z * scale)}"
     if floor is None:
         return height
-    return f"{height}, {_metres((place.z - floor.point.z) * scale)} above '{floor.object.name}'"
-
-
-def _metres(length: float) -> str:
-    return f"{round(length, 3) + 0.0:.3f} m"
+    above = lengths.text((place.z - floor.point.z) * scale)
+    return f"{height}, {above} above '{floor.object.name}'"
 
 
 def raised(point: Vector, normal: Vector, way: float) -> Vector | None:

@@ -31,8 +31,8 @@ class ANGEN_PT_active_sensor(Panel):
         sensor = active_sensor(context)
         if sensor is None:
             return
-        text = f"{sensor.name}: {sensor.kind.label}"
-        self.layout.label(text=text, icon=sensor.kind.icon, translate=False)
+        # The icon tells the kind; both in words do not fit.
+        self.layout.label(text=sensor.name, icon=sensor.kind.icon, translate=False)
         if sensor.holders:
             draw_instanced(self.layout, sensor)
         else:

@@ -8,6 +8,7 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.coverage import ghosts, kept
 from ..operators.propose import pattern_of
+from .lines import draw_property
 
 ROOMS_SHOWN = 12
 
@@ -27,8 +28,8 @@ class ANGEN_PT_coverage(_Sidebar, Panel):
         layout.use_property_split = True
         column = layout.column()
         column.prop(settings, "motion")
-        column.prop(settings, "height")
-        column.prop(settings, "cell")
+        draw_property(column, context.scene, settings, "height", "Height", "m")
+        draw_property(column, context.scene, settings, "cell", "Cell", "m")
         column.prop(settings, "rooms")
         column.prop(settings, "selected")
         layout.operator_context = "INVOKE_DEFAULT"
@@ -68,7 +69,7 @@ class ANGEN_PT_coverage_place(_Sidebar, Panel):
         column.prop(settings, "mounting")
         height = column.column()
         height.active = settings.mounting != "CEILING"
-        height.prop(settings, "mounting_height")
+        draw_property(height, context.scene, settings, "mounting_height", "On Walls At", "m")
         column.prop(settings, "beside")
         like = pattern_of(context)
         text = f"Parameters of {like.name}" if like else "Parameters: the defaults"

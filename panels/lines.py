@@ -8,12 +8,27 @@ from typing import Any
 
 import bpy
 
+from ..angen_addon.lengths import in_units
+from ..angen_addon.sensors import unit_scale
+from ..angen_addon.units import with_unit
+
 # Of Blender's interface font, in pixels at a scale of 1; and what margins and the icon take.
 WIDTH_OF_LETTER = 6.2
 MARGIN_LETTERS = 11
 # Pixels, where there is no region to measure.
 USUAL_WIDTH = 320
 LABEL_SHARE = 0.4
+# Where a region is narrower than this many pixels at a scale of 1, names of fields would be cut in
+# a column of their own: they stand in the fields.
+NARROW = 230
+
+
+def has_name_column() -> bool:
+    """Whether the present region has room for a column of names beside the fields."""
+    region = bpy.context.region
+    scale = bpy.context.preferences.system.ui_scale or 1.0
+    # Without a window there is no width.
+    return region is None or region.width <= 1 or region.width > NARROW * scale
 
 
 def draw_lines(layout: Any, text: str, icon: str) -> Any:
@@ -30,9 +45,25 @@ def draw_lines(layout: Any, text: str, icon: str) -> Any:
     return box
 
 
+def draw_property(
+    layout: Any, scene: Any, owner: Any, name: str, label: str, unit: str = ""
+) -> None:
+    """A property with its unit: in the field where Blender can show it there, else in the label.
+    Lengths, which are stored in metres, are shown and read in the scene's own unit."""
+    text = with_unit(label, unit, scene)
+    if unit != "m" or unit_scale(scene) == 1.0:
+        layout.prop(owner, name, text=text)
+        return
+    row = layout.row(align=True)
+    row.use_property_decorate = False
+    row.prop(owner, in_units(name), text=text)
+    if owner.bl_rna.properties[name].is_animatable:
+        row.prop_decorator(owner, name)
+
+
 def draw_row(layout: Any, name: str, text: str) -> None:
     """A name to the left, as those of properties are, and its value."""
-    row = layout.split(factor=LABEL_SHARE)
+    row = layout.split(factor=LABEL_SHARE if has_name_column() else 0.5)
     left = row.row()
     left.alignment = "RIGHT"
     left.label(text=name)

@@ -11,7 +11,7 @@ from bpy.types import Context, Panel
 from ..angen_addon import weights
 from ..angen_addon.advice import is_simulated
 from ..sensor_logic.kinds import NO_KIND
-from .lines import draw_lines
+from .lines import draw_lines, draw_property, has_name_column
 
 NAMES_SHOWN = 3
 
@@ -36,11 +36,12 @@ def draw_weight(layout: Any, context: Context) -> None:
     """Mass and tolerance of the active object, what they are for, and what may be meant wrong."""
     obj = context.object
     column = layout.column()
-    column.use_property_split = True
-    column.prop(obj.angen_load, "mass")
+    column.use_property_split = has_name_column()
+    scene = context.scene
+    draw_property(column, scene, obj.angen_load, "mass", "Mass", "kg")
     held = column.column()
     held.active = weights.has_mass(obj)
-    held.prop(obj.angen_load, "tolerance")
+    draw_property(held, scene, obj.angen_load, "tolerance", "Tolerance", "m")
     if is_simulated(obj):
         _draw_simulated(layout, obj)
     elif weights.has_mass(obj):

@@ -8,10 +8,11 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.sensors import Sensor, SensorError, check
+from ..angen_addon.units import lengths_of
 from ..sensor_logic.kinds import KINDS, NO_KIND
-from ..sensor_logic.parameters import specs, used
+from ..sensor_logic.parameters import Spec, specs, used
 from . import light, origin, pad, warmth
-from .lines import draw_lines
+from .lines import draw_lines, draw_property, has_name_column
 from .readings import shown
 
 # Kinds with more parameters than one looks at together have them in sections, the first of them
@@ -69,7 +70,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     enabled = sensor.settings.enabled
     if enabled:
         origin.draw(layout, seen)
-        _draw_problem(layout, sensor)
+        _draw_problem(layout, context.scene, sensor)
     if enabled and sensor.kind.identifier in DETAILS:
         DETAILS[sensor.kind.identifier](layout, context, sensor, seen)
     sections = SECTIONS.get(sensor.kind.identifier, ())
@@ -77,40 +78,47 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     others = [name for name in specs(sensor.kind.parameters) if name not in in_sections]
     column = _column(layout, enabled)
     column.prop(sensor.settings, "room", placeholder=sensor.room)
-    column.prop(sensor.settings, "update_rate", text="Rate (Hz)")
-    _draw_parameters(column, sensor, others)
+    scene = context.scene
+    draw_property(column, scene, sensor.settings, "update_rate", "Rate", "Hz")
+    _draw_parameters(column, scene, sensor, others)
     for number, (title, names) in enumerate(sections):
         header, body = layout.panel(
             f"ANGEN_{sensor.kind.identifier}_{number}", default_closed=number > 0
         )
         header.label(text=title)
         if body is not None:
-            _draw_parameters(_column(body, enabled), sensor, names)
+            _draw_parameters(_column(body, enabled), scene, sensor, names)
 
 
 def _column(layout: Any, enabled: bool) -> Any:
     column = layout.column()
-    column.use_property_split = True
+    column.use_property_split = has_name_column()
     column.use_property_decorate = True
     column.active = enabled
     return column
 
 
-def _draw_parameters(column: Any, sensor: Sensor, names: Any) -> None:
-    group = getattr(sensor.settings, sensor.kind.attribute)
+def _draw_parameters(column: Any, scene: Any, sensor: Sensor, names: Any) -> None:
+    group = sensor.parameters
     known = specs(sensor.kind.parameters)
     for name in names:
+        spec = known[name]
         # What has one choice only is nothing to choose.
-        if used(group, name, known[name]) and len(known[name].choices) != 1:
-            # Names are cut where they take more than the column of names has.
-            column.prop(group, name, text=known[name].label.replace(" field of view", ""))
+        if used(group, name, spec) and len(spec.choices) != 1:
+            unit = sensor.kind.unit_of(spec, group)
+            draw_property(column, scene, group, name, panel_label(spec), unit)
 
 
-def _draw_problem(layout: Any, sensor: Sensor) -> None:
+def panel_label(spec: Spec) -> str:
+    """What a panel calls a parameter: what is longer than the column of names is cut there."""
+    return spec.short or spec.label
+
+
+def _draw_problem(layout: Any, scene: Any, sensor: Sensor) -> None:
     try:
-        check(sensor)
+        check(sensor, lengths_of(scene))
     except SensorError as error:
         problem = str(error).removeprefix(f"'{sensor.name}': ")
         for name, spec in specs(sensor.kind.parameters).items():
-            problem = problem.replace(name, spec.label)
+            problem = problem.replace(name, panel_label(spec))
         draw_lines(layout, problem, "ERROR")

@@ -35,7 +35,7 @@ class ANGEN_PT_physics(Panel):
         column.prop(context.object.angen_sensor, "kind")
         sensor = sensor_of(context.object)
         if sensor is None:
-            column.prop(context.object, "angen_ignored")
+            layout.prop(context.object, "angen_ignored")
             if context.object.angen_ignored:
                 column.prop(
                     context.object.angen_sensor, "room", placeholder=room_of(context.object)

@@ -7,7 +7,7 @@ import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon import state
-from .lines import draw_lines
+from .lines import draw_lines, draw_property
 
 
 class _Sidebar:
@@ -51,7 +51,7 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
         # Names are cut where they take more than the column of names has.
         column = layout.column()
         column.label(text="Light")
-        column.prop(scene, "angen_luminous_efficacy", text="Efficacy")
+        draw_property(column, scene, scene, "angen_luminous_efficacy", "Efficacy", "lm/W")
         column.prop(scene, "angen_light_reference", text="Reference")
 
 

@@ -13,7 +13,7 @@ from ..angen_addon.scene_probe.geometry import SURFACE_TYPES, evaluated_material
 from ..angen_addon.scene_probe.warmth import ZERO_CELSIUS, collection_parents, inherited_warmth
 from ..angen_addon.sensors import Sensor
 from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
-from .lines import draw_lines
+from .lines import draw_lines, draw_property, has_name_column
 
 
 class ANGEN_MT_warmth(Menu):
@@ -66,8 +66,9 @@ class ANGEN_PT_physics_warmth(_Warmth, Panel):
         if obj.type in SURFACE_TYPES:
             _draw_others(layout, obj)
         column = layout.column()
-        column.use_property_split = True
-        column.prop(context.scene, "angen_ambient_temperature")
+        column.use_property_split = has_name_column()
+        scene = context.scene
+        draw_property(column, scene, scene, "angen_ambient_temperature", "Ambient", "°C")
 
 
 class ANGEN_PT_material_warmth(_Warmth, Panel):
@@ -90,9 +91,9 @@ class ANGEN_PT_collection_warmth(_Warmth, Panel):
 def draw_own(layout: Any, owner: Any) -> None:
     """Temperature and emissivity of an object, material or collection."""
     column = layout.column()
-    column.use_property_split = True
+    column.use_property_split = has_name_column()
     column.active = owner.angen_warmth.use_temperature
-    column.prop(owner.angen_warmth, "temperature")
+    draw_property(column, bpy.context.scene, owner.angen_warmth, "temperature", "Surface", "°C")
     column.prop(owner.angen_warmth, "emissivity")
 
 

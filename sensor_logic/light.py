@@ -19,6 +19,7 @@ import numpy as np
 from .model import Reading
 from .parameters import READING, Choice, Parameters, parameter
 from .photoresistor import conductance, divided, equivalent_lux, follow
+from .quantities import METRES, Lengths
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
 GL5528 = "GL5528 data sheet"
@@ -102,6 +103,7 @@ class LightParameters(Parameters):
         "The event log tells of the reading when it changed by this much",
         unit=READING,
         minimum=0.0,
+        short="Report by",
     )
     hysteresis: float = parameter(
         0.0,
@@ -137,6 +139,7 @@ class LightParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source="8–20 or 10–20 kΩ, GL5528 data sheets",
+        short="At 10 lux",
         **RESISTOR,
     )
     dark_resistance: float = parameter(
@@ -147,6 +150,7 @@ class LightParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source=GL5528,
+        short="Dark",
         **RESISTOR,
     )
     rise_time: float = parameter(
@@ -174,6 +178,7 @@ class LightParameters(Parameters):
         unit="Ω",
         minimum=0.0,
         above_minimum=True,
+        short="Load",
         **RESISTOR,
     )
     supply_voltage: float = parameter(
@@ -183,6 +188,7 @@ class LightParameters(Parameters):
         unit="V",
         minimum=0.0,
         above_minimum=True,
+        short="Supply",
         **RESISTOR,
     )
     lux_max: float = parameter(
@@ -211,6 +217,7 @@ class LightParameters(Parameters):
         unit="s",
         minimum=0.0,
         source=BH1750,
+        short="Integration",
         **DIGITAL,
     )
     noise_sigma: float = parameter(
@@ -221,11 +228,11 @@ class LightParameters(Parameters):
         minimum=0.0,
     )
 
-    def contradictions(self) -> list[str]:
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         if self.method == "FOUR_WALL" and self.clip_start >= self.clip_end:
             return [
-                f"clip_start ({self.clip_start:.6g} m) must be smaller than "
-                f"clip_end ({self.clip_end:.6g} m)"
+                f"clip_start ({lengths.typed(self.clip_start)}) must be smaller than "
+                f"clip_end ({lengths.typed(self.clip_end)})"
             ]
         return []
 

@@ -18,6 +18,7 @@ import numpy as np
 from .breaks import light_between
 from .model import Array, Pose, Reading, Update
 from .parameters import Parameters, parameter
+from .quantities import METRES, Lengths
 from .sweep import Passes, no_passes
 
 THESIS = "laser switch of the thesis's Gazebo plugin"
@@ -92,16 +93,16 @@ class OpticalSwitchParameters(Parameters):
         "break is told at the later update",
     )
 
-    def contradictions(self) -> list[str]:
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         if self.range_min >= self.range_max:
             return [
-                f"range_min ({self.range_min:.6g} m) must be smaller than "
-                f"range_max ({self.range_max:.6g} m)"
+                f"range_min ({lengths.typed(self.range_min)}) must be smaller than "
+                f"range_max ({lengths.typed(self.range_max)})"
             ]
         if self.threshold > self.range_max:
             return [
-                f"threshold ({self.threshold:.6g} m) is beyond range_max "
-                f"({self.range_max:.6g} m): the switch could never open"
+                f"threshold ({lengths.typed(self.threshold)}) is beyond range_max "
+                f"({lengths.typed(self.range_max)}): the switch could never open"
             ]
         return []
 

@@ -35,10 +35,11 @@ class Choice:
 class Spec:
     """What is known of a parameter besides its default. Units are SI, angles radians; READING: that
     of what the sensor reads with the chosen method. `used_when`: with which choices of other
-    parameters it is looked at."""
+    parameters it is looked at. `short`: the label where there is little room."""
 
     label: str
     tip: str
+    short: str = ""
     unit: str = ""
     minimum: float = -math.inf
     maximum: float = math.inf
@@ -57,18 +58,18 @@ def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
 class Parameters:
     """Base of every kind's parameter dataclass (all frozen, all with defaults)."""
 
-    def contradictions(self) -> list[str]:
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         """What is wrong between parameters that are each in range; overridden by kinds."""
         return []
 
-    def problems(self) -> list[str]:
+    def problems(self, lengths: Lengths = METRES) -> list[str]:
         """Every reason why a sensor with these parameters cannot be simulated, in words."""
         found = []
         for name, spec in specs(type(self)).items():
-            problem = _out_of_range(getattr(self, name), spec)
+            problem = _out_of_range(getattr(self, name), spec, lengths)
             if problem:
                 found.append(f"{name} {problem}")
-        return found or self.contradictions()
+        return found or self.contradictions(lengths)
 
 
 def specs(kind: type[Parameters]) -> dict[str, Spec]:
@@ -91,7 +92,7 @@ def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
     return all(getattr(parameters, name) == choice for name, choice in used_when)
 
 
-def _out_of_range(value: Any, spec: Spec) -> str:
+def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
     if spec.choices:
         known = [choice.identifier for choice in spec.choices]
         return "" if value in known else f"is {value!r}: choose one of {', '.join(known)}"
@@ -99,13 +100,14 @@ def _out_of_range(value: Any, spec: Spec) -> str:
         return ""
     if not math.isfinite(value):
         return f"is {value}: it must be a number"
-    shown = f"is {format_quantity(value, spec.unit)}"
+    shown = f"is {format_quantity(value, spec.unit, lengths)}"
+    least, most = (format_quantity(v, spec.unit, lengths) for v in (spec.minimum, spec.maximum))
     if spec.above_minimum and value <= spec.minimum:
-        return f"{shown}: it must be above {format_quantity(spec.minimum, spec.unit)}"
+        return f"{shown}: it must be above {least}"
     if value < spec.minimum:
-        return f"{shown}: it must be at least {format_quantity(spec.minimum, spec.unit)}"
+        return f"{shown}: it must be at least {least}"
     if value > spec.maximum * (1.0 + SINGLE_PRECISION):
-        return f"{shown}: it must be at most {format_quantity(spec.maximum, spec.unit)}"
+        return f"{shown}: it must be at most {most}"
     return ""
 
 

@@ -20,6 +20,7 @@ from .output_timing import OutputTiming
 from .parameters import Choice, Parameters, parameter
 from .pyroelectric.lenses import LENSES
 from .pyroelectric.zones import LensError, read_table
+from .quantities import METRES, Lengths
 
 THESIS = "range scan of the thesis's Gazebo plugin"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
@@ -76,6 +77,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         maximum=2 * math.pi,
         source=THESIS,
+        short="Horizontal",
         **SCAN,
     )
     rays: int = parameter(
@@ -114,6 +116,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         maximum=math.pi,
         source=THESIS,
+        short="Vertical",
         **SCAN,
     )
     vertical_step: float = parameter(
@@ -125,6 +128,7 @@ class PirParameters(Parameters):
         above_minimum=True,
         maximum=math.pi,
         source=THESIS,
+        short="Tilt step",
         **SCAN,
     )
     sweep: str = parameter(
@@ -165,6 +169,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source="Panasonic PaPIRs data sheets",
+        short="Contrast",
         **PYRO,
     )
     signal_noise: float = parameter(
@@ -182,6 +187,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source=CHOSEN,
+        short="Thermal",
         **PYRO,
     )
     electrical_time: float = parameter(
@@ -192,6 +198,7 @@ class PirParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source=CHOSEN,
+        short="Electrical",
         **PYRO,
     )
     low_cut: float = parameter(
@@ -246,11 +253,11 @@ class PirParameters(Parameters):
         """vertical_fov / vertical_step whole tilts, at least one."""
         return max(1, math.floor(self.vertical_fov / self.vertical_step + 1e-4))
 
-    def contradictions(self) -> list[str]:
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         if self.range_min >= self.range_max:
             return [
-                f"range_min ({self.range_min:.6g} m) must be smaller than "
-                f"range_max ({self.range_max:.6g} m)"
+                f"range_min ({lengths.typed(self.range_min)}) must be smaller than "
+                f"range_max ({lengths.typed(self.range_max)})"
             ]
         if self.model == "PYROELECTRIC":
             return self._wrong_lens()

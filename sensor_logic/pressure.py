@@ -11,6 +11,7 @@ import numpy as np
 from .force_resistor import ForceResistor
 from .model import PadContact, Pose, Reading, Update
 from .parameters import Choice, Parameters, parameter
+from .quantities import METRES, Lengths
 
 # A partner is named from this share of the force on.
 LEAST_SHARE = 1e-3
@@ -31,21 +32,27 @@ class PressureParameters(Parameters):
         "The event log tells of the force when it changed by this much",
         unit="N",
         minimum=0.0,
+        short="Report by",
     )
     partner_object: str | None = parameter(
         None,
         "Partner object",
         "Measure this object alone; empty: everything",
         pointer="Object",
+        short="Object",
     )
     partner_collection: str | None = parameter(
         None,
         "Partner collection",
         "Measure the objects of this collection alone; empty: everything",
         pointer="Collection",
+        short="Collection",
     )
     subtract_own_weight: bool = parameter(
-        True, "Subtract own weight", "Leave the pad's own weight out of the reading"
+        True,
+        "Subtract own weight",
+        "Leave the pad's own weight out of the reading",
+        short="Less own weight",
     )
     area: float = parameter(
         1.267e-4,
@@ -92,6 +99,7 @@ class PressureParameters(Parameters):
         above_minimum=True,
         source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
         used_when=(("resistor", "POWER_LAW"),),
+        short="At 1 N",
     )
     exponent: float = parameter(
         0.763,
@@ -112,6 +120,7 @@ class PressureParameters(Parameters):
         minimum=0.0,
         above_minimum=True,
         source="> 10 MΩ, " + FSR_402,
+        short="Unloaded",
     )
     hysteresis: float = parameter(
         0.0,
@@ -156,9 +165,16 @@ class PressureParameters(Parameters):
         unit="Ω",
         minimum=0.0,
         above_minimum=True,
+        short="Load",
     )
     supply_voltage: float = parameter(
-        5.0, "Supply voltage", "Voltage of the divider", unit="V", minimum=0.0, above_minimum=True
+        5.0,
+        "Supply voltage",
+        "Voltage of the divider",
+        unit="V",
+        minimum=0.0,
+        above_minimum=True,
+        short="Supply",
     )
     adc_bits: int = parameter(
         10, "ADC bits", "Resolution of the converter behind it", minimum=1, maximum=32
@@ -167,7 +183,7 @@ class PressureParameters(Parameters):
         0.0, "Noise", "Standard deviation of the noise on the force", unit="N", minimum=0.0
     )
 
-    def contradictions(self) -> list[str]:
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         if self.force_min >= self.force_max:
             return [
                 f"force_min ({self.force_min:.6g} N) must be smaller than "

@@ -9,6 +9,7 @@ from bpy.props import StringProperty as Text
 from bpy.types import PropertyGroup, Scene
 
 from ...sensor_logic.coverage.motions import HIGHEST, MOTIONS, Motion
+from ..lengths import in_units, length_in_units
 from ..sensors import SensorError, decimal
 from .maps import LARGEST_CELL, SMALLEST_CELL
 
@@ -80,6 +81,8 @@ def _group() -> type:
             options=set(),
         ),
     }
+    for name, label in (("height", "Height"), ("cell", "Cell"), ("mounting_height", "On Walls At")):
+        annotations[in_units(name)] = length_in_units(name, label, "In the scene's own unit")
     made = type(
         "AngenCoverageSettings",
         (PropertyGroup,),

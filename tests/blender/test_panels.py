@@ -21,7 +21,7 @@ class Layout:
         self.whole = whole or self
         if whole is None:
             self.labels, self.props, self.operators, self.menus, self.icons = [], [], [], [], []
-            self.sections = []
+            self.sections, self.fields = [], {}
             self.opened = opened
 
     def _part(self, function, **arguments):
@@ -60,6 +60,11 @@ class Layout:
         self._check("prop", **arguments)
         assert name in data.bl_rna.properties
         self.whole.props.append(name)
+        self.whole.fields[arguments.get("text", data.bl_rna.properties[name].name)] = (data, name)
+
+    def prop_decorator(self, data, name):
+        self._check("prop_decorator")
+        assert name in data.bl_rna.properties
 
     def operator(self, idname, text=None, icon="NONE", **arguments):
         self._check("operator", icon, **arguments)

@@ -3,6 +3,7 @@
 
 import math
 
+import blf
 import bpy
 import pytest
 from light_stage import facing, lamp
@@ -43,3 +44,135 @@ def test_light_by_illuminance_is_in_lux_wherever_it_is_shown(world, lit, addon_p
     assert told["units"]["luminance_percent"] == "%"
     for shown in (panel.text, page):
         assert "e+0" not in shown
+
+
+# Unit systems, units, scales, and what 4 m and the beam of 0.31 m are in them.
+SCENES = [
+    ("METRIC", "METERS", 1.0, "4 m", "0.310 m"),
+    ("METRIC", "CENTIMETERS", 0.01, "4 m", "31.0 cm"),
+    ("METRIC", "MILLIMETERS", 0.001, "4 m", "310 mm"),
+    ("METRIC", "METERS", 100.0, "4 m", "0.310 m"),
+    ("METRIC", "ADAPTIVE", 0.01, "4 m", "0.310 m"),
+    ("IMPERIAL", "FEET", 1.0, "13' 1.5\"", "1.017 ft"),
+    ("IMPERIAL", "INCHES", 0.0254, "13' 1.5\"", "12.20 in"),
+]
+
+
+@pytest.fixture(params=SCENES, ids=lambda p: f"{p[1]} {p[2]:g}")
+def scaled(request, world):
+    """The scene's unit settings; returns metres a unit and the two texts."""
+    system, unit, scale, *texts = request.param
+    settings = world.scene.unit_settings
+    settings.system, settings.length_unit, settings.scale_length = system, unit, scale
+    return world.scene, scale, *texts
+
+
+def read(scene, field):
+    """The text of a field of lengths as Blender's interface makes it."""
+    owner, name = field
+    assert owner.bl_rna.properties[name].unit == "LENGTH"
+    settings = scene.unit_settings
+    metres = getattr(owner, name) * settings.scale_length
+    return bpy.utils.units.to_string(
+        settings.system, "LENGTH", metres, precision=4, split_unit=True
+    )
+
+
+def type_in(scene, field, text):
+    """What Blender's interface does with a text that is typed into a field of lengths."""
+    owner, name = field
+    settings = scene.unit_settings
+    metres = bpy.utils.units.to_value(settings.system, "LENGTH", text)
+    setattr(owner, name, metres / settings.scale_length)
+
+
+@pytest.mark.parametrize("panel", ["ANGEN_PT_active_sensor", "ANGEN_PT_physics"])
+def test_lengths_are_read_and_typed_in_the_scenes_unit_and_stored_in_metres(
+    scaled, world, panel, fcurves
+):
+    scene, _, four_metres, _ = scaled
+    ops.sensor_add(kind="PIR", preset="THESIS")
+    pir = bpy.context.object.angen_sensor.pir
+    field = drawn(panel).fields["Range max"]
+    assert read(scene, field) == four_metres
+    for text, metres in (("3m", 3.0), ("10ft", 3.048), ("250cm", 2.5), ("0.75 m", 0.75)):
+        type_in(scene, field, text)
+        assert pir.range_max == pytest.approx(metres, rel=1e-6)
+    assert bpy.context.object.keyframe_insert("angen_sensor.pir.range_max", frame=1)
+    (curve,) = fcurves(bpy.context.object)
+    assert curve.keyframe_points[0].co.y == pytest.approx(0.75)
+    ops.preset_apply(preset="THESIS")
+    assert pir.range_max == 4.0
+
+
+def test_a_contradiction_is_told_in_the_scenes_unit(scaled, world):
+    ops.sensor_add(kind="PIR")
+    bpy.context.object.angen_sensor.pir.range_min = 6.096
+    unit = {"METERS": "6.096 m", "ADAPTIVE": "6.096 m", "CENTIMETERS": "609.6 cm"}
+    unit |= {"MILLIMETERS": "6096 mm", "FEET": "20 ft", "INCHES": "240 in"}
+    told = drawn("ANGEN_PT_active_sensor").text
+    assert f"Range min ({unit[scaled[0].unit_settings.length_unit]}) must be smaller" in told
+
+
+def test_what_is_measured_is_told_in_the_scenes_unit(scaled, world):
+    scene, scale, _, told = scaled
+    wall = world.wall(0.31 / scale, size=1.0 / scale)
+    switch = world.switch()
+    bpy.context.view_layer.objects.active = switch
+    ops.simulate()
+    scene.frame_set(3)
+    assert drawn("ANGEN_PT_active_sensor").labels[1] == f"Open, {told}"
+    ops.explain()
+    assert f"'{wall.name}' at {told}" in drawn("ANGEN_PT_events").text
+
+
+def test_other_lengths_follow_the_scenes_unit_too(scaled, world):
+    scene = scaled[0]
+    obj = world.box((1, 1, 1))
+    bpy.context.view_layer.objects.active = obj
+    obj.angen_load.mass = 70.0
+    weight, coverage = drawn("ANGEN_PT_sidebar_weight"), drawn("ANGEN_PT_coverage")
+    for layout, label, owner, name in (
+        (weight, "Tolerance", obj.angen_load, "tolerance"),
+        (coverage, "Cell", scene.angen_coverage, "cell"),
+        (drawn("ANGEN_PT_coverage_place"), "On Walls At", scene.angen_coverage, "mounting_height"),
+    ):
+        type_in(scene, layout.fields[label], "50cm")
+        assert getattr(owner, name) == pytest.approx(0.5, rel=1e-6)
+
+
+def test_a_recording_does_not_mind_in_what_lengths_are_shown(world):
+    world.wall(0.31)
+    switch = world.switch()
+    world.key(switch, "angen_sensor.optical_switch.range_max", {1: 0.5, 4: 0.4})
+    ops.simulate()
+    world.scene.frame_set(3)
+    world.scene.unit_settings.length_unit = "CENTIMETERS"
+    world.update()
+    assert "stale" not in drawn("ANGEN_PT_simulation").text
+
+
+def test_without_units_the_label_has_those_that_blender_leaves_out(world):
+    world.scene.unit_settings.system = "NONE"
+    ops.sensor_add(kind="PIR")
+    assert {"Range max (m)", "Hold time (s)", "Horizontal"} <= set(
+        drawn("ANGEN_PT_active_sensor").fields
+    )
+
+
+def test_no_label_is_wider_than_its_column(addon_part):
+    """Of the sidebar at its default width, 40 % of 235 pixels without margins; in Blender's own
+    font."""
+    kinds, parameters = addon_part("sensor_logic.kinds"), addon_part("sensor_logic.parameters")
+    label_of = addon_part("panels.parameters").panel_label
+    with_unit = addon_part("angen_addon.units").with_unit
+    blf.size(0, 11.0)
+    for kind in kinds.KINDS.values():
+        units = {field.unit for field in kind.samples if field.used_when} or {""}
+        for name, spec in parameters.specs(kind.parameters).items():
+            of_reading = spec.unit == parameters.READING
+            for unit in units if of_reading else (spec.unit,):
+                label = with_unit(label_of(spec), unit)
+                # What is ticked has the wider column of values.
+                room = 100 if isinstance(parameters.defaults(kind.parameters)[name], bool) else 78
+                assert blf.dimensions(0, label)[0] <= room, label

@@ -10,7 +10,9 @@ from pathlib import Path
 from .quiet import standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
-VERBS = "{simulate,list,check,explain,coverage,place,convert}"
+VERBS = "{simulate,list,check,explain,coverage,place,convert,compare}"
+# Verbs that read logs alone, each in the module of its name.
+WITHOUT_BLENDER = ("convert", "compare")
 PROGRAM = "python -m angen_addon"
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
@@ -20,10 +22,9 @@ def main(arguments: list[str]) -> int:
         sys.stdout.write(USAGE + "Give --help after the verb for its options.\n")
         return 0
     verb, options = arguments[:1], arguments[1:]
-    if verb == ["convert"]:
+    if verb and verb[0] in WITHOUT_BLENDER:
         load_extension()
-        convert = import_module(f"{PACKAGE}.angen_addon.convert")
-        return int(convert.main(options, PROGRAM))
+        return int(import_module(f"{PACKAGE}.angen_addon.{verb[0]}").main(options, PROGRAM))
     help_only = "-h" in options or "--help" in options
     file = None
     if not help_only:

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen compare LOG LOG`: needs no Blender."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+from ..sensor_logic.compare import picture, table
+from ..sensor_logic.compare.intervals import read
+from ..sensor_logic.compare.statistics import measures
+from ..sensor_logic.files import OutputError, check_folder, write_files
+from ..sensor_logic.formats.source import SourceError
+from .parser import Parser, path
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: list[str], program: str) -> int:
+    """Compares two logs; returns the exit status. Raises SystemExit on bad options."""
+    options = _parser(program).parse_args(arguments)
+    try:
+        one, two = read(options.log), read(options.other)
+        found = measures(one, two)
+        if options.picture:
+            check_folder(options.picture.parent, "--picture")
+            if options.picture.resolve() in (options.log.resolve(), options.other.resolve()):
+                raise OutputError(f"--picture: {options.picture} is what is read")
+            write_files({options.picture: picture.svg(one, two, found)})
+    except SourceError as error:
+        return _fail(str(error), BAD_INPUT)
+    except OutputError as error:
+        return _fail(str(error), FAILED)
+    except OSError as error:
+        return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
+    if options.json:
+        print(json.dumps(table.data(one, two, found), indent=1, ensure_ascii=False))
+    else:
+        sys.stdout.write(table.text(one, two, found))
+    return DONE
+
+
+def _fail(text: str, status: int) -> int:
+    sys.stderr.write(f"angen: {text}\n")
+    return status
+
+
+def _parser(program: str) -> Parser:
+    parser = Parser(
+        prog=f"{program} compare",
+        description="How alike two logs are: how long and how often their sensors are on.",
+    )
+    about = "an event log, a folder of days, or a CASAS file"
+    parser.add_argument("log", type=path, metavar="LOG", help=about)
+    parser.add_argument("other", type=path, metavar="LOG", help=about)
+    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--picture", type=path, metavar="FILE.svg", help="the distributions, a panel a figure"
+    )
+    return parser

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures of how sensors behave, and how alike two homes are in each.
+
+The distance is that of Kolmogorov and Smirnov: the greatest difference of the two empirical
+distribution functions, 0 to 1 (Smirnov 1939; `scipy.stats.ks_2samp` gives the same).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from .intervals import DAY_S, Home, Sensor
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+Values = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One figure of a group of sensors: its values in both homes, shape (n,), in `unit`."""
+
+    group: str
+    name: str
+    unit: str
+    values: tuple[Values, Values]
+
+    @property
+    def distance(self) -> float:
+        """Kolmogorov-Smirnov, not a number where a home has no values."""
+        return ks_distance(*self.values)
+
+
+def ks_distance(a: Values, b: Values) -> float:
+    """The greatest difference of the empirical distributions of `a` (n,) and `b` (m,)."""
+    if not len(a) or not len(b):
+        return math.nan
+    a, b = np.sort(a), np.sort(b)
+    at = np.concatenate([a, b])
+    below_a = np.searchsorted(a, at, side="right") / len(a)
+    below_b = np.searchsorted(b, at, side="right") / len(b)
+    return float(np.abs(below_a - below_b).max())
+
+
+def quantiles(values: Values) -> list[float]:
+    """At QUANTILES, interpolated; not numbers where there are no values."""
+    return [float(q) for q in np.quantile(values, QUANTILES)] if len(values) else [math.nan] * 6
+
+
+def measures(one: Home, two: Home) -> list[Measure]:
+    """All figures of each group of sensors (motion, opening …) that either home has."""
+    groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
+    return [
+        Measure(group, name, unit, (of(one, group), of(two, group)))
+        for group in groups
+        for name, unit, of in (
+            ("on for", "s", on_times),
+            ("from on to on", "s", gaps),
+            ("on a sensor and day", "times", counts),
+            ("any on", "% of a day", shares),
+        )
+    ]
+
+
+def _of(home: Home, group: str) -> list[Sensor]:
+    return [sensor for sensor in home.sensors.values() if sensor.quantity == group]
+
+
+def on_times(home: Home, group: str) -> Values:
+    """Seconds of each whole interval in which a sensor was on."""
+    return _seconds([end - begin for s in _of(home, group) for begin, end in s.intervals])
+
+
+def gaps(home: Home, group: str) -> Values:
+    """Seconds from each change to on, of any of the sensors, to the next."""
+    return _seconds(np.diff(np.sort([start for s in _of(home, group) for start in s.starts])))
+
+
+def _seconds(values: list[float] | Values) -> Values:
+    """Durations in whole microseconds, as logs tell times: those that are equal there, are here."""
+    return np.round(np.asarray(values, float), 6)
+
+
+def counts(home: Home, group: str) -> Values:
+    """How often each sensor went on in each day, a value a sensor and day."""
+    edges, scale = _days(home)
+    found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
+    return np.concatenate(found) if found else np.empty(0)
+
+
+def shares(home: Home, group: str) -> Values:
+    """In how much of each day any sensor was on, in percent, a value a day."""
+    merged: list[list[float]] = []
+    for begin, end in sorted(i for s in _of(home, group) for i in s.intervals):
+        if merged and begin <= merged[-1][1]:
+            merged[-1][1] = max(merged[-1][1], end)
+        else:
+            merged.append([begin, end])
+    edges, scale = _days(home)
+    on = np.array(merged, float).reshape(-1, 2)
+    within = [np.clip(on, *day) for day in pairwise(edges)]
+    if not _of(home, group):
+        return np.empty(0)
+    return np.array([(w[:, 1] - w[:, 0]).sum() * scale / DAY_S * 100.0 for w in within])
+
+
+def _days(home: Home) -> tuple[Values, float]:
+    """Edges of the log's days, 24 hours each from its begin, in seconds; and by what a count is
+    to be multiplied. What is left after the last whole day is left out; a log that has none is
+    told by its rate."""
+    whole = int((home.end - home.begin) // DAY_S)
+    if whole:
+        return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0
+    length = max(home.end - home.begin, 1e-6)
+    return np.array([home.begin, home.end]), DAY_S / length

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen compare`: figures by hand, distances by scipy, logs of other homes in their own format."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sensor_logic.compare.intervals import read
+from sensor_logic.compare.statistics import counts, gaps, ks_distance, on_times, shares
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+HEADER = "time_s,frame,sensor,kind,field,value\n"
+DAY = 86400
+
+
+def log(tmp_path: Path, rows: list[tuple[float, str, int]], name: str = "events.csv") -> Path:
+    """An event log of motion detectors: (seconds, sensor, moved)."""
+    path = tmp_path / name
+    lines = [f"{time:.6f},1,{sensor},PIR,moved,{moved}\n" for time, sensor, moved in rows]
+    path.write_text(HEADER + "".join(lines))
+    return path
+
+
+def compare(*arguments: object) -> tuple[int, str, str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "angen_addon", "compare", *map(str, arguments)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_figures_of_a_small_home_are_those_by_hand(tmp_path) -> None:
+    rows = [(0, "A", 0), (0, "B", 1), (10, "A", 1), (12, "A", 0), (11, "B", 0)]
+    rows += [(40, "B", 1), (46, "B", 0), (43, "A", 1), (44.5, "A", 0), (DAY, "A", 1)]
+    home = read(log(tmp_path, sorted(rows)))
+    assert sorted(on_times(home, "motion")) == [1.5, 2.0, 6.0]
+    assert list(gaps(home, "motion")) == [30.0, 3.0, DAY - 43.0]
+    # A went on twice in the first 24 hours and once as they ended, B once.
+    assert sorted(counts(home, "motion")) == [1.0, 3.0]
+    (share,) = shares(home, "motion")
+    assert share == pytest.approx(100 * (2.0 + 6.0) / DAY)
+
+
+def test_what_was_on_at_the_start_or_is_on_at_the_end_is_no_whole_interval(tmp_path) -> None:
+    home = read(log(tmp_path, [(0, "A", 1), (5, "A", 0), (8, "A", 1)]))
+    assert len(on_times(home, "motion")) == 0
+    assert home.sensors["A"].starts == [8.0]
+
+
+def test_an_unfinished_day_does_not_count_beside_whole_ones(tmp_path) -> None:
+    rows = [(0, "A", 0), (10, "A", 1), (20, "A", 0), (DAY + 10, "A", 1), (DAY + 20, "A", 0)]
+    home = read(log(tmp_path, rows))
+    assert list(counts(home, "motion")) == [1.0]
+
+
+def test_a_log_of_minutes_tells_its_rate_a_day(tmp_path) -> None:
+    home = read(log(tmp_path, [(0, "A", 0), (10, "A", 1), (20, "A", 0), (864, "A", 1)]))
+    assert list(counts(home, "motion")) == pytest.approx([200.0])
+    assert list(shares(home, "motion")) == pytest.approx([100 * 10 / 864])
+
+
+some = st.lists(st.floats(0, 1e6) | st.integers(0, 5).map(float), min_size=1, max_size=60)
+
+
+@settings(deadline=None)
+@given(some, some)
+def test_the_distance_is_that_of_scipy(a, b) -> None:
+    stats = pytest.importorskip("scipy.stats")
+    expected = stats.ks_2samp(a, b, method="asymp").statistic
+    assert ks_distance(np.array(a), np.array(b)) == pytest.approx(expected, abs=1e-12)
+
+
+def test_no_values_are_no_distance() -> None:
+    assert np.isnan(ks_distance(np.empty(0), np.ones(3)))
+
+
+@pytest.mark.parametrize("separator", [" ", "\t", ","])
+def test_files_of_casas_are_read_with_their_labels(tmp_path, separator) -> None:
+    lines = [
+        ("2010-11-04", "23:59:59.5", "M003", "ON", 'Sleeping="begin"'),
+        ("2010-11-05", "00:00:01.25", "M003", "OFF"),
+        ("2010-11-05", "00:00:02", "T001", "21.5"),
+        ("2010-11-05", "00:00:03", "D002", "OPEN"),
+        ("2010-11-05", "00:00:09", "D002", "CLOSE"),
+    ]
+    path = tmp_path / "data"
+    path.write_text("".join(separator.join(line) + "\n" for line in lines))
+    home = read(path)
+    assert {name: s.quantity for name, s in home.sensors.items()} == {
+        "M003": "motion",
+        "D002": "opening",
+    }
+    assert list(on_times(home, "opening")) == [6.0]
+
+
+def test_the_same_home_in_another_format_is_at_no_distance(tmp_path) -> None:
+    rows = [(0.0, "A", 0)] + [(i * 0.7 + 0.1 * (i % 3), "A", i % 2) for i in range(1, 200)]
+    events = log(tmp_path, rows)
+    other = tmp_path / "casas.txt"
+    command = ["convert", events, "--format", "casas", "--out", other, "--start", "2026-03-02"]
+    subprocess.run([sys.executable, "-m", "angen_addon", *map(str, command)], cwd=ROOT, check=True)
+    status, out, err = compare(events, other, "--json")
+    assert (status, err) == (0, "")
+    found = {m["measure"]: m for m in json.loads(out)["measures"]}
+    assert found["on for"]["ks_distance"] == 0
+    assert found["on for"]["logs"][0]["n"] == 99
+    assert found["on for"]["logs"][0]["quantiles"]["0.5"] == pytest.approx(
+        found["on for"]["logs"][1]["quantiles"]["0.5"], abs=1e-6
+    )
+
+
+def test_the_table_and_the_picture_tell_both(tmp_path) -> None:
+    one = log(tmp_path, [(0, "A", 0), (1, "A", 1), (3, "A", 0), (9, "A", 1)], "one.csv")
+    two = log(tmp_path, [(0, "A", 0), (1, "A", 1), (9, "A", 0), (10, "A", 1)], "two.csv")
+    status, out, _ = compare(one, two, "--picture", tmp_path / "both.svg")
+    assert status == 0
+    assert "motion: on for (s): distance 1.000" in out
+    rows = [line.split() for line in out.splitlines() if line.startswith(("one.csv", "two.csv"))]
+    assert rows[0][:5] == ["one.csv", "1", "2", "2", "2"]
+    assert rows[1][:5] == ["two.csv", "1", "8", "8", "8"]
+    drawing = ElementTree.parse(tmp_path / "both.svg").getroot()
+    assert len(drawing.findall(".//{*}polyline")) == 8
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("hello\n", ["bad", "line 1"]),
+        (HEADER, ["bad", "no sensor that is on or off"]),
+        ("2010-11-04 00:03:50.2 M003 ON\nrubbish\n", ["bad", "line 2", "CASAS"]),
+        ("2010-11-04 00:03:50 M003 ON\n2010-11-04 00:03:40 M003 OFF\n", ["out of order"]),
+        (HEADER + "0,1,A,PIR,moved,7\n", ["bad", "line 2"]),
+    ],
+)
+def test_what_is_no_log_is_told_in_a_line(tmp_path, text, words) -> None:
+    bad = tmp_path / "bad"
+    bad.write_text(text)
+    status, out, err = compare(bad, bad)
+    assert (status, out) == (2, "")
+    assert err.count("\n") == 1
+    assert all(word in err for word in words), err
+
+
+def test_a_missing_log_is_told(tmp_path) -> None:
+    status, _, err = compare(tmp_path / "none", tmp_path / "none")
+    assert status == 2
+    assert "cannot read" in err and str(tmp_path / "none") in err

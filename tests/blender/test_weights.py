@@ -31,7 +31,7 @@ def probed(world, addon_part):
     things = addon_part("angen_addon.scene_probe.things").Things()
     things.sync(depsgraph, solids, [])
     return {
-        thing.original.name: sorted(s.geometry.source.original.name for s in thing.surfaces)
+        thing.original.name: sorted(s.geometry.original.name for s in thing.surfaces)
         for thing in things.by_key.values()
         if thing.carried
     }

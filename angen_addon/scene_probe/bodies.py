@@ -313,7 +313,7 @@ class FrameWorld:
         rows = [moment.row[one], moment.row[two]]
         place = np.concatenate([moment.poses[rows].ravel(), moment.scales[rows].ravel()])
         last = self._resting.get((one, two, reach))
-        if last is not None and np.abs(last[0] - place).max() < STILL:
+        if last is not None and np.array_equal(last[0], place):
             return last[1]
         found = self._meet(one, two, reach, when)
         if when == 0:

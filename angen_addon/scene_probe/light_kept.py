@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import light_engine
+from .light_frozen import Simulated
 from .light_picture import Seen
 from .light_reference import (
     Found,
@@ -137,13 +138,14 @@ class KeptScenes:
         self._closer_scenes = _Pool()
         self._closer_references = _Pool()
         self._found: dict[Hashable, Found] = {}
+        self._simulated = Simulated()
 
     def light(self, batch: Batch) -> tuple[list[Array], list[str]]:
         """What each request of a batch finds; and notes."""
-        now = contents(batch.scene, batch.view_layer)
+        now = contents(batch.scene, batch.view_layer, self._simulated)
         light, notes = self._picture(batch, now, self._scenes)
         if batch.steady and self.refers(batch.samples) and not self._looks_at_frame:
-            lamps = states_of_lamps(batch.view_layer)
+            lamps = states_of_lamps(batch.view_layer, self._simulated)
             referred = dict(zip(batch.together, self._referred(batch, now, lamps), strict=True))
             own = dict(zip(batch.together, light, strict=True))
             far = [pixel for pixel in own if departs(own[pixel], referred[pixel][0])]
@@ -175,7 +177,7 @@ class KeptScenes:
             if self.refers(paths):
                 state = near.asked, now, lamps
                 if state not in self._found:
-                    make = partial(Reference, partial(_in_reference, near))
+                    make = partial(Reference, partial(_in_reference, near, self._simulated))
                     reference: Reference = self._closer_references.get((near.asked, now), make)
                     many = [referred[pixel][1] for pixel in pixels]
                     self._remember(state, list(zip(reference.by_few(), many, strict=True)))
@@ -188,7 +190,7 @@ class KeptScenes:
         """What the batch's own light paths find in the scene as it is; and notes."""
 
         def make() -> _Kept:
-            light_scene = LightScene(batch.scene, batch.view_layer)
+            light_scene = LightScene(batch.scene, batch.view_layer, self._simulated)
             return _Kept(now, light_scene, batch.taken_in(light_scene, batch.samples))
 
         key = batch.asked
@@ -207,7 +209,7 @@ class KeptScenes:
         if state not in self._found:
             # Suns and other lamps each by themselves.
             apart = all(lamps)
-            make = partial(Reference, partial(_in_reference, batch), self.reference, apart)
+            make = partial(Reference, partial(_in_reference, batch, self._simulated), self.reference, apart)
             reference: Reference = self._references.get((batch.asked, now, apart), make)
             self._remember(state, reference.light(lamps[0]))
         return self._found[state]
@@ -233,6 +235,7 @@ class KeptScenes:
 
     def close(self) -> None:
         self._found.clear()
+        self._simulated = Simulated()
         self._references.close()
         self._closer_references.close()
         self._scenes.close()
@@ -240,10 +243,10 @@ class KeptScenes:
 
 
 def _in_reference(
-    batch: Batch, part: Part, paths: int | None = None
+    batch: Batch, simulated: Simulated, part: Part, paths: int | None = None
 ) -> tuple[ReferenceScene, Takes]:
     """A new reference scene and its picture, by the batch's own light paths or others."""
-    light_scene = ReferenceScene(batch.scene, batch.view_layer, part)
+    light_scene = ReferenceScene(batch.scene, batch.view_layer, simulated, part)
     return light_scene, batch.taken_in(light_scene, paths or batch.samples)
 
 

@@ -37,13 +37,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..animation import is_animated
+from .light_frozen import Simulated
 from .light_scene import LightScene, is_portal, must_be_frozen, shown_objects
 from .light_values import lamp_values
-from .zones import has_simulation_zone
 
 Array = NDArray[np.float64]
-# What these make depends on the frames before, and those a reference does not go through.
-PHYSICS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}
 Taken = tuple["ReferenceScene", Any]
 # States of the suns and of the other lamps.
 Lamps = tuple[tuple[Hashable, ...], tuple[Hashable, ...]]
@@ -78,8 +76,10 @@ class Part(Enum):
 class ReferenceScene(LightScene):
     """The home at its first frame, without what physics moves, with lamps of its own."""
 
-    def __init__(self, scene: Any, view_layer: Any, part: Part = Part.ALL) -> None:
-        super().__init__(scene, view_layer)
+    def __init__(
+        self, scene: Any, view_layer: Any, simulated: Simulated, part: Part = Part.ALL
+    ) -> None:
+        super().__init__(scene, view_layer, simulated)
         self._part = part
         # Each with its copy here, and the values that this has.
         self._lamps: list[tuple[Any, Any, str]] = []
@@ -97,20 +97,20 @@ class ReferenceScene(LightScene):
         if self.scene.frame_current != user.frame_start:
             self.scene.frame_current = user.frame_start
 
-    def _stand_in(self, obj: Any) -> Any:
-        if must_be_frozen(obj) or any(_goes_through_frames(m) for m in obj.modifiers):
-            return None
+    def _stand_ins(self, obj: Any) -> list[Any]:
+        if must_be_frozen(obj, self._simulated):
+            return []
         if obj.type != "LIGHT":
-            return obj
+            return [obj]
         if self._leads_nowhere(obj) or self._part not in (
             Part.ALL,
             Part.DAY if _is_of_day(obj) else Part.ROOM,
         ):
-            return None
-        own = self._copy_of(obj)
+            return []
+        own = self.own(obj.copy())
         own.data = self._lamp_of(obj)
         self._lamps.append((obj, own, repr(lamp_values(obj.data))))
-        return own
+        return [own]
 
     def _world(self) -> None:
         if self._part in (Part.ALL, Part.DAY):
@@ -199,12 +199,12 @@ def corrected(light: Array, few: Array, many: Array) -> Array:
     return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def states_of_lamps(view_layer: Any) -> Lamps:
+def states_of_lamps(view_layer: Any, simulated: Simulated) -> Lamps:
     """What a reference takes over at the present frame from the suns, and from the other lamps."""
     suns: list[Hashable] = []
     others: list[Hashable] = []
     for obj in shown_objects(view_layer):
-        if obj.type == "LIGHT" and not must_be_frozen(obj):
+        if obj.type == "LIGHT" and not must_be_frozen(obj, simulated):
             state = obj.session_uid, repr(lamp_values(obj.data))
             (suns if _is_of_day(obj) else others).append(state)
     return tuple(suns), tuple(others)
@@ -233,7 +233,3 @@ def _asks_for_frame(curve: Any) -> bool:
         for variable in curve.driver.variables
         for target in variable.targets
     )
-
-
-def _goes_through_frames(modifier: Any) -> bool:
-    return modifier.type in PHYSICS or has_simulation_zone(modifier)

@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 
 from ..quiet import standard_output_silenced
+from .light_frozen import Simulated, frozen
 from .light_instances import Instances
 from .light_values import own_properties
 
@@ -52,14 +53,15 @@ class LightScene:
     Datablocks made by `own` are removed at the end, also after an error. To be used `quietly`.
     """
 
-    def __init__(self, scene: Any, view_layer: Any) -> None:
+    def __init__(self, scene: Any, view_layer: Any, simulated: Simulated | None = None) -> None:
         self._user_scene = scene
         self._user_layer = view_layer
+        self._simulated = simulated or Simulated()
         self._made: list[Any] = []
         self._images = {image.session_uid for image in bpy.data.images}
         self.notes: list[str] = []
         self.scene: Any = None
-        # Whether it has copies that stand where their originals did when it was made.
+        # Whether some of it stands where its originals did when it was made.
         self.has_frozen = False
 
     @property
@@ -135,45 +137,26 @@ class LightScene:
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
         instances = Instances(self.own, housings)
-        for obj in shown_objects(self._user_layer):
-            seen = None if is_left_out(obj, housings) else self._stand_in(obj)
-            if seen is not None:
-                shown.objects.link(instances.stand_in(seen, is_copy=seen != obj))
+        for obj in list(shown_objects(self._user_layer)):
+            if not is_left_out(obj, housings):
+                for seen in self._stand_ins(obj):
+                    shown.objects.link(instances.stand_in(seen, is_copy=seen != obj))
         # For renders alone: operators from Python first evaluate what the viewport would show.
         shown.hide_viewport = True
         self.scene.collection.children.link(shown)
 
-    def _stand_in(self, obj: Any) -> Any:
-        """What is to be seen for an object; None for nothing."""
+    def _stand_ins(self, obj: Any) -> list[Any]:
+        """What is to be seen for an object."""
         if self._leads_nowhere(obj):
-            return None
-        if not must_be_frozen(obj):
-            return obj
+            return []
+        if not must_be_frozen(obj, self._simulated):
+            return [obj]
         self.has_frozen = True
-        return self._frozen(obj)
+        return frozen(obj, self._user_layer.depsgraph, self.own)
 
     def _leads_nowhere(self, obj: Any) -> bool:
         """A portal to no world: Blender 5.2 crashes with one."""
         return is_portal(obj) and self._user_scene.world is None
-
-    def _frozen(self, obj: Any) -> Any:
-        """A copy that stands where the object stands now, and that renders show."""
-        frozen = self._copy_of(obj)
-        evaluated = obj.evaluated_get(self._user_layer.depsgraph)
-        frozen.animation_data_clear()
-        frozen.constraints.clear()
-        frozen.parent = None
-        frozen.hide_render = False
-        frozen.matrix_world = evaluated.matrix_world
-        return frozen
-
-    def _copy_of(self, obj: Any) -> Any:
-        copy = self.own(obj.copy())
-        if obj.rigid_body is not None or obj.rigid_body_constraint is not None:
-            # Blender has put it into the user's rigid body world, where it would push and be hit.
-            for collection in copy.users_collection:
-                collection.objects.unlink(copy)
-        return copy
 
     def _world(self) -> None:
         """Bounds the time that Cycles spends on looking where the world is bright."""
@@ -194,11 +177,11 @@ def _take_over(of: Any, to: Any, *names: str) -> None:
             setattr(to, name, getattr(of, name))
 
 
-def contents(scene: Any, view_layer: Any) -> Hashable:
+def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
     """What decides which objects a light scene is made of, and its world."""
     housings = Housings()
     shown = tuple(
-        (obj.session_uid, must_be_frozen(obj))
+        (obj.session_uid, must_be_frozen(obj, simulated))
         for obj in shown_objects(view_layer)
         if not is_left_out(obj, housings)
     )
@@ -211,8 +194,8 @@ def is_left_out(obj: Any, housings: Housings) -> bool:
     return bool(obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES)
 
 
-def must_be_frozen(obj: Any) -> bool:
-    return obj.hide_render or obj.rigid_body is not None
+def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
+    return obj.hide_render or obj in simulated
 
 
 def is_portal(obj: Any) -> bool:

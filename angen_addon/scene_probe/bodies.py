@@ -39,8 +39,6 @@ Array = np.typing.NDArray[np.float64]
 # scales that the two had.
 Resting = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]
 MOST_RESTING = 20_000
-# m, and so much of a rotation: nearer than this to where its contacts were found it stands still.
-STILL = 2e-5
 FRAMES_NEEDED = 3
 # m/s²: no person goes up or down like the one, or moves at all like the other; the body was put
 # elsewhere, or its animation starts with a jerk.

@@ -73,15 +73,18 @@ class Thing:
         exact = (*scale.tolist(), metres)
         if self._last is not None and self._last[0] == exact:
             return self._last[1]
-        named = tuple(np.round(scale, 6).tolist()) + (metres,)
+        # As turns leave the last digits of a scale to chance, the shapes are made without them:
+        # they must not depend on the frame at which they were asked for first.
+        rounded = np.array([float(f"{part:.6g}") for part in scale.tolist()])
+        named = (*rounded.tolist(), metres)
         if named not in self._colliders:
             evaluated = self.original.evaluated_get(depsgraph)
             if len(self._colliders) > 4:
                 self._colliders.clear()
             if self.rigid:
-                made = rigid_body_collider(depsgraph, evaluated, scale, metres)
+                made = rigid_body_collider(depsgraph, evaluated, rounded, metres)
             else:
-                made = surface_collider(evaluated, scale, metres)
+                made = surface_collider(evaluated, rounded, metres)
             self._colliders[named] = made
         self._last = exact, self._colliders[named]
         return self._last[1]

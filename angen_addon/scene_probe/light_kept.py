@@ -209,7 +209,9 @@ class KeptScenes:
         if state not in self._found:
             # Suns and other lamps each by themselves.
             apart = all(lamps)
-            make = partial(Reference, partial(_in_reference, batch, self._simulated), self.reference, apart)
+            make = partial(
+                Reference, partial(_in_reference, batch, self._simulated), self.reference, apart
+            )
             reference: Reference = self._references.get((batch.asked, now, apart), make)
             self._remember(state, reference.light(lamps[0]))
         return self._found[state]

@@ -128,7 +128,10 @@ def nodes(world):
     grid, cube = tree.nodes.new("GeometryNodeMeshGrid"), tree.nodes.new("GeometryNodeMeshCube")
     cube.inputs["Size"].default_value = (0.2, 0.2, 0.2)
     put, out = tree.nodes.new("GeometryNodeInstanceOnPoints"), tree.nodes.new("NodeGroupOutput")
-    time, turn = tree.nodes.new("GeometryNodeInputSceneTime"), tree.nodes.new("ShaderNodeCombineXYZ")
+    time, turn = (
+        tree.nodes.new("GeometryNodeInputSceneTime"),
+        tree.nodes.new("ShaderNodeCombineXYZ"),
+    )
     tree.links.new(time.outputs[0], turn.inputs[2])
     tree.links.new(turn.outputs[0], put.inputs["Rotation"])
     tree.links.new(grid.outputs[0], put.inputs["Points"])
@@ -295,13 +298,13 @@ def differing(found, expected):
 def test_no_sensor_changes_what_the_others_read(world, scene):
     furnish(world, scene)
     run, live = recorded(world), shown(world)
-    assert "" == differing(recorded(world), run), "two runs are the same"
+    assert differing(recorded(world), run) == "", "two runs are the same"
     hang_meter(world)
-    assert "" == differing(recorded(world, "meter"), run)
-    assert "" == differing(shown(world, "meter"), live)
+    assert differing(recorded(world, "meter"), run) == ""
+    assert differing(shown(world, "meter"), live) == ""
     run, live = recorded(world), shown(world)
     for what in ADDED:
         obj = add(world, what)
-        assert "" == differing(recorded(world, "added"), run), f"in a run beside {what}"
-        assert "" == differing(shown(world, "added"), live), f"at the playhead beside {what}"
+        assert differing(recorded(world, "added"), run) == "", f"in a run beside {what}"
+        assert differing(shown(world, "added"), live) == "", f"at the playhead beside {what}"
         bpy.data.objects.remove(obj)

@@ -23,6 +23,7 @@ from .arguments import parse
 from .coverage import command as coverage
 from .describe import describe
 from .explain.command import Moment
+from .interrupt import Interrupt, leave_hard
 from .kept import keep
 from .output_files import check_outputs, save_blend, write
 from .progress import ProgressLine, note
@@ -33,21 +34,7 @@ from .station import ends_before_time
 
 SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2
-
-
-class Interrupt:
-    """Ctrl-C, taken note of: an exception would be lost where it strikes in a frame handler.
-
-    The second one strikes at once, for a frame that takes too long.
-    """
-
-    def __init__(self) -> None:
-        self.came = False
-
-    def on_signal(self, *_: Any) -> None:
-        if self.came:
-            raise KeyboardInterrupt
-        self.came = True
+INTERRUPTED = "interrupted; nothing was written"
 
 
 class BadInput(Exception):
@@ -74,7 +61,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "coverage": _coverage,
         "place": _place,
     }
-    interrupt = Interrupt()
+    interrupt = Interrupt(_give_up)
     # Blender takes Ctrl-C for itself and would go on to the end.
     before = signal.signal(signal.SIGINT, interrupt.on_signal)
     options.interrupt = interrupt
@@ -98,10 +85,15 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         note(f"cannot write to standard output: {error.strerror}")
         return FAILED
     except KeyboardInterrupt:
-        note("interrupted; nothing was written")
+        note(INTERRUPTED)
         return FAILED
     finally:
         signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+
+
+def _give_up() -> None:
+    note(INTERRUPTED)
+    leave_hard(FAILED)
 
 
 def _sensors() -> list[Sensor]:
@@ -135,10 +127,10 @@ def _run(options: argparse.Namespace) -> Recording:
     recording = Recording()
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
-    for progress in simulate(scene, sensors, first, last, recording):
-        if options.interrupt.came:
-            raise KeyboardInterrupt
-        line.show(progress)
+    with options.interrupt.watched():
+        for progress in simulate(scene, sensors, first, last, recording):
+            options.interrupt.check()
+            line.show(progress)
     line.finish(
         progress.seconds_total if progress else 0.0,
         sum(len(track) for track in recording.tracks.values()),
@@ -264,12 +256,13 @@ def _explain(options: argparse.Namespace) -> int:
         raise BadInput(f"--time {options.time:g}: Blender's frames end before that")
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
-    for progress in moment.run():
-        if options.interrupt.came:
-            raise KeyboardInterrupt
-        line.show(progress)
-    line.finish(progress.seconds_total if progress else 0.0, moment.updates)
-    sys.stdout.write(moment.text())
+    with options.interrupt.watched():
+        for progress in moment.run():
+            options.interrupt.check()
+            line.show(progress)
+        line.finish(progress.seconds_total if progress else 0.0, moment.updates)
+        text = moment.text()
+    sys.stdout.write(text)
     return DONE
 
 

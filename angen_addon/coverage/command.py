@@ -123,15 +123,15 @@ def _through(run: Iterator[Any], options: argparse.Namespace) -> Any:
     interval = TERMINAL_INTERVAL_S if terminal else LOG_INTERVAL_S
     begin = shown = time.perf_counter()
     told = None
-    for told in run:
-        if options.interrupt.came:
-            raise KeyboardInterrupt
-        now = time.perf_counter()
-        if isinstance(told, Stage) and not options.quiet and now - shown >= interval:
-            shown = now
-            text = f"{100 * told.share:.0f} %, {told.text}"
-            start, end = ("\r", "") if terminal else ("", "\n")
-            print(f"{start}{text:<60}", end=end, file=sys.stderr, flush=True)
+    with options.interrupt.watched():
+        for told in run:
+            options.interrupt.check()
+            now = time.perf_counter()
+            if isinstance(told, Stage) and not options.quiet and now - shown >= interval:
+                shown = now
+                text = f"{100 * told.share:.0f} %, {told.text}"
+                start, end = ("\r", "") if terminal else ("", "\n")
+                print(f"{start}{text:<60}", end=end, file=sys.stderr, flush=True)
     if not options.quiet:
         if terminal:
             print("\r" + " " * 60 + "\r", end="", file=sys.stderr)

@@ -248,7 +248,7 @@ def _in_reference(
     batch: Batch, simulated: Simulated, part: Part, paths: int | None = None
 ) -> tuple[ReferenceScene, Takes]:
     """A new reference scene and its picture, by the batch's own light paths or others."""
-    light_scene = ReferenceScene(batch.scene, batch.view_layer, simulated, part)
+    light_scene = ReferenceScene(batch.scene, batch.view_layer, part, simulated)
     return light_scene, batch.taken_in(light_scene, paths or batch.samples)
 
 

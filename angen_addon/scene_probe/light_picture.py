@@ -100,7 +100,7 @@ class Picture:
 
     def pixels(self) -> Array:
         """Linear radiance (n, 3) of all pixels, row by row from the top."""
-        with tempfile.TemporaryDirectory(prefix="angen_light_") as folder:
+        with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
             self._scene.render.filepath = str(Path(folder, "views"))
             # Named as an argument, a scene is put to the frame of the user's.
             own = {"scene": self._scene, "view_layer": self._scene.view_layers[0]}

@@ -77,7 +77,11 @@ class ReferenceScene(LightScene):
     """The home at its first frame, without what physics moves, with lamps of its own."""
 
     def __init__(
-        self, scene: Any, view_layer: Any, simulated: Simulated, part: Part = Part.ALL
+        self,
+        scene: Any,
+        view_layer: Any,
+        part: Part = Part.ALL,
+        simulated: Simulated | None = None,
     ) -> None:
         super().__init__(scene, view_layer, simulated)
         self._part = part

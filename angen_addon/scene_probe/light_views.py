@@ -110,7 +110,7 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
         obj.matrix_world = Matrix(pose.tolist())
         objects.append(obj)
     names = _name_views(scene, objects)
-    with tempfile.TemporaryDirectory(prefix="angen_light_") as folder:
+    with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
         render.filepath = str(Path(folder, "view"))
         bpy.ops.render.render(write_still=True, scene=scene.name)
         pictures = [exr.read_rgb(Path(folder, f"view{name}.exr")) for name in names]

@@ -213,6 +213,37 @@ def test_ctrl_c_leaves_no_file(world, tmp_path):
     assert list(out.iterdir()) == []
 
 
+def test_ctrl_c_breaks_off_a_picture_of_the_light(world, tmp_path):
+    """One that takes longer than anybody waits: light paths without end."""
+    lamp = world.bpy.data.lights.new("lamp", "POINT")
+    world.link("lamp", lamp, (0, 0, 2))
+    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
+    world.sensor("LIGHT", "meter", **settings)
+    world.switch("off", enabled=False)
+    world.scene.angen_light_reference = 2**24
+    world.box((4, 4, 4), name="room")
+    home, out = save(tmp_path), tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "temporary").mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "angen_addon", "simulate", home, "--events", out / "events.csv"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "TMPDIR": str(tmp_path / "temporary")},
+    )
+    assert process.stderr is not None
+    assert b"switched off" in process.stderr.readline()
+    time.sleep(2.0)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert stdout == b""
+    assert b"interrupted; nothing was written" in stderr and b"Traceback" not in stderr
+    assert list(out.iterdir()) == [] == list((tmp_path / "temporary").iterdir())
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
 def test_a_full_disk_under_standard_output(home, module):
     with open("/dev/full", "wb") as full:

@@ -76,7 +76,9 @@ def _stand_in(obj: Any, evaluated: Any, depsgraph: Any, own: Callable[[Any], Any
     if obj.type in SHAPES:
         return _like(evaluated, _shape(evaluated, depsgraph, own), own)
     if obj.rigid_body_constraint is not None:
-        return _like(evaluated, obj.data, own)
+        made = _like(evaluated, obj.data, own)
+        made.instance_type, made.instance_collection = obj.instance_type, obj.instance_collection
+        return made
     copy = own(obj.copy())
     copy.animation_data_clear()
     copy.constraints.clear()

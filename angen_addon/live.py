@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..sensor_logic.clock import Clock
@@ -17,6 +17,7 @@ from ..sensor_logic.model import Reading
 from . import outputs, resting, state
 from .instances import Uid
 from .probes import Probes
+from .scene_probe.light import LightRequest
 from .scene_probe.solids import Solids
 from .sensors import Sensor, SensorError, all_sensors, check, simulated
 from .station import Station, Taken
@@ -209,14 +210,18 @@ class Live:
     def left_to_do(self) -> bool:
         return bool(self._lit)
 
-    def do_the_rest(self, scene: Any, view_layer: Any) -> None:
-        """Measures the light at the present frame as a run does."""
-        lit = list(self._lit.values())
-        self._lit.clear()
+    def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
+        """Measures the light at the present frame as a run does, of so many sensors at most, those
+        that are selected first."""
+        waiting = sorted(self._lit.values(), key=lambda taken: not taken.station.sensor.selected)
+        lit = waiting[:at_most]
+        for taken in lit:
+            del self._lit[taken.station.sensor.name]
         state.CACHE.running = True
         try:
             depsgraph = view_layer.depsgraph
-            asked = [taken.request for taken in lit if taken.request is not None]
+            paths = scene.angen_light_reference
+            asked = [as_exact(taken.request, paths) for taken in lit if taken.request is not None]
             self._probes.measure(scene, view_layer, depsgraph, asked)
             for taken in lit:
                 taken.station.reset()
@@ -246,3 +251,11 @@ class Live:
         else:
             self.problems.pop(sensor.name, None)
         return outputs.show(sensor, reading.active, reading.value)
+
+
+def as_exact(request: LightRequest, reference: int) -> LightRequest:
+    """What is asked once, without a reference that few paths could be corrected by: as many paths
+    as that has."""
+    if request.engine == "EEVEE":
+        return request
+    return replace(request, samples=max(request.samples, reference))

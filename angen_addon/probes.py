@@ -33,6 +33,12 @@ def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
 
 
 NOWHERE = np.zeros(0)
+NOT_MEASURED = (None, LightSample())
+
+
+def _key(request: LightRequest) -> Any:
+    """All that a sensor asks, to be compared."""
+    return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()
 
 
 class Probes:
@@ -45,7 +51,8 @@ class Probes:
         self._solids = self.caster.solids
         self._bodies = Bodies(self._solids)
         self._pads: list[Pad] = []
-        self._light: Mapping[str, LightSample] = {}
+        # By the sensor's name, what was asked and what was found.
+        self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._direct: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
         self._light_scenes = KeptScenes()
@@ -89,17 +96,18 @@ class Probes:
         `keep`: nothing but frames will change until the next time; to be ended by `close`.
         Not in a frame handler. Raises SensorError.
         """
-        efficacy = scene.angen_luminous_efficacy
-        named = tuple((replace(r, matrix=NOWHERE), r.matrix.tobytes()) for r in asked)
-        asking = repr(named), efficacy, scene.angen_light_reference
-        if not self._lighting.changed(view_layer, depsgraph, asking):
+        how = scene.angen_luminous_efficacy, scene.angen_light_reference
+        if self._lighting.changed(view_layer, depsgraph, how):
+            self._measured = {}
+        due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != _key(r)]
+        if not due:
             return
+        efficacy, self._light_scenes.reference = how
         try:
-            kept = self._light_scenes if keep else None
-            self._light_scenes.reference = scene.angen_light_reference
-            self._light = measure(scene, view_layer, asked, efficacy, kept)
+            found = measure(scene, view_layer, due, efficacy, self._light_scenes if keep else None)
         except LightError as error:
             raise SensorError(str(error)) from None
+        self._measured |= {r.name: (_key(r), found[r.name]) for r in due}
 
     def close(self) -> None:
         """Removes from the file what was kept there."""
@@ -121,7 +129,7 @@ class Probes:
 
     def light(self, name: str) -> LightSample:
         """What was measured last for a sensor."""
-        return self._direct[name] if name in self._direct else self._light[name]
+        return self._direct[name] if name in self._direct else self._measured[name][1]
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""

@@ -14,6 +14,8 @@ from .playhead import recorded_here
 # s: the playhead rests once it has stood still for this long.
 REST = 0.4
 BUSY = 1.0
+# s: in which the window answers.
+NEXT = 0.02
 
 
 def frame_was_shown() -> None:
@@ -33,11 +35,12 @@ def _look() -> float | None:
         return REST - stood
     if state.CACHE.running or any(w.screen.is_animation_playing for w in _windows()):
         return BUSY
-    following.do_the_rest(context.scene, context.view_layer)
+    # One sensor after the other, so that the window answers in between.
+    following.do_the_rest(context.scene, context.view_layer, at_most=1)
     for window in _windows():
         for area in window.screen.areas:
             area.tag_redraw()
-    return None
+    return NEXT if following.left_to_do else None
 
 
 def _is_shown(following: Any, scene: Any) -> bool:

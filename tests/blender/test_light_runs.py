@@ -136,6 +136,40 @@ def test_closed_forms_are_shown_at_once_where_a_run_records_them(world, lamp, mo
     assert state.CACHE.live.left_to_do and not calls
 
 
+def test_at_rest_as_many_paths_are_traced_as_a_reference_has(world, lamp):
+    """Few paths without a reference would say that it is lit where a run says dark."""
+    room = world.box((6, 6, 5), name="room")
+    room.data.materials.append(bpy.data.materials.new("paint"))
+    world.box((1, 1, 0.05), at=(0, 0, 1.5), name="shade")
+    light = lamp.angen_sensor.light
+    light.samples = 1024
+    exact = world.series(world.run(1, 1), "lux", "illuminance_lux")[0]
+    light.samples = 4
+    few = world.series(world.run(1, 1), "lux", "illuminance_lux")[0]
+    assert few != pytest.approx(exact, rel=0.01)
+    world.scene.angen_light_reference = 1024
+    state.CACHE.clear()
+    world.scene.angen_live = True
+    world.scene.frame_set(1)
+    state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer)
+    assert lamp.angen_sensor.value == pytest.approx(exact, rel=1e-6)
+
+
+def test_at_rest_the_selected_sensor_comes_first(world, lamp):
+    world.sensor("LIGHT", "a", engine="CYCLES", samples=16)
+    bpy.ops.object.select_all(action="DESELECT")
+    lamp.select_set(True)
+    world.scene.angen_live = True
+    world.update()
+    world.scene.frame_set(5)
+    state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
+    texts = {s.name: readings.shown(s, world.scene).text for s in world.sensors()}
+    assert texts["lux"].startswith("Lit") and texts["a"] == "No reading"
+    state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
+    assert not state.CACHE.live.left_to_do
+    assert all(readings.shown(s, world.scene).old == "" for s in world.sensors())
+
+
 def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatch):
     """Simulate starts before the light of the frame under the playhead was measured."""
     world.scene.angen_live = True

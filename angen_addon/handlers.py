@@ -12,7 +12,9 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import digests, live, overlay, playhead, recording_store, resting, state
+from . import digests, overlay, playhead, recording_store, resting, state
+from .fingerprint import SHADING
+from .live import live_of
 from .scene_probe import light_scene
 
 
@@ -29,10 +31,10 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if kept is not None:
         kept.note_frame(scene, depsgraph)
     if not playhead.show_recorded(scene, view_layer) and scene.angen_live:
-        following = state.CACHE.live
-        if following is None or following.scene_uid != scene.session_uid:
-            following = state.CACHE.live = live.Live(scene)
+        following = live_of(scene)
         following.follow(scene, view_layer, depsgraph)
+        if following.left_to_do:
+            resting.soon()
     overlay.follow(scene, view_layer, depsgraph)
 
 
@@ -58,6 +60,8 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     state.CACHE.note_elsewhere(scene, depsgraph)
     if _holds_an_edit(depsgraph.updates, playing):
         state.CACHE.outdate_live()
+    if state.CACHE.live is not None and state.CACHE.live.outdated:
+        resting.soon()
     overlay.note_edit(scene)
 
 
@@ -70,9 +74,9 @@ def _holds_an_edit(updates: Any, playing: bool) -> bool:
 
 def _is_edit(update: Any) -> bool:
     """Whether an object was moved, reshaped, added or removed (which its collection tells), or
-    animation was changed."""
+    animation or something that light sensors see was changed."""
     changed = update.id
-    if isinstance(changed, bpy.types.Action):
+    if isinstance(changed, (bpy.types.Action, *SHADING)):
         return True
     return isinstance(changed, (bpy.types.Object, bpy.types.Collection)) and (
         update.is_updated_transform or update.is_updated_geometry
@@ -90,6 +94,7 @@ def after_load(*_: Any) -> None:
     recording_store.restore()
     _look_again()
     _show_recorded()
+    resting.soon()
 
 
 @persistent

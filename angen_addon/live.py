@@ -14,7 +14,7 @@ from typing import Any
 
 from ..sensor_logic.clock import Clock
 from ..sensor_logic.model import Reading
-from . import outputs, resting, state
+from . import outputs, state
 from .instances import Uid
 from .probes import Probes
 from .scene_probe.light import LightRequest
@@ -25,6 +25,9 @@ from .station import Station, Taken
 BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
 EDITED = "The scene was edited since: scrub, play or simulate"
 ELSEWHERE = "It was read at another frame: scrub, play or simulate"
+LIGHT_BEFORE = (
+    "The light is as it was before an edit: it is measured once the playhead was moved and rests"
+)
 LIGHT_AT_REST = (
     "Light is measured once the playhead rests, as rendering takes too long for each frame; "
     "simulate for all frames"
@@ -52,6 +55,8 @@ class Live:
         self.looked_at: int | None = None
         # The frame that was followed last.
         self._frame: int | None = None
+        # Light takes long to measure: not after each edit, but once the playhead was moved.
+        self._held = False
         self._probes = Probes(scene)
         self._waiting: dict[Uid, Taken] = {}
         self._lit: dict[str, Taken] = {}
@@ -62,7 +67,7 @@ class Live:
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
         """Senses at the present frame and shows it."""
         self.looked_at = None
-        self._frame = scene.frame_current
+        self._frame, self._held = scene.frame_current, False
         # A handler cannot evaluate sub-frames: live values look at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
@@ -86,15 +91,36 @@ class Live:
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
 
+    def is_old(self, scene: Any) -> bool:
+        """Whether the present frame, or what was edited since, was not looked at."""
+        return self.outdated or self._frame != scene.frame_current
+
+    def catch_up(self, scene: Any, view_layer: Any) -> None:
+        """Senses at the present frame after an edit. Not in a handler."""
+        edited = bool(self.readings)
+        state.CACHE.running = True
+        try:
+            self.follow(scene, view_layer, view_layer.depsgraph)
+            self._held = edited
+            # What is shown must not be taken for an edit.
+            view_layer.update()
+            self.looked_at = None
+        finally:
+            state.CACHE.running = False
+
     def why_old(self, sensor: Sensor, scene: Any) -> str:
         """Why the sensor's last reading, if any, is not what it would read now; else empty."""
         if scene.frame_current < scene.frame_start:
             return BEFORE_THE_START
+        if self._frame is None:
+            return ""
         if self.outdated:
             return EDITED
         if self._frame != scene.frame_current:
             return ELSEWHERE
-        return LIGHT_AT_REST if sensor.name in self._lit else ""
+        if sensor.name not in self._lit:
+            return ""
+        return LIGHT_BEFORE if self._held else LIGHT_AT_REST
 
     @property
     def solids(self) -> Solids:
@@ -111,6 +137,7 @@ class Live:
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
         self._clock = clock
         self.outdated = False
+        before = dict(self.readings)
         self._forget()
         self._stations.clear()
         for sensor in simulated(all_sensors(view_layer)):
@@ -120,6 +147,9 @@ class Live:
                 self.problems[sensor.name] = str(error)
             else:
                 self._stations.append(Station(sensor, clock))
+                if sensor.kind.light and sensor.name in before:
+                    # It is told as old until the light is measured.
+                    self.readings[sensor.name] = before[sensor.name]
         self._probes.serve(station.sensor for station in self._stations)
 
     def _forget(self) -> None:
@@ -194,8 +224,6 @@ class Live:
             if taken.station.sensor.name in measured:
                 del self._lit[taken.station.sensor.name]
                 changed.append(self._show(taken, frame))
-        if self._lit:
-            resting.frame_was_shown()
         return changed
 
     def _fail(self, lit: Iterable[Taken], error: SensorError) -> None:
@@ -208,7 +236,7 @@ class Live:
 
     @property
     def left_to_do(self) -> bool:
-        return bool(self._lit)
+        return bool(self._lit) and not self._held
 
     def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
         """Measures the light at the present frame as a run does, of so many sensors at most, those
@@ -259,3 +287,11 @@ def as_exact(request: LightRequest, reference: int) -> LightRequest:
     if request.engine == "EEVEE":
         return request
     return replace(request, samples=max(request.samples, reference))
+
+
+def live_of(scene: Any) -> Live:
+    """What follows the playhead of a scene; made anew where it was another's."""
+    following = state.CACHE.live
+    if not isinstance(following, Live) or following.scene_uid != scene.session_uid:
+        following = state.CACHE.live = Live(scene)
+    return following

@@ -93,7 +93,8 @@ def _live(sensor: Sensor, scene: Any) -> Told:
     problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
     old = live.why_old(sensor, scene)
     published = live.readings.get(sensor.name)
-    if published is None:
+    if published is None or published.reading.fields.get(sensor.reading.name) is None:
+        # What was read as another kind, or by another method, is in another unit.
         return Told(NOTHING, problem=problem, old=old or NOT_YET)
     frame = scene.frame_current + scene.frame_subframe
     age = _seconds(scene, frame - published.frame)

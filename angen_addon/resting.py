@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is too slow while scrubbing is done a moment after the playhead has come to rest."""
+"""What is too slow while scrubbing, and what an edit made old, is done a moment after the playhead
+and the user have come to rest."""
 
 from __future__ import annotations
 
 import time
-from typing import Any
 
 import bpy
 
 from . import state
+from .live import live_of
 from .playhead import recorded_here
 
 # s: the playhead rests once it has stood still for this long.
@@ -18,8 +19,8 @@ BUSY = 1.0
 NEXT = 0.02
 
 
-def frame_was_shown() -> None:
-    """To be called in each frame change after which something is left to be done."""
+def soon() -> None:
+    """To be called at each frame change and edit after which something is left to be done."""
     state.CACHE.shown_at = time.monotonic()
     if not bpy.app.background and not bpy.app.timers.is_registered(_look):
         bpy.app.timers.register(_look, first_interval=REST)
@@ -27,27 +28,37 @@ def frame_was_shown() -> None:
 
 def _look() -> float | None:
     """Seconds until the next look; None where nothing is left to be done."""
-    following, context = state.CACHE.live, bpy.context
-    if following is None or not following.left_to_do or not _is_shown(following, context.scene):
+    context = bpy.context
+    scene, view_layer = context.scene, context.view_layer
+    if scene is None or not scene.angen_live or (not state.CACHE.running and recorded_here(scene)):
+        # What is shown is not what is sensed live.
         return None
     stood = time.monotonic() - state.CACHE.shown_at
     if stood < REST:
         return REST - stood
-    if state.CACHE.running or any(w.screen.is_animation_playing for w in _windows()):
+    if state.CACHE.running or _is_busy():
         return BUSY
-    # One sensor after the other, so that the window answers in between.
-    following.do_the_rest(context.scene, context.view_layer, at_most=1)
+    following = live_of(scene)
+    if following.is_old(scene):
+        following.catch_up(scene, view_layer)
+    elif following.left_to_do:
+        # One sensor after the other, so that the window answers in between.
+        following.do_the_rest(scene, view_layer, at_most=1)
+    else:
+        return None
     for window in _windows():
         for area in window.screen.areas:
             area.tag_redraw()
-    return NEXT if following.left_to_do else None
+    return NEXT
 
 
-def _is_shown(following: Any, scene: Any) -> bool:
-    """Whether what is shown of this scene is what is sensed live."""
-    if scene is None or scene.session_uid != following.scene_uid:
-        return False
-    return scene.angen_live and (state.CACHE.running or recorded_here(scene) is None)
+def _is_busy() -> bool:
+    """Whether the animation plays, or something is being dragged."""
+    return any(
+        window.screen.is_animation_playing
+        or any(op.bl_idname.startswith("TRANSFORM_OT") for op in window.modal_operators)
+        for window in _windows()
+    )
 
 
 def _windows() -> list[bpy.types.Window]:

@@ -32,7 +32,8 @@ ORIGINS = {
 
 @dataclass(frozen=True)
 class Shown:
-    """`text` in full, `short` where there is little room, with the `icon` of the state; `problem`:
+    """`text` in full, `short` where there is little room, `brief` where there is less and the age
+    is left to the `icon`, which is that of the state; `problem`:
     why the reading is not valid, or there is none; `fields`: what was published, None where nothing
     is known of it; `recorded`: not live; `origin`: where it comes from, in words; `old`: why it is
     old, and what brings a new one; `keys`: what baked keys say."""
@@ -46,10 +47,11 @@ class Shown:
     origin: str = ""
     old: str = ""
     keys: str = ""
+    age: str = ""
 
     @property
     def short(self) -> str:
-        return self.brief or self.text
+        return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
 def shown(sensor: Sensor, scene: Any) -> Shown:
@@ -71,6 +73,7 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
         ORIGINS[told.origin].format(told.frame) if told.reading else "",
         told.old,
         state_text(sensor, told.keys, lengths) if told.keys else "",
+        "" if told.problem or not told.reading else age_text(told, AGE_TOLD_IN_SHORT),
     )
 
 
@@ -93,8 +96,7 @@ def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
         return f"Baked: {text}", BAKED, f"Baked: {brief}"
     icon = OLD if told.old else ACTIVE if reading.active else IDLE
     age = age_text(told, AGE_TOLD) or ("old" if told.old else "")
-    short_age = age_text(told, AGE_TOLD_IN_SHORT)
-    return ", ".join(filter(None, (text, age))), icon, ", ".join(filter(None, (brief, short_age)))
+    return ", ".join(filter(None, (text, age))), icon, brief
 
 
 def state_text(sensor: Sensor, reading: Reading, lengths: Any) -> str:

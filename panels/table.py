@@ -75,7 +75,7 @@ class ANGEN_UL_sensors(UIList):
             split.label(text=sensor.room, translate=False)
         value = split.row()
         value.alignment = "RIGHT"
-        value.label(text=seen.short, translate=False)
+        value.label(text=seen.short if wide else seen.brief or seen.text, translate=False)
         if active:
             again = row.operator("angen.sensor_show", text="", icon="ZOOM_SELECTED", emboss=False)
             again.name, again.library = sensor.name, sensor.library

@@ -16,7 +16,7 @@ from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.parameters import specs
 from .. import outputs, state
 from ..animation import is_animated
-from ..live import Live
+from ..live import live_of
 from ..scene_probe.rays import RayCaster
 from ..sensors import Sensor, SensorError, all_sensors, unit_scale
 from ..station import Station
@@ -216,9 +216,7 @@ class Field:
 
     def _look(self, scene: Any, depsgraph: Any, in_handler: bool) -> Caster:
         """The caster, over the solids of the live sensors."""
-        live = state.CACHE.live
-        if live is None or live.scene_uid != scene.session_uid:
-            live = state.CACHE.live = Live(scene)
+        live = live_of(scene)
         if self._caster is None or self._caster.solids is not live.solids:
             self._caster = Caster(live.solids)
             self._movers = Movers()

@@ -93,6 +93,76 @@ def test_an_edit_makes_live_readings_old(door):
     assert told().old == ""
 
 
+def rest():
+    """As once the playhead and the user have stood still, where there is a window."""
+    resting = part("angen_addon.resting")
+    for _ in range(20):
+        cache().shown_at = 0.0
+        if resting._look() is None:
+            return
+    raise AssertionError("it never comes to rest")
+
+
+def test_an_edit_is_sensed_once_the_user_rests(door):
+    door.scene.frame_set(20)
+    leaf().location = (0, 0, -0.02)
+    door.update()
+    rest()
+    assert told().text == "Closed, 0.015 m" and told().old == ""
+    assert not sensor().angen_sensor.active and not cache().live.outdated
+    assert leaf().location.x == 0, "the frame is not set anew"
+
+
+def test_an_edit_beside_a_recording_that_it_makes_stale_is_sensed(door):
+    """Values are said to be live then."""
+    ops.simulate()
+    door.scene.frame_set(1)
+    rest()
+    assert told().recorded
+    leaf().animation_data_clear()
+    leaf().location = (5, 0, 0)
+    door.update()
+    rest()
+    assert told().text.startswith("Open") and told().origin == "Live, read at frame 1"
+
+
+def test_light_is_not_measured_after_each_edit(door):
+    """It takes long: what is shown is old until the playhead was moved."""
+    light = door.sensor("LIGHT", "light", samples=16)
+    door.box((9, 9, 9), name="room")
+    door.update()
+    door.scene.frame_set(20)
+    rest()
+    before = told("light")
+    assert before.text.startswith("Dark") and before.old == ""
+    leaf().location.y = 3
+    door.update()
+    rest()
+    assert told("light").text == f"{before.text}, old" and "before an edit" in told("light").old
+    assert told().old == ""
+    leaf().location.y = 4
+    door.update()
+    rest()
+    assert told("light").text == f"{before.text}, old"
+    door.scene.frame_set(21)
+    rest()
+    assert told("light").old == ""
+    light.angen_sensor.light.method = "ILLUMINANCE"
+    assert told("light").text == "No reading", "percent are not told as lux"
+
+
+def test_what_lights_it_is_an_edit_too(door):
+    door.sensor("LIGHT", "light", samples=16)
+    lamp = door.link("lamp", bpy.data.lights.new("lamp", "POINT"), (0, 0, 3))
+    door.update()
+    door.scene.frame_set(20)
+    rest()
+    assert told("light").old == ""
+    lamp.data.energy = 5.0
+    door.update()
+    assert "edited since" in told("light").old
+
+
 def test_before_the_start_nothing_is_read(door):
     door.scene.frame_start = 10
     door.scene.frame_set(12)

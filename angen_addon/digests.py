@@ -73,7 +73,7 @@ def facts_of(datablock: Any) -> Facts:
     facts = _Walk(datablock).facts()
     if isinstance(datablock, bpy.types.Object) and datablock.type == "MESH":
         # Meshes without groups, which are most, are told from others by their objects alone.
-        facts.append(_weights(datablock.data) if datablock.vertex_groups else [])
+        facts.append(weights_of(datablock.data) if datablock.vertex_groups else [])
     return facts
 
 
@@ -288,7 +288,7 @@ def _attribute(attribute: Any) -> Any:
     return values.tobytes()
 
 
-def _weights(mesh: Any) -> Any:
+def weights_of(mesh: Any) -> Any:
     """How much of each vertex is in which group."""
     return [
         [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups

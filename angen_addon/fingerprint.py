@@ -70,6 +70,8 @@ class Fingerprint:
     view_layer: str
     light: bool
     digests: dict[str, str] = field(default_factory=dict)
+    # Those that every version of Blender makes alike: see portable.py.
+    portable: dict[str, str] = field(default_factory=dict)
 
     def differences(self, other: Fingerprint) -> dict[str, str]:
         """In words, by key, what is otherwise in the `other`."""
@@ -91,7 +93,7 @@ def take(scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAME
     made = Fingerprint(view_layer.name, light)
     originals = [evaluated.original for evaluated in depsgraph.ids]
     read_by_drivers = {key_of(target) for target in _driver_targets(originals)}
-    harmless = set(_harmless_cameras(originals))
+    harmless = set(harmless_cameras(originals))
     for original in originals:
         key = key_of(original)
         if original in harmless or not is_looked_at(original):
@@ -124,7 +126,7 @@ def surroundings(
         if obj.type != "CAMERA" and not _is_of_a_map(obj)
     ]
     layers = list(_layers(view_layer.layer_collection))
-    return {SCENE: _digest(own, renamed), SHOWN: _digest([sorted(shown), layers])}
+    return {SCENE: digest(own, renamed), SHOWN: digest([sorted(shown), layers])}
 
 
 def own_settings() -> list[str]:
@@ -164,7 +166,7 @@ def _then(original: Any, renamed: Renamed) -> str:
 
 
 def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    return _digest(facts_of(original), renamed)
+    return digest(facts_of(original), renamed)
 
 
 def warmth_of(original: Any) -> dict[str, str]:
@@ -172,7 +174,7 @@ def warmth_of(original: Any) -> dict[str, str]:
     if not isinstance(original, bpy.types.Material):
         return {}
     facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
-    return {f"Warmth {original.name_full}": _digest(facts)}
+    return {f"Warmth {original.name_full}": digest(facts)}
 
 
 def is_looked_at(original: Any) -> bool:
@@ -190,7 +192,7 @@ def _is_of_a_map(original: Any) -> bool:
     return True
 
 
-def _digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
+def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
     text = repr(facts)
     if renamed:
         # Of what only refers to something by its name, such as a child, nothing has changed.
@@ -215,7 +217,7 @@ def _driver_targets(originals: Iterable[Any]) -> Iterator[Any]:
                 yield from (target.id for target in variable.targets if target.id)
 
 
-def _harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
+def harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
     cameras = {
         original
         for original in originals

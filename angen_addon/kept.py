@@ -11,6 +11,7 @@ import bpy
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
 from .fingerprint import Fingerprint, digest_of, is_looked_at, key_of, surroundings, take, warmth_of
+from .portable import portable
 from .sensors import Sensor, all_sensors
 
 NAMED = 3
@@ -20,14 +21,16 @@ HERE = tuple(bpy.app.version[:2])
 class Kept:
     """`unsure` after undo or load, until `verify`; `stored` is how a file holds it, once made;
     `blender` the version whose properties the fingerprint is of; `mark` tells it from all others,
-    also of other sessions."""
+    also of other sessions; `made_in` the version that it was made in, and `stale_then` why it was
+    stale when its file was saved."""
 
     def __init__(
         self, recording: Recording, fingerprint: Fingerprint, blender: tuple[int, ...] = ()
     ) -> None:
         self.recording = recording
         self.fingerprint = fingerprint
-        self.blender = blender or HERE
+        self.blender = self.made_in = blender or HERE
+        self.stale_then = ""
         self.mark = 1 + secrets.randbelow(2**31 - 1)
         self.unsure = False
         self.stored = ""
@@ -42,7 +45,7 @@ class Kept:
     def stale(self) -> str:
         """What makes the recording stale, in a few words; empty while it is fresh."""
         if self.blender != HERE:
-            return f"it was made in Blender {'.'.join(map(str, self.blender))}"
+            return f"it was made in Blender {version_text(self.blender)}"
         if self._elsewhere:
             return f"it is of the view layer '{self.fingerprint.view_layer}'"
         if self.unsure:
@@ -59,11 +62,22 @@ class Kept:
         """Looks at everything; to be called after undo and load, and before results leave."""
         if self._is_elsewhere(depsgraph):
             return
+        if self.blender != HERE:
+            self._carry_over(scene, depsgraph)
         self._note_names(scene.view_layers[depsgraph.view_layer.name])
         now = take(scene, depsgraph, self.fingerprint.light, self._renamed)
         self._changed = self.fingerprint.differences(now)
         self._touched.clear()
         self.unsure = False
+
+    def _carry_over(self, scene: Any, depsgraph: Any) -> None:
+        """Takes a scene that another version saved for the one of the recording, if all that both
+        versions tell alike is the same, and the recording was fresh then."""
+        made = self.fingerprint
+        if made.portable and not self.stale_then and made.portable == portable(scene, depsgraph):
+            self.fingerprint = take(scene, depsgraph, made.light)
+            self.fingerprint.portable = made.portable
+            self.blender, self.stored = HERE, ""
 
     def note_edit(self, scene: Any, depsgraph: Any, playing: bool) -> None:
         """Looks at what was just evaluated for another reason than a change of frame."""
@@ -159,7 +173,13 @@ class Kept:
 def keep(recording: Recording, scene: Any, depsgraph: Any) -> Kept:
     """The recording of a run that has just ended, with the scene as it is."""
     light = any(KINDS[track.kind_name].light for track in recording.tracks.values())
-    return Kept(recording, take(scene, depsgraph, light))
+    made = take(scene, depsgraph, light)
+    made.portable = portable(scene, depsgraph)
+    return Kept(recording, made)
+
+
+def version_text(version: tuple[int, ...]) -> str:
+    return ".".join(map(str, version))
 
 
 def _renamed(sensor: Sensor, then: str) -> dict[str, str]:

@@ -22,7 +22,7 @@ from .sensors import all_sensors
 
 # A leading dot hides it from lists.
 TEXT = ".angen_recording"
-SCENE = "angen_scene"
+SCENE, STALE = "angen_scene", "angen_stale"
 TITLE = "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it"
 LINE = 4096
 
@@ -35,7 +35,7 @@ def put_into_file() -> None:
     for uid, kept in state.CACHE.all_kept().items():
         text = bpy.data.texts.new(TEXT)
         text.use_fake_user = True
-        text[SCENE] = scenes[uid]
+        text[SCENE], text[STALE] = scenes[uid], kept.stale
         kept.stored = kept.stored or _encoded(kept)
         text.from_string(kept.stored)
 
@@ -59,6 +59,7 @@ def restore() -> None:
         else:
             if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
                 find_sensors(kept, scene)
+                kept.stale_then = str(text.get(STALE, ""))
                 state.CACHE.keep(scene, kept)
         bpy.data.texts.remove(text)
 
@@ -87,9 +88,11 @@ def _encoded(kept: Kept) -> str:
     made = kept.fingerprint
     facts = {
         "blender": kept.blender,
+        "made_in": kept.made_in,
         "view_layer": made.view_layer,
         "light": made.light,
         "digests": made.digests,
+        "portable": made.portable,
     }
     data = base64.b64encode(to_bytes(kept.recording, facts)).decode()
     lines = [data[i : i + LINE] for i in range(0, len(data), LINE)]
@@ -103,12 +106,14 @@ def _decoded(text: str) -> Kept:
         raise RecordingFileError("it is damaged")
     try:
         recording, facts = from_bytes(base64.b64decode(data.replace("\n", ""), validate=True))
-        made = Fingerprint(facts["view_layer"], facts["light"], dict(facts["digests"]))
+        digests, same_everywhere = dict(facts["digests"]), dict(facts.get("portable", {}))
+        made = Fingerprint(facts["view_layer"], facts["light"], digests, same_everywhere)
     except RecordingFileError:
         raise
     except (ValueError, KeyError, TypeError):
         raise RecordingFileError("it is damaged") from None
     kept = Kept(recording, made, tuple(facts["blender"]))
+    kept.made_in = tuple(facts.get("made_in", kept.blender))
     kept.stored = text
     kept.unsure = True
     return kept

@@ -7,6 +7,7 @@ import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon import state
+from ..angen_addon.kept import HERE, version_text
 from .lines import draw_lines, draw_property
 
 
@@ -82,6 +83,8 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
         recording = kept.recording
         text = f"Recorded: frames {recording.frame_start} to {recording.frame_end}"
         layout.label(text=text, icon="CHECKMARK")
+        if kept.made_in != HERE:
+            layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
             layout.label(text="This frame is not in it: live values", icon="INFO")
     if state.CACHE.notice:

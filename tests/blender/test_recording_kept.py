@@ -513,12 +513,57 @@ def test_what_cannot_be_read_is_told_and_dropped(home, tmp_path, capfd, change, 
     assert cache().notice == "" and stale() == ""
 
 
-def test_of_another_blender_it_is_stale(home, tmp_path):
+@pytest.fixture
+def newer(monkeypatch):
+    """From now on this is another Blender than that which made what was recorded before."""
+    kept = import_module(f"{ADDON}.angen_addon.kept")
+    return lambda: monkeypatch.setattr(kept, "HERE", (9, 9))
+
+
+def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(
+    home, tmp_path, newer, monkeypatch
+):
+    before = columns()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    newer()
+    # What a version tells of everything is different in the next one.
+    fingerprint = import_module(f"{ADDON}.angen_addon.fingerprint")
+    facts_of = fingerprint.facts_of
+    monkeypatch.setattr(fingerprint, "facts_of", lambda datablock: [facts_of(datablock), "new"])
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert stale() == "" and columns() == before
+    kept = cache().kept(bpy.context.scene)
+    assert kept.made_in == bpy.app.version[:2]
+    shelf = objects()["shelf"]
+    shelf.location.x += 0.5
+    bpy.context.view_layer.update()
+    assert "'shelf'" in stale(), "from now on all counts, as of one that was made here"
+    shelf.location.x -= 0.5
+    bpy.context.view_layer.update()
+    assert stale() == ""
+    save_and_load(tmp_path / "b.blend")
+    assert stale() == "" and cache().kept(bpy.context.scene).made_in == bpy.app.version[:2]
+
+
+def test_in_another_blender_it_is_stale_where_something_moved_or_it_was_stale(
+    home, tmp_path, newer
+):
+    """A Blender without the extension saves a file with its recording, whatever was changed."""
+    version = ".".join(map(str, bpy.app.version[:2]))
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    digests = dict(cache().kept(home.scene).fingerprint.portable)
+    assert {"scene", "shown", "Object shelf"} <= digests.keys()
     kept = cache().kept(home.scene)
-    kept.blender = (4, 1)
-    kept.stored = ""
-    save_and_load(tmp_path / "a.blend")
-    assert stale() == "it was made in Blender 4.1"
+    kept.fingerprint.portable["Object shelf"], kept.stored = "another", ""
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "moved.blend"))
+    kept.fingerprint.portable, kept.stored = digests, ""
+    kept.fingerprint.digests["Object shelf"] = "another"
+    kept.verify(home.scene, bpy.context.evaluated_depsgraph_get())
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "stale.blend"))
+    newer()
+    for name, wanted in (("a", ""), ("moved", "made in"), ("stale", "made in")):
+        bpy.ops.wm.open_mainfile(filepath=str(tmp_path / f"{name}.blend"))
+        assert stale() == (f"it was {wanted} Blender {version}" if wanted else "")
 
 
 def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(home, tmp_path):

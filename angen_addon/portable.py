@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of a scene can be compared between versions of Blender, whose properties differ: where
+things are and how they move, meshes, bones, lamps, sensors; of materials the names alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+import numpy as np
+
+from .digests import Facts, animation_facts, part_facts, setting_facts, weights_of
+from .fingerprint import (
+    OF_RENDER,
+    OF_SCENE,
+    OF_UNITS,
+    SCENE,
+    SHOWN,
+    digest,
+    harmless_cameras,
+    is_looked_at,
+    key_of,
+    own_settings,
+    surroundings,
+)
+
+OF_OBJECT = (
+    "location", "rotation_mode", "rotation_euler", "rotation_quaternion", "rotation_axis_angle",
+    "scale", "delta_location", "delta_rotation_euler", "delta_scale", "hide_viewport",
+    "display_type", "instance_type", "angen_ignored",
+)  # fmt: skip
+OF_BODY = ("type", "enabled", "kinematic", "mass", "collision_shape", "friction", "restitution")
+OF_LIGHT = ("type", "energy", "color", "shadow_soft_size", "shape", "size", "size_y", "spot_size",
+            "angle")  # fmt: skip
+SHAPED = {"CURVE", "CURVES", "FONT", "META", "SURFACE"}
+
+
+def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
+    """Digests by the keys of a fingerprint."""
+    layer = scene.view_layers[depsgraph.view_layer.name]
+    own = [
+        setting_facts(scene, part, names)
+        for part, names in (
+            (scene, [*OF_SCENE, *own_settings()]),
+            (scene.render, OF_RENDER),
+            (scene.unit_settings, OF_UNITS),
+        )
+    ]
+    found = {
+        SCENE: digest([own, animation_facts(scene)]),
+        SHOWN: surroundings(scene, layer, light=False)[SHOWN],
+    }
+    originals = [evaluated.original for evaluated in depsgraph.ids]
+    harmless = set(harmless_cameras(originals))
+    for original in originals:
+        if original not in harmless and is_looked_at(original):
+            found[key_of(original)] = digest(list(_facts(original)))
+    return found
+
+
+def _facts(original: Any) -> Iterator[Any]:
+    yield animation_facts(original)
+    if isinstance(original, bpy.types.Object):
+        yield from _object(original)
+    elif isinstance(original, bpy.types.Mesh):
+        yield from _mesh(original)
+    elif isinstance(original, bpy.types.Armature):
+        yield [
+            (bone.name, bone.parent.name if bone.parent else "", *bone.head_local, *bone.tail_local)
+            for bone in original.bones
+        ]
+    elif isinstance(original, bpy.types.Light):
+        yield setting_facts(original, original, [n for n in OF_LIGHT if hasattr(original, n)])
+
+
+def _object(obj: Any) -> Iterator[Facts]:
+    yield [obj.type, *(getattr(other, "name_full", "") for other in (obj.data, obj.parent))]
+    yield [getattr(slot.material, "name_full", "") for slot in obj.material_slots]
+    yield setting_facts(obj, obj, OF_OBJECT)
+    yield [tuple(row) for row in obj.matrix_parent_inverse]
+    yield [(modifier.name, modifier.type, modifier.show_viewport) for modifier in obj.modifiers]
+    yield [(constraint.name, constraint.type, constraint.mute) for constraint in obj.constraints]
+    yield [part_facts(obj, obj.angen_sensor), part_facts(obj, obj.angen_load)]
+    if obj.rigid_body is not None:
+        yield setting_facts(obj, obj.rigid_body, OF_BODY)
+    if obj.type == "MESH" and obj.vertex_groups:
+        yield weights_of(obj.data)
+    if obj.type in SHAPED:
+        # Their points are kept in other ways by each version.
+        yield [tuple(round(c, 4) for c in corner) for corner in obj.bound_box]
+
+
+def _mesh(mesh: Any) -> Iterator[Any]:
+    if mesh.is_editmode:
+        yield "is edited"
+        return
+    for items, name, kind, size in (
+        (mesh.vertices, "co", np.float32, 3),
+        (mesh.loops, "vertex_index", np.int32, 1),
+        (mesh.polygons, "loop_start", np.int32, 1),
+        (mesh.polygons, "material_index", np.int32, 1),
+    ):
+        values = np.empty(len(items) * size, kind)
+        items.foreach_get(name, values)
+        yield values.tobytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the sample home, angen.blend, from nothing.
+"""Make the sample home, angen.blend, from nothing, and record what its sensors say.
 
 python sample_blends/build_angen.py [--out FILE] [--digest]
 blender -b -P sample_blends/build_angen.py -- [--out FILE] [--digest]
@@ -95,6 +95,27 @@ def arrange_views() -> None:
             space.clip_start = 0.05
 
 
+def arrange_timelines() -> None:
+    """Every editor of keys of the file shows all frames."""
+    window = bpy.context.window_manager.windows[0]
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type == "DOPESHEET_EDITOR":
+                region = next(r for r in area.regions if r.type == "WINDOW")
+                with bpy.context.temp_override(
+                    window=window, screen=screen, area=area, region=region
+                ):
+                    bpy.ops.action.view_all()
+
+
+def record_and_save(out: Path) -> None:
+    """What its sensors say is in the file, so that whoever opens it sees that at once."""
+    arrange_views()
+    arrange_timelines()
+    bpy.ops.angen.simulate()
+    bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
+
+
 def triangles(scene: bpy.types.Scene) -> int:
     """Triangles of all objects, each counted as often as it is seen."""
     return sum(
@@ -135,7 +156,8 @@ def main() -> int:
 
 
 def make(out: Path, with_digest: bool) -> int:
-    """Build, check and save the home; 1 where the checks found something or the story is wrong."""
+    """Build, check, record and save the home; 1 where the checks found something, or the story is
+    wrong."""
     scene = build()
     problems = checks.plan_problems() + checks.scene_problems(scene)
     for problem in problems:
@@ -145,8 +167,7 @@ def make(out: Path, with_digest: bool) -> int:
     except ValueError as error:
         print(f"story: {error}", file=sys.stderr)
         return 1
-    arrange_views()
-    bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
+    record_and_save(out)
     size = out.stat().st_size / 1e6
     print(f"{out.name}: {len(scene.objects)} objects, {triangles(scene)} triangles, {size:.2f} MB")
     if with_digest:

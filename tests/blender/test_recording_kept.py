@@ -436,6 +436,26 @@ def test_a_file_keeps_it(home, tmp_path):
     assert stale() == ""
 
 
+def test_a_sample_is_shipped_with_its_recording_and_timelines_at_its_length(home, tmp_path):
+    """As its script saves it; live values are recorded ones as soon as it is opened."""
+    from sample_blends import build_angen
+
+    ops.clear_recording()
+    home.scene.frame_end = 400
+    build_angen.record_and_save(tmp_path / "sample.blend")
+    before = columns()
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "sample.blend"), load_ui=True)
+    kept = cache().kept(bpy.context.scene)
+    assert stale() == "" and columns() == before
+    assert (kept.recording.frame_start, kept.recording.frame_end) == (1, 400)
+    areas = [a for s in bpy.data.screens for a in s.areas if a.type == "DOPESHEET_EDITOR"]
+    assert {area.spaces.active.mode for area in areas} >= {"TIMELINE"}
+    for area in areas:
+        region = next(r for r in area.regions if r.type == "WINDOW")
+        left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
+        assert -30 <= left <= 1 and 400 <= right <= 460
+
+
 def test_it_is_encoded_once(home, tmp_path, monkeypatch):
     store = import_module(f"{ADDON}.angen_addon.recording_store")
     count, encode = [], store._encoded

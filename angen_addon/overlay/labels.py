@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from .looks import LOOKS, disc
 SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
 # Farther away than this many pixels a metre, a sensor has a sign only.
 LEAST_PIXELS_A_METRE = 22.0
+STEP = 8.0
 # Of the dark disc behind a sign, in radii of the sign.
 BACK = 1.7
 # Of the ring around what is selected or hovered, in the same.
@@ -27,6 +29,10 @@ MOST_LABELS = 100
 PLATE = (0.06, 0.07, 0.08, 0.72)
 NAME = (0.95, 0.95, 0.95, 1.0)
 TEXT_SIZE_FONT = 0
+
+
+# A sensor as it is drawn (field.Seen), what it reads, its name.
+Row = tuple[Any, Shown, str]
 
 
 class Word(NamedTuple):
@@ -40,11 +46,14 @@ class Word(NamedTuple):
 
 class Board:
     """What one region shows, kept from frame to frame: `markers`, where each sensor's sign is, by
-    its uid; `words`; `batches`, the GPU's copy of signs and plates."""
+    its uid; `plates`, those of the labels that have a place; `words`; `batches`, the GPU's copy of
+    signs and plates. `places` and `picture` are what plates and batches were made for."""
 
     def __init__(self) -> None:
-        self.key: Any = None
+        self.places: Any = None
+        self.picture: Any = None
         self.markers: dict[int, Point] = {}
+        self.plates: dict[int, Rect] = {}
         self.words: list[Word] = []
         self.batches: list[tuple[str, Any]] = []
 
@@ -61,70 +70,77 @@ def to_screen(
 def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
     """Of every sensor that the view shows."""
     board = field.boards.setdefault(context.region.as_pointer(), Board())
-    rows = [
-        (seen, one, seen.sensor.name)
-        for seen, one in zip(field.seen, states, strict=True)
-        if one is not None and seen.matrix is not None
-    ]
-    key = _key(context, field, rows)
-    if key != board.key:
-        board.key = key
-        _lay_out(context, field, rows, board)
-    _draw(context, board)
-
-
-def _key(context: Any, field: Any, rows: list[tuple[Any, Shown, str]]) -> Any:
-    """What the picture depends on."""
-    region, settings = context.region, context.scene.angen_overlay
-    return (
-        tuple(map(tuple, context.region_data.perspective_matrix)),
-        (region.width, region.height, settings.names, settings.values, field.hovered),
-        covered(context.area, region, context.space_data, context.preferences),
-        [
-            (seen.uid, tuple(seen.matrix.translation), seen.selected, one.icon, one.text, name)
-            for seen, one, name in rows
-        ],
-    )
-
-
-def _lay_out(context: Any, field: Any, rows: list[tuple[Any, Shown, str]], board: Board) -> None:
-    region, view, scale = (
-        context.region, context.region_data, context.preferences.system.ui_scale,
-    )  # fmt: skip
-    where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
-    matrix = np.array(view.perspective_matrix, np.float64)
-    up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
-    at = to_screen(where, matrix, region.width, region.height)
-    size = np.linalg.norm(to_screen(where + up, matrix, region.width, region.height) - at, axis=1)
-    inside = ((at > 0.0) & (at < (region.width, region.height))).all(axis=1)
-    near = np.flatnonzero(inside)
-    rows, at, size = [rows[n] for n in near.tolist()], at[near], size[near]
-    markers: list[Point] = [(x, y) for x, y in at.tolist()]
+    rows, markers, sizes = _in_sight(context, field, states)
     board.markers = {seen.uid: m for (seen, *_), m in zip(rows, markers, strict=True)}
     wanted = frozenset(
         n for n, (seen, *_) in enumerate(rows) if seen.selected or seen.uid == field.hovered
     )
     texts = [_texts(context, row, n in wanted) for n, row in enumerate(rows)]
+    _find_places(context, board, markers, sizes, texts, wanted)
+    picture = board.places, texts, [one.icon for _, one, _ in rows]
+    if picture != board.picture:
+        board.picture = picture
+        board.words = [
+            word
+            for n, plate in board.plates.items()
+            for word in _words(context, plate, texts[n], rows[n][1])
+        ]
+        marked = [markers[n] for n in board.plates if n in wanted]
+        sign = SIGN * context.preferences.system.ui_scale
+        board.batches = _batches(list(board.plates.values()), rows, markers, marked, sign)
+    _draw(context, board)
+
+
+def _in_sight(
+    context: Any, field: Any, states: list[Shown | None]
+) -> tuple[list[Row], list[Point], list[float]]:
+    """The sensors that are in the picture with their readings and names, where they are there, and
+    how many pixels a metre takes at each."""
+    region, view = context.region, context.region_data
+    rows = [
+        (seen, one, seen.sensor.name)
+        for seen, one in zip(field.seen, states, strict=True)
+        if one is not None and seen.matrix is not None
+    ]
+    where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
+    matrix = np.array(view.perspective_matrix, np.float64)
+    up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
+    at = to_screen(where, matrix, region.width, region.height)
+    size = np.linalg.norm(to_screen(where + up, matrix, region.width, region.height) - at, axis=1)
+    inside = np.flatnonzero(((at > 0.0) & (at < (region.width, region.height))).all(axis=1))
+    markers: list[Point] = [(x, y) for x, y in at[inside].tolist()]
+    return [rows[n] for n in inside.tolist()], markers, size[inside].tolist()
+
+
+def _find_places(
+    context: Any,
+    board: Board,
+    markers: list[Point],
+    near: list[float],
+    texts: list[tuple[str, str]],
+    wanted: frozenset[int],
+) -> None:
+    """The plates of labels; anew only where something moved or a text is longer or shorter."""
+    region, scale = context.region, context.preferences.system.ui_scale
     height = (FONT + 2 * PADDING) * scale
     sizes = [(_wide(context, words), height) for words in texts]
+    hidden = covered(context.area, region, context.space_data, context.preferences)
+    places = markers, near, sizes, wanted, hidden, region.width, region.height
+    if places == board.places:
+        return
+    board.places = places
     # The nearest to the eye first; one after the other in the list where that is the same.
     order = [
         n
-        for n in np.argsort(-np.round(size, 3), kind="stable").tolist()
-        if any(texts[n]) and (size[n] >= LEAST_PIXELS_A_METRE or n in wanted)
+        for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
+        if any(texts[n]) and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted)
     ][:MOST_LABELS]
     window = (0.0, 0.0, float(region.width), float(region.height))
-    hidden = covered(context.area, region, context.space_data, context.preferences)
     off = (SIGN + GAP / 2) * scale
-    plates = arrange(markers, sizes, order, wanted, window, hidden, off)
-    board.words = []
-    for n, plate in plates.items():
-        board.words += _words(context, plate, texts[n], rows[n][1])
-    marked = [markers[n] for n in plates if n in wanted]
-    board.batches = _batches(list(plates.values()), rows, markers, marked, SIGN * scale)
+    board.plates = arrange(markers, sizes, order, wanted, window, hidden, off)
 
 
-def _texts(context: Any, row: tuple[Any, Shown, str], full: bool) -> tuple[str, str]:
+def _texts(context: Any, row: Row, full: bool) -> tuple[str, str]:
     """Name and reading; in full for what is selected or hovered. Of a sensor without a reading
     the sign tells enough."""
     settings, one = context.scene.angen_overlay, row[1]
@@ -135,7 +151,9 @@ def _texts(context: Any, row: tuple[Any, Shown, str], full: bool) -> tuple[str, 
 def _wide(context: Any, texts: tuple[str, str]) -> float:
     scale = context.preferences.system.ui_scale
     name, value = (_width(text, FONT * scale) for text in texts)
-    return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
+    wide = name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
+    # In steps, so that plates stay where they are while a number changes.
+    return STEP * math.ceil(wide / STEP)
 
 
 def _words(context: Any, plate: Rect, texts: tuple[str, str], one: Shown) -> list[Word]:
@@ -184,7 +202,7 @@ def _draw(context: Any, board: Board) -> None:
 
 def _batches(
     plates: list[Rect],
-    rows: list[tuple[Any, Shown, str]],
+    rows: list[Row],
     markers: list[Point],
     marked: list[Point],
     sign: float,

@@ -239,8 +239,8 @@ class FrameWorld:
         facts = self._facts(key)
         carried = key in self._moments[1].bodies and facts.load_mass > 0.0
         if thing.laid and key in self._moments[1].standing:
-            # What lies on the ground alone need not be asked what it passes on.
-            carried = any(s.node != GROUND for s in self._moments[1].standing[key])
+            # What lies on what does not move need not be asked what it passes on.
+            carried = any(self._gives_way(s.node) for s in self._moments[1].standing[key])
         simulated = not carried and thing.rigid and facts.simulated
         friction = facts.friction if thing.rigid else FRICTION
         margin = self._collider(key, 0).margin if thing.rigid else 0.0
@@ -257,6 +257,14 @@ class FrameWorld:
             thing.owner,
             thing.objects,
         )
+
+    def _gives_way(self, key: Key) -> bool:
+        """Whether what stands on this thing weighs on something that has a weight of its own."""
+        thing = self._things.by_key.get(key)
+        if thing is None:
+            return False
+        facts = self._facts(key)
+        return thing.laid or thing.owner is not None or facts.load_mass > 0.0 or facts.simulated
 
     def near(self, key: Key) -> list[Key]:
         row = self._moments[1].row.get(key)

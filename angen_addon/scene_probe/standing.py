@@ -46,6 +46,8 @@ def standing(
     lo, hi = body.lo - reach, body.hi + reach
     near = (solids.lo[rows] * metres <= hi) & (solids.hi[rows] * metres >= lo)
     rows = rows[near.all(axis=1)]
+    if thing.laid:
+        rows = rows[~_lies_on_it(solids, things, rows, body, up, metres)]
     there = [part for row in rows.tolist() for part in parts_of(solids.solids[row], solids)]
     there += [up, np.array(tolerance)]
     if body.stood is None or not same_parts(body.stood[0], there):
@@ -54,6 +56,22 @@ def standing(
             _look_below(depsgraph, solids, surfaces, things, thing, body, rows, pads, up, metres),
         )
     return body.stood[1]
+
+
+def _lies_on_it(
+    solids: Solids,
+    things: Things,
+    rows: np.typing.NDArray[np.intp],
+    body: Body,
+    up: Array,
+    metres: float,
+) -> np.typing.NDArray[np.bool_]:
+    """Which solids lie on a pad, sunk through it: what has a weight and its middle above it."""
+    keys = [things.of_solid[solids.solids[row].number] for row in rows.tolist()]
+    weighs = [key in things.by_key and things.by_key[key].weighs for key in keys]
+    middles = (solids.lo[rows] + solids.hi[rows]) @ up * metres / 2.0
+    above: np.typing.NDArray[np.bool_] = middles > max(body.lo @ up, body.hi @ up)
+    return above & np.array(weighs, bool)
 
 
 def _look_below(

@@ -13,6 +13,7 @@ from ...sensor_logic.contact.underside import is_closed
 from ..animation import is_animated
 from ..instances import Uid
 from .colliders import Collider, rigid_body_collider, surface_collider
+from .facts import is_simulated
 from .solids import Solid, Solids
 
 Array = np.typing.NDArray[np.float64]
@@ -63,6 +64,11 @@ class Thing:
         """Whether it is a pad that nothing simulates, carries or holds: it lies on what is below
         it, and passes on what is on it."""
         return self.pad and not self.rigid and not self.carried and self.owner is None
+
+    @property
+    def weighs(self) -> bool:
+        """Whether it has a weight of its own: it is simulated, or animated with a mass."""
+        return self.carried or (self.rigid and is_simulated(self.original))
 
     @property
     def collides(self) -> bool:

@@ -91,10 +91,13 @@ class Joint:
 
 @dataclass(frozen=True)
 class Balance:
-    """`forces` (n, 3): on body `a` at each point, N. `missing` (bodies, 6): what of each body's
-    needed wrench no force gives. `steps`: Newton steps taken; `settled`: whether they sufficed."""
+    """`forces` (n, 3): on body `a` at each point, N. `depths` (n,): how far each point is pressed
+    in, negative where it is off, in units of the mean indentation. `missing` (bodies, 6): what of
+    each body's needed wrench no force gives. `steps`: Newton steps taken; `settled`: whether they
+    sufficed."""
 
     forces: Array
+    depths: Array
     missing: Array
     steps: int
     settled: bool
@@ -170,9 +173,11 @@ def _balance(question: _Question) -> Balance:
 
     local = (given * root * scale)[: 3 * count].reshape(count, 3)
     forces = np.einsum("nij,ni->nj", frames, local)
-    forces.flags.writeable = False
+    depths = found.displacement @ mapping[:, ::3] - points.slack
+    for kept in (forces, depths):
+        kept.flags.writeable = False
     missing = (target - scaled @ given).reshape(-1, 6) * scale / unit
-    return Balance(forces, _turned(axes.transpose(0, 2, 1), missing), steps, settled)
+    return Balance(forces, depths, _turned(axes.transpose(0, 2, 1), missing), steps, settled)
 
 
 def _turned(axes: Array, wrenches: Array) -> Array:

@@ -15,21 +15,16 @@ import numpy as np
 
 from ..model import Array
 from .balance import GROUND, Balance, Joint, Load, Points, balance
-from .covered import Contact, without_covered
+from .covered import ALIGNED, Contact, without_covered
 from .patches import Patch
+from .settling import Settled, settled
 
 Key = tuple[int, ...]
 
 # m: bodies nearer than this are looked at for contact.
 TOLERANCE = 0.002
-# m: a point of a simulated body that is this much farther off than the body's nearest one
-# carries less, and nothing soon after.
-DEAD = 3e-4
-FADING = 5e-5
 # The same beyond a collision margin, which is soft.
 MESH_TOLERANCE = 0.008
-MESH_FADING = 5e-3
-FARTHEST = 1e3
 # Share of a body's need that may be left unexplained.
 RESIDUAL = 0.02
 # A body needs at least this share of its weight for its residual to be compared with.
@@ -50,8 +45,8 @@ SPREAD = 30.0
 ALONG = 0.3
 # Of a point and of a line, as `contact_patch` gives them.
 POINTS_WITHOUT_AREA = (1, 3)
-# Less than this share of a contact's area beside a pad is its rim.
-LEAST_PART = 0.01
+# m, and of a contact's area: so little beside a pad is its rim.
+RIM, LEAST_PART = 3e-4, 0.01
 TINY = 1e-12
 SHARE_KNOWN = 0.02
 
@@ -169,7 +164,8 @@ class _Island:
 
 @dataclass(frozen=True)
 class _Group:
-    """Contact points of one sort: `b` pushes `a` at places (n, 3) along normals (n, 3)."""
+    """Contact points of one sort: `b` pushes `a` at places (n, 3) along normals (n, 3). `gaps`
+    (n,) in m, beyond collision margins; NaN where the point touches by what was found before."""
 
     a: Key
     b: Key
@@ -177,7 +173,7 @@ class _Group:
     normals: Array
     friction: float
     areas: Array
-    slack: Array
+    gaps: Array
 
 
 @dataclass
@@ -189,6 +185,7 @@ class _Attempt:
     balance: Balance | None
     residuals: dict[Key, float]
     undecided: str = ""
+    unresolved: str = ""
 
     @property
     def worst(self) -> float:
@@ -239,14 +236,17 @@ def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Att
         return _Attempt(island, groups, None, {})
     order = {key: index for index, key in enumerate(island.bodies)}
     loads = [_load(world.need(key), when) for key in island.bodies]
-    points = _points(groups, order, world)
-    found = balance(loads, points, [_joint(link, order, 1.0) for link in island.links])
+    joints = [_joint(link, order, 1.0) for link in island.links]
+    lying = settled(loads, _points(groups, order, world), _gaps(groups), joints)
+    points = lying.points
+    found = balance(loads, points, joints)
     whole = sum(float(np.linalg.norm(load.wrench[:3])) for load in loads)
     least = max(LEAST_SHARE * whole, TINY)
     residuals = {
         key: _residual(world, key, found.missing[index], least) for key, index in order.items()
     }
     attempt = _Attempt(island, groups, found, residuals)
+    attempt.unresolved = _unresolved(pad, world, attempt, lying)
     if island.links:
         attempt.undecided = _undecided(pad, attempt, loads, points, order)
     return attempt
@@ -343,9 +343,6 @@ def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
     for contact in kept:
         one, two = nodes[contact.a], nodes[contact.b]
         patch = contact.patch
-        fading = MESH_FADING if one.margin + two.margin > 0.0 else FADING
-        nearest = _nearest(contact, kept, movable)
-        slack = np.clip((patch.gaps - nearest - DEAD) / fading, 0.0, FARTHEST)
         normals = np.broadcast_to(patch.normal, patch.points.shape)
         groups.append(
             _Group(
@@ -355,7 +352,7 @@ def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
                 normals,
                 one.friction * two.friction,
                 patch.areas,
-                slack,
+                patch.gaps - one.margin - two.margin,
             )
         )
     return groups
@@ -378,7 +375,7 @@ def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) 
         patch = contact.patch
         across = np.eye(3) - np.outer(patch.normal, patch.normal)
         ahead = np.concatenate([p.points for p in in_front]) @ across
-        lo, hi = ahead.min(axis=0) - DEAD, ahead.max(axis=0) + DEAD
+        lo, hi = ahead.min(axis=0) - RIM, ahead.max(axis=0) + RIM
         seen = patch.points @ across
         outside = ((seen < lo) | (seen > hi)).any(axis=1)
         if patch.areas[outside].sum() > LEAST_PART * patch.areas.sum():
@@ -387,23 +384,6 @@ def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) 
             )
             found.append(replace(contact, patch=rest))
     return found
-
-
-def _nearest(contact: Contact, others: Sequence[Contact], movable: Sequence[bool]) -> float:
-    """The least gap among the contacts that a body of this one has in the same direction."""
-    found = []
-    for body, sign in ((contact.a, 1.0), (contact.b, -1.0)):
-        if not movable[body]:
-            continue
-        found.append(
-            min(
-                float(other.patch.gaps.min())
-                for other in others
-                for own, turn in ((other.a, 1.0), (other.b, -1.0))
-                if own == body and sign * turn * (other.patch.normal @ contact.patch.normal) > 0.9
-            )
-        )
-    return min(found)
 
 
 def _standing_groups(island: _Island, world: World) -> list[_Group]:
@@ -418,7 +398,7 @@ def _standing_groups(island: _Island, world: World) -> list[_Group]:
                 np.broadcast_to(world.up, (count, 3)),
                 0.0,
                 standing.areas,
-                np.zeros(count),
+                np.full(count, np.nan),
             )
         )
     return groups
@@ -438,8 +418,12 @@ def _points(groups: Sequence[_Group], order: dict[Key, int], world: World) -> Po
         np.repeat(np.array([index_of(group.b) for group in groups], np.intp), counts),
         np.repeat(np.array([group.friction for group in groups]), counts),
         np.concatenate([np.empty(0), *_stiffnesses(groups)]),
-        np.concatenate([np.empty(0), *(group.slack for group in groups)]),
+        np.zeros(sum(counts)),
     )
+
+
+def _gaps(groups: Sequence[_Group]) -> Array:
+    return np.concatenate([np.empty(0), *(group.gaps for group in groups)])
 
 
 def _stiffnesses(groups: Sequence[_Group]) -> list[Array]:
@@ -496,6 +480,33 @@ def _undecided(
     return f"statics cannot tell how much {names} carries"
 
 
+def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
+    """Whether the pad and what does not move beside it share a weight, though one of them is the
+    higher, by less than can be told."""
+    assert attempt.balance is not None
+    sides = []
+    start = 0
+    for group in attempt.groups:
+        part = slice(start, start := start + len(group.places))
+        pressed = float(np.linalg.norm(attempt.balance.forces[part], axis=1).sum())
+        for body, under, sign in ((group.a, group.b, 1.0), (group.b, group.a, -1.0)):
+            if _acts(world.node(body), world).weighs and np.isfinite(group.gaps).all():
+                sides.append((body, under, sign * group.normals[0], part, pressed))
+    for body, under, normal, part, pressed in sides:
+        for same, other, direction, beside, carried in sides if under == pad else ():
+            if same != body or other == pad or world.node(other).weighs:
+                continue
+            both = min(pressed, carried) > SHARE_KNOWN * max(pressed, carried)
+            step = found.undecided(part, beside) if both and direction @ normal > ALIGNED else 0.0
+            if step:
+                return (
+                    f"'{world.node(pad).name}' and '{world.node(other).name}' differ in height by "
+                    f"{1000.0 * step:.1g} mm, too little to tell how they share the weight of "
+                    f"'{world.node(body).name}': make the pad thicker, or level with it"
+                )
+    return ""
+
+
 def _on_pad(pad: Key, groups: Sequence[_Group]) -> Array:
     """Mask of the points that are on the pad."""
     counts = [len(group.places) for group in groups]
@@ -504,7 +515,7 @@ def _on_pad(pad: Key, groups: Sequence[_Group]) -> Array:
 
 def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
     problems = [world.need(key).problem for key in attempt.island.bodies]
-    problems = [problem for problem in problems if problem] + [attempt.undecided]
+    problems = [*problems, attempt.undecided, attempt.unresolved]
     if attempt.balance is None:
         return PadForces()
     found: dict[Key, list[tuple[Array, Array]]] = {}

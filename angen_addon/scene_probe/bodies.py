@@ -27,12 +27,13 @@ from ...sensor_logic.contact.shapes import Shape, perpendiculars
 from ..instances import Uid
 from .colliders import Collider
 from .columns import Surfaces
+from .cut_off import CutOff
 from .facts import FRICTION, Facts, facts_of, is_simulated
 from .links import links_of
 from .moments import Moment
 from .solids import Solids
 from .standing import standing
-from .things import GROUND, MARGIN, Key, Pad, Thing, Things
+from .things import Key, Pad, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
 # Contacts of two things as last found, by the reach they were looked for with, and the poses and
@@ -99,6 +100,10 @@ class Bodies:
                         metres,
                     )
 
+        cut_off = CutOff(depsgraph, self._solids, self._surfaces, self._things, moment, metres)
+        for key in (self._things.pads[pad] for pad in due):
+            moment.cut_off[key] = cut_off.problem(key)
+
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """The forces on a pad at a frame that was looked at; to be asked for once the next frame
         was looked at too. Where the frames beside it are not known, they are those at rest."""
@@ -122,34 +127,10 @@ class Bodies:
         found = pad_forces(key, self._world)
         doubt = (
             self._stale
-            or _cut_off(key, moment, self._things)
+            or moment.cut_off.get(key, "")
             or ("" if known else "three frames in a row are not known")
         )
         return replace(found, problem=found.problem or doubt)
-
-
-def _cut_off(pad: Key, moment: Moment, things: Things) -> str:
-    """Whether a weight ends in something without a mass that lies on the pad."""
-    up = moment.up
-    axes = np.abs(up)
-    row = moment.row[pad]
-    thing = things.by_key[pad]
-    slack = MARGIN + 2.0 * thing.tolerance
-    lo, hi = moment.lo[row] - slack * (1.0 - axes), moment.hi[row] + slack * (1.0 - axes)
-    for key, supports in moment.standing.items():
-        if things.by_key[key].pad:
-            continue
-        for name, ground_lo, ground_hi in (g for s in supports for g in s.ground):
-            # Its underside is where the pad's upper side is, and over it.
-            under = min(float(ground_lo @ up), float(ground_hi @ up))
-            top = max(float(moment.lo[row] @ up), float(moment.hi[row] @ up))
-            beside = ((ground_lo > hi) | (ground_hi < lo)) & (axes < 0.5)
-            if abs(under - top) <= slack and not beside.any():
-                return (
-                    f"the weight of '{things.by_key[key].original.name}' ends in '{name}', which "
-                    "has no mass: give it one (Weight on Sensors)"
-                )
-    return ""
 
 
 def _stale(scene: Any, frame: int) -> str:

@@ -20,7 +20,7 @@ class Moment:
     """One frame: `poses` (n, 4, 4) and `scales` (n, 3) of the things that collide, world bounds
     `lo`, `hi` (n, 3) of all things, in the order of `row`; animated `bodies` by key, and what they
     are `standing` on, where it was asked for; `gravity` and the direction `up` (3,);
-    `facts` of what was near a pad."""
+    `facts` of what was near a pad; `cut_off`: why a pad's weight may end before the pad."""
 
     def __init__(
         self,
@@ -41,6 +41,7 @@ class Moment:
         self.bodies: dict[Key, Body] = {}
         self.standing: dict[Key, list[Standing]] = {}
         self.facts: dict[Key, Facts] = {}
+        self.cut_off: dict[Key, str] = {}
         for row, thing in enumerate(known):
             if not (thing.carried or thing.laid):
                 continue

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.contact.island import Standing
+from ...sensor_logic.contact.island import Ground, Standing
 from ...sensor_logic.contact.underside import clustered, firmness, underside
 from . import columns
 from .carried import Body, parts_of, same_parts
@@ -129,8 +129,10 @@ def _look_below(
         pad_ranges, pad_met = cast(rows[is_pad])
         first = (pad_met != NOTHING) & (pad_ranges <= ranges + FLUSH)
         ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
-    firm = firmness(ranges - height, tolerance) * (met != NOTHING)
-    return _by_support(solids, things, samples.points, samples.areas * firm, met, metres)
+    gaps = np.where(met != NOTHING, ranges - height, np.inf)
+    firm = firmness(gaps, tolerance)
+    below = samples.points - up * np.where(firm > 0.0, gaps, 0.0)[:, None]
+    return _by_support(solids, things, samples.points, below, samples.areas * firm, met)
 
 
 def _room_above(body: Body, points: Array, up: Array) -> Array:
@@ -146,21 +148,22 @@ def _by_support(
     solids: Solids,
     things: Things,
     points: Array,
+    below: Array,
     areas: Array,
     met: np.typing.NDArray[np.int64],
-    metres: float,
 ) -> list[Standing]:
+    """The supports of points (n, 3), each with what it stands for and the number of the solid that
+    it met, at `below` (n, 3)."""
     found: dict[Key, np.typing.NDArray[np.bool_]] = {}
     ground = []
-    rows = {solid.number: solid for solid in solids.solids}
+    known = {solid.number: solid for solid in solids.solids}
     for number in np.unique(met[areas > 0.0]).tolist():
         key = things.of_solid.get(number, GROUND)
         mask = (met == number) & (areas > 0.0)
         found[key] = found[key] | mask if key in found else mask
         if key == GROUND:
-            solid = rows[number]
-            lo, hi = solids.lo[solid.row] * metres, solids.hi[solid.row] * metres
-            ground.append((solid.original.name, lo, hi))
+            places, _ = clustered(below[mask], areas[mask])
+            ground.append(Ground(known[number].original.name, number, places))
     return [
         Standing(key, *clustered(points[mask], areas[mask]), tuple(ground) if key == GROUND else ())
         for key, mask in found.items()

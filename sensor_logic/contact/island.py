@@ -85,15 +85,24 @@ class Need:
 
 
 @dataclass(frozen=True)
+class Ground:
+    """What is stood on but is no node, and so passes nothing on: its name, its number, and places
+    (k, 3) in m where it is met."""
+
+    name: str
+    number: int
+    places: Array
+
+
+@dataclass(frozen=True)
 class Standing:
     """A carried body's contact with what is below it: the support's `node`, places (k, 3), and
-    areas (k,) that count less the looser the contact. `ground`: name and bounds (3,), (3,) in m of
-    what is no node, and so passes nothing on."""
+    areas (k,) that count less the looser the contact. `ground`: what of it is no node."""
 
     node: Key
     places: Array
     areas: Array
-    ground: tuple[tuple[str, Array, Array], ...] = ()
+    ground: tuple[Ground, ...] = ()
 
 
 class World(Protocol):

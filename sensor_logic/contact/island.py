@@ -17,7 +17,8 @@ from ..model import Array
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import ALIGNED, Contact, without_covered
 from .patches import Patch
-from .settling import Settled, settled
+from .settling import Settled, height_between, settled
+from .shapes import Shape
 
 Key = tuple[int, ...]
 
@@ -174,7 +175,8 @@ class _Island:
 @dataclass(frozen=True)
 class _Group:
     """Contact points of one sort: `b` pushes `a` at places (n, 3) along normals (n, 3). `gaps`
-    (n,) in m, beyond collision margins; NaN where the point touches by what was found before."""
+    (n,) in m, beyond collision margins; NaN where the point touches by what was found before.
+    `shapes`: of a and of b, where they are known."""
 
     a: Key
     b: Key
@@ -183,6 +185,7 @@ class _Group:
     friction: float
     areas: Array
     gaps: Array
+    shapes: tuple[Shape, ...] = ()
 
 
 @dataclass
@@ -362,6 +365,7 @@ def _shape_groups(pad: Key, island: _Island, world: World) -> list[_Group]:
                 one.friction * two.friction,
                 patch.areas,
                 patch.gaps - one.margin - two.margin,
+                (contact.shape_a, contact.shape_b),
             )
         )
     return groups
@@ -498,16 +502,22 @@ def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> st
     for group in attempt.groups:
         part = slice(start, start := start + len(group.places))
         pressed = float(np.linalg.norm(attempt.balance.forces[part], axis=1).sum())
-        for body, under, sign in ((group.a, group.b, 1.0), (group.b, group.a, -1.0)):
-            if _acts(world.node(body), world).weighs and np.isfinite(group.gaps).all():
-                sides.append((body, under, sign * group.normals[0], part, pressed))
-    for body, under, normal, part, pressed in sides:
-        for same, other, direction, beside, carried in sides if under == pad else ():
+        for body, under, shape, sign in (
+            (group.a, group.b, group.shapes[1:], 1.0),
+            (group.b, group.a, group.shapes[:1], -1.0),
+        ):
+            if shape and _acts(world.node(body), world).weighs:
+                sides.append((body, under, shape[0], group, sign, part, pressed))
+    for body, under, shape, group, sign, part, pressed in sides:
+        for same, other, beside, along, turn, _, carried in sides if under == pad else ():
+            normal = sign * group.normals[0]
             if same != body or other == pad or world.node(other).weighs:
                 continue
-            both = min(pressed, carried) > SHARE_KNOWN * max(pressed, carried)
-            step = found.undecided(part, beside) if both and direction @ normal > ALIGNED else 0.0
-            if step:
+            if turn * along.normals[0] @ normal < ALIGNED:
+                continue
+            step = height_between(shape, beside, group.places, normal)
+            shared = min(pressed, carried) > SHARE_KNOWN * max(pressed, carried)
+            if shared and found.level[part].max() < step < found.untold[part].max():
                 return (
                     f"'{world.node(pad).name}' and '{world.node(other).name}' differ in height by "
                     f"{1000.0 * step:.1g} mm, too little to tell how they share the weight of "

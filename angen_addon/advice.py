@@ -9,6 +9,9 @@ from typing import Any
 from .animation import is_animated
 from .scene_probe.solids import SURFACE_TYPES
 
+# Of several pads with the same problem, so many are named.
+NAMED = 3
+
 
 def without_surface(obj: Any) -> str:
     """Why nothing can press on the object; empty where something can."""
@@ -78,6 +81,20 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> str:
         "Nothing in this scene has a weight. Make something an active rigid body, or give an "
         "animated person or thing a mass: Physics tab, Weight on Sensors"
     )
+
+
+def of_several(told: dict[str, str]) -> str:
+    """One line for what is to be told of several pads, by their names: the first of them, how many
+    there are, and the text; where the texts differ, that of the first."""
+    names = list(told)
+    text = told[names[0]]
+    text = f"{text[0].lower()}{text[1:]}"
+    if len(names) == 1:
+        return f"'{names[0]}': {text}"
+    first = ", ".join(f"'{name}'" for name in names[:NAMED])
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    of_first = "of the first: " if len(set(told.values())) > 1 else ""
+    return f"{len(names)} pads ({first}{more}): {of_first}{text}"
 
 
 def outdated_cache(scene: Any) -> str:

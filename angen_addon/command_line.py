@@ -118,9 +118,10 @@ def _run(options: argparse.Namespace) -> Recording:
     """Simulates what the options ask for."""
     scene = bpy.context.scene
     sensors = chosen(_sensors(), options.sensor)
-    _tell_of_off(sensors)
-    _tell_of_pads(sensors)
-    _tell_of_warmth(sensors)
+    if not options.quiet:
+        _tell_of_off(sensors)
+        _tell_of_pads(sensors)
+        _tell_of_warmth(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(ends_before_time(scene, first, last))
@@ -161,14 +162,14 @@ def _tell_of_pads(sensors: list[Sensor]) -> None:
     """Says what keeps pressure pads from reading what their user expects."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     pads = [s for s in simulated(sensors) if s.kind.motion]
-    for pad in pads:
-        for text in (
-            advice.without_surface(pad.object),
-            advice.sinks(pad.object, scene),
-            advice.weightless(pad.object, scene, view_layer),
-        ):
-            if text:
-                note(f"'{pad.name}': {text[0].lower()}{text[1:]}")
+    for ask in (
+        lambda pad: advice.without_surface(pad.object),
+        lambda pad: advice.sinks(pad.object, scene),
+        lambda pad: advice.weightless(pad.object, scene, view_layer),
+    ):
+        told = {pad.name: text for pad in pads if (text := ask(pad))}
+        if told:
+            note(advice.of_several(told))
     short = advice.short_cache(scene) if pads else ""
     if short:
         note(short)

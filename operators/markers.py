@@ -15,6 +15,7 @@ from ..angen_addon.active import active_sensor
 from ..angen_addon.sensors import Sensor, all_sensors
 from ..angen_addon.timeline.events import log_indices, switch_indices
 from ..sensor_logic.event_log import format_value
+from ..sensor_logic.partner_names import split
 from ..sensor_logic.recording import Recording, Track
 from .recording import has_fresh_recording
 
@@ -50,7 +51,7 @@ def event_name(track: Track, index: int) -> str:
             continue
         value = column[index]
         if published.type is str:
-            texts.append(value.replace(";", ", ") or "nobody")
+            texts.append(", ".join(split(value)) or "nobody")
         elif published.name == "valid":
             texts.append("valid" if value else "not valid")
         elif published.type is bool:

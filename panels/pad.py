@@ -12,6 +12,7 @@ from ..angen_addon import advice
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import centre_text, lengths_of
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.partner_names import split
 from ..sensor_logic.quantities import NOTHING, Lengths
 from .lines import draw_lines, draw_row
 from .readings import Shown
@@ -56,7 +57,7 @@ def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> N
     """All but the force, which the sensor's state tells."""
     column = layout.column(align=True)
     of = KINDS["PRESSURE"].fields
-    draw_row(column, "Pressed By", fields["partners"].replace(";", ", ") or NOTHING)
+    draw_row(column, "Pressed By", ", ".join(split(fields["partners"])) or NOTHING)
     draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"], lengths))
     draw_row(column, "Resistor", of["resistance_ohm"].text(fields["resistance_ohm"]))
     voltage = of["voltage_v"].text(fields["voltage_v"])

@@ -11,6 +11,7 @@ import numpy as np
 from .force_resistor import ForceResistor
 from .model import PadContact, Pose, Reading, Update
 from .parameters import Choice, Parameters, parameter
+from .partner_names import joined
 from .quantities import METRES, Lengths
 
 # A partner is named from this share of the force on.
@@ -234,9 +235,9 @@ class PressurePad:
 
 @dataclass(frozen=True)
 class PadReading:
-    """Force in N, names of the partners joined by `;`, and the centre of pressure (x, y) in m
-    along the pad's axes from its origin; NaN where nothing presses. `on_its_back`: only its −Z
-    side is pressed, by more than its own weight."""
+    """Force in N, names of the partners as `partner_names.joined` has them, and the centre of
+    pressure (x, y) in m along the pad's axes from its origin; NaN where nothing presses.
+    `on_its_back`: only its −Z side is pressed, by more than its own weight."""
 
     force: float
     partners: str
@@ -273,7 +274,7 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
     elif not parameters.subtract_own_weight:
         force = pressing + own
     least = LEAST_SHARE * max(pressing, holding)
-    partners = ";".join(sorted(name for name, share in names.items() if share > least))
+    partners = joined(name for name, share in names.items() if share > least)
     centre = (math.nan, math.nan)
     if pressing > 0.0:
         local = pose.axes.T @ (moment / pressing)

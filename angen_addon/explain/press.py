@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...sensor_logic.kinds import FORCE
+from ...sensor_logic.partner_names import split
 from ...sensor_logic.pressure import PressureParameters, pad_reading
 from ...sensor_logic.quantities import Lengths, typed
 from ..units import centre_text
@@ -86,7 +87,7 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
         doubt = cause.problem
     facts = _facts(cause, replay.lengths)
     if index > 0:
-        names = track.columns["partners"][index - 1].replace(";", ", ")
+        names = ", ".join(split(track.columns["partners"][index - 1]))
         by = f", {names}" if names else ""
         when = at_frame(track.frames[index - 1], track.times[index - 1])
         facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))

@@ -502,12 +502,12 @@ def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> st
     for group in attempt.groups:
         part = slice(start, start := start + len(group.places))
         pressed = float(np.linalg.norm(attempt.balance.forces[part], axis=1).sum())
-        for body, under, shape, sign in (
+        for body, under, below, sign in (
             (group.a, group.b, group.shapes[1:], 1.0),
             (group.b, group.a, group.shapes[:1], -1.0),
         ):
-            if shape and _acts(world.node(body), world).weighs:
-                sides.append((body, under, shape[0], group, sign, part, pressed))
+            if below and _acts(world.node(body), world).weighs:
+                sides.append((body, under, below[0], group, sign, part, pressed))
     for body, under, shape, group, sign, part, pressed in sides:
         for same, other, beside, along, turn, _, carried in sides if under == pad else ():
             normal = sign * group.normals[0]

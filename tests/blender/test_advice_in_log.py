@@ -13,8 +13,9 @@ def simulate(world, addon_part, tmp_path, capsys):
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
         capsys.readouterr()
         command = addon_part("angen_addon.command_line").run_command
-        assert command(["simulate", "--frames", "1:3", "--quiet", *arguments]) == 0
-        return capsys.readouterr().err
+        assert command(["simulate", "--frames", "1:3", *arguments]) == 0
+        said = capsys.readouterr().err.splitlines()
+        return "\n".join(line for line in said if line.startswith("angen: "))
 
     return run
 
@@ -31,6 +32,18 @@ def add_body(world, name, mass, kind="ACTIVE", obj=None):
 def test_a_scene_without_weights(world, simulate):
     world.sensor("PRESSURE", "pad", world.box((1, 1, 0.01), name="pad"))
     assert "'pad': nothing in this scene has a weight" in simulate()
+
+
+def test_many_pads_are_told_of_once(world, simulate):
+    """The kind of problem, how many pads have it, and the first of them."""
+    for name in (f"pad {number:02}" for number in range(100)):
+        world.sensor("PRESSURE", name, world.box((1, 1, 0.01), name=name))
+    world.sensor("PRESSURE", "bare")
+    said = simulate().splitlines()
+    assert len(said) == 2
+    assert "101 pads ('bare', 'pad 00', 'pad 01' and 98 more): nothing in this scene" in said[1]
+    assert said[0].startswith("angen: 'bare': it has no surface")
+    assert simulate("--quiet") == ""
 
 
 def test_a_light_active_pad_and_a_short_cache(world, simulate):

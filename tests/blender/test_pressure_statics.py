@@ -73,6 +73,14 @@ def test_two_bodies_on_one_pad_are_both_named(physics):
     assert pad.cop[5:, 0] == pytest.approx(-0.04, abs=1e-3)
 
 
+def test_a_semicolon_in_a_name_does_not_make_two_partners(physics):
+    physics.frames(4)
+    physics.floor()
+    physics.pad(kind="PASSIVE")
+    physics.body("left;right", (0.05, 0.05, 0.05), (0, 0, 0.06), 3.0)
+    assert set(physics.read().partners) == {"left\\;right"}
+
+
 @pytest.mark.parametrize(
     ("chosen", "mass", "names"),
     [("object", 3.0, {"left"}), ("collection", 1.0, {"right"}), ("both", 4.0, {"left;right"})],

@@ -118,8 +118,8 @@ def _run(options: argparse.Namespace) -> Recording:
     """Simulates what the options ask for."""
     scene = bpy.context.scene
     sensors = chosen(_sensors(), options.sensor)
+    _tell_of_off(sensors)
     if not options.quiet:
-        _tell_of_off(sensors)
         _tell_of_pads(sensors)
         _tell_of_warmth(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)

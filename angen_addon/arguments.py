@@ -83,7 +83,9 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         metavar="NAME",
         help="only this sensor; may be given again",
     )
-    run.add_argument("--quiet", action="store_true", help="no progress and no advice on standard error")
+    run.add_argument(
+        "--quiet", action="store_true", help="no progress, no advice on standard error"
+    )
 
     one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
     one.add_argument(
@@ -136,6 +138,8 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         metavar="SECONDS",
         help="its last event at or before this time, as in the event log, is explained",
     )
-    four.add_argument("--quiet", action="store_true", help="no progress and no advice on standard error")
+    four.add_argument(
+        "--quiet", action="store_true", help="no progress, no advice on standard error"
+    )
     add_verbs(verbs, path)
     return parser

@@ -108,6 +108,9 @@ def after_undo(*_: Any) -> None:
     light_scene.remove_left()
     _look_again()
     _show_recorded()
+    if bpy.context.scene is not None:
+        live_of(bpy.context.scene).hold_light()
+        resting.soon()
 
 
 def _look_again() -> None:

@@ -25,9 +25,7 @@ from .station import Station, Taken
 BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
 EDITED = "The scene was edited since: scrub, play or simulate"
 ELSEWHERE = "It was read at another frame: scrub, play or simulate"
-LIGHT_BEFORE = (
-    "The light is as it was before an edit: it is measured once the playhead was moved and rests"
-)
+LIGHT_BEFORE = "The scene was edited since: light is measured once the playhead was moved and rests"
 LIGHT_AT_REST = (
     "Light is measured once the playhead rests, as rendering takes too long for each frame; "
     "simulate for all frames"
@@ -55,7 +53,6 @@ class Live:
         self.looked_at: int | None = None
         # The frame that was followed last.
         self._frame: int | None = None
-        # Light takes long to measure: not after each edit, but once the playhead was moved.
         self._held = False
         self._probes = Probes(scene)
         self._waiting: dict[Uid, Taken] = {}
@@ -95,13 +92,17 @@ class Live:
         """Whether the present frame, or what was edited since, was not looked at."""
         return self.outdated or self._frame != scene.frame_current
 
+    def hold_light(self) -> None:
+        """Light takes long to measure: not after each edit, but once the playhead was moved."""
+        self._held = True
+
     def catch_up(self, scene: Any, view_layer: Any) -> None:
         """Senses at the present frame after an edit. Not in a handler."""
-        edited = bool(self.readings)
+        hold = self._held or bool(self.readings)
         state.CACHE.running = True
         try:
             self.follow(scene, view_layer, view_layer.depsgraph)
-            self._held = edited
+            self._held = hold
             # What is shown must not be taken for an edit.
             view_layer.update()
             self.looked_at = None

@@ -72,12 +72,14 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 def draw_recording(layout: UILayout, scene: Scene) -> None:
     """Whether there is a recording, and whether it still holds."""
     kept = state.CACHE.kept(scene)
+    values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:
         layout.progress(text="Esc keeps what is done", factor=state.CACHE.progress)
     elif kept is None:
-        layout.label(text="Not recorded: live values", icon="INFO")
+        layout.label(text=f"Not recorded: {values}", icon="INFO")
     elif kept.stale:
-        text = f"Recording is stale, {kept.stale}. Values are live. Simulate again, or undo"
+        now = "Values are live" if scene.angen_live else "Live is off: no values are shown"
+        text = f"Recording is stale, {kept.stale}. {now}. Simulate again, or undo"
         draw_lines(layout, text, "ERROR")
     else:
         recording = kept.recording
@@ -86,7 +88,7 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
         if kept.made_in != HERE:
             layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
-            layout.label(text="This frame is not in it: live values", icon="INFO")
+            layout.label(text=f"This frame is not in it: {values}", icon="INFO")
     if state.CACHE.notice:
         draw_lines(layout, state.CACHE.notice, "ERROR")
 

@@ -46,7 +46,7 @@ def explain_light(replay: Replay, index: int) -> Explanation:
         used = "Cycles"
     facts = [
         ("Reading", f"{text(track.value[index])} ({used})"),
-        ("Estimate", f"{text(now.total)} (direct light and one mean for the walls)"),
+        ("Estimate", f"about {text(now.total)} (direct light and one mean for the walls)"),
     ]
     if index > 0:
         when = at_frame(track.frames[index - 1], track.times[index - 1])

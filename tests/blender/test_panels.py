@@ -274,6 +274,11 @@ def test_beyond_the_recording_values_are_said_to_be_live(physics):
     assert "live" not in drawn("ANGEN_PT_simulation").text
     physics.scene.frame_set(21)
     assert "This frame is not in it: live values" in drawn("ANGEN_PT_simulation").text
+    physics.scene.angen_live = False
+    assert "This frame is not in it: no values" in drawn("ANGEN_PT_simulation").text
+    pad().location.z += 1.0
+    physics.update()
+    assert "Live is off: no values are shown" in drawn("ANGEN_PT_simulation").text
 
 
 def test_events_say_that_the_recording_is_stale_and_the_way_out(physics):

@@ -138,7 +138,7 @@ def test_light_is_not_measured_after_each_edit(door):
     leaf().location.y = 3
     door.update()
     rest()
-    assert told("light").text == f"{before.text}, old" and "before an edit" in told("light").old
+    assert told("light").text == f"{before.text}, old" and "playhead was moved" in told("light").old
     assert told().old == ""
     leaf().location.y = 4
     door.update()
@@ -149,6 +149,23 @@ def test_light_is_not_measured_after_each_edit(door):
     assert told("light").old == ""
     light.angen_sensor.light.method = "ILLUMINANCE"
     assert told("light").text == "No reading", "percent are not told as lux"
+
+
+def test_after_undo_live_values_are_there_again(door):
+    """Where nothing is recorded; light, which takes long, once the playhead was moved."""
+    door.sensor("LIGHT", "light", samples=16)
+    door.update()
+    door.scene.frame_set(20)
+    bpy.ops.ed.undo_push(message="before")
+    leaf().scale.x = 2
+    bpy.ops.ed.undo_push(message="edit")
+    bpy.ops.ed.undo()
+    rest()
+    assert told().fields is not None and told().old == ""
+    assert "playhead was moved" in told("light").old
+    bpy.context.scene.frame_set(21)
+    rest()
+    assert told("light").old == ""
 
 
 def test_what_lights_it_is_an_edit_too(door):

@@ -36,8 +36,9 @@ lint: lint-venv ## check style and types
 	@$(LINT) -m ruff format --check .
 	@sh scripts/check_types.sh $(LINT)
 
-zip: venv ## build the extension for Blender in dist/
-	@$(RUN) scripts/build_zip.py dist
+zip: ## build the extension for Blender in dist/ (needs Python 3.11 or later, and fetches nothing)
+	@python=$$(sh scripts/find_python.sh 3.13 3.12 3.11 3.14 2>/dev/null || echo python3); \
+	"$$python" scripts/build_zip.py dist
 
 sample: ## rebuild sample_blends/*.blend (with Blender 4.2, so that every later version opens them)
 	@BPY=4.2 sh scripts/make_venv.sh .venv-4.2 test

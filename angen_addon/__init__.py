@@ -20,11 +20,22 @@ def _modules() -> tuple:
     )
 
 
+_registered = False
+
+
 def register() -> None:
+    global _registered
+    from . import taking_down
+
     for module in _modules():
         module.register()
+    _registered = True
+    taking_down.expect(unregister)
 
 
 def unregister() -> None:
-    for module in reversed(_modules()):
-        module.unregister()
+    global _registered
+    if _registered:
+        _registered = False
+        for module in reversed(_modules()):
+            module.unregister()

@@ -3,17 +3,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+import traceback
 from importlib import import_module
 from pathlib import Path
 
-from .quiet import standard_output_silenced
+from .leaving import leave_hard
+from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
 VERBS = "{simulate,list,check,explain,coverage,place,convert,compare}"
 # Verbs that read logs alone, each in the module of its name.
 WITHOUT_BLENDER = ("convert", "compare")
 PROGRAM = "python -m angen_addon"
+TRUSTED = "--enable-autoexec"
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
 
@@ -29,27 +33,33 @@ def main(arguments: list[str]) -> int:
     file = None
     if not help_only:
         if not options or options[0].startswith("-"):
-            sys.stderr.write(USAGE + "angen: the blend file comes right after the verb\n")
+            tell(USAGE + "angen: the blend file comes right after the verb\n")
             return 2
         file, options = Path(options[0]), options[1:]
         problem = unreadable(file)
         if problem:
-            sys.stderr.write(f"angen: {problem}\n")
+            tell(f"angen: {problem}\n")
             return 2
     with standard_output_silenced():
         import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
-    extension = load_extension()
-    extension.register()
-    try:
+
+        extension = load_extension()
+        extension.register()
         command_line = import_module(f"{PACKAGE}.angen_addon.command_line")
-        problem = open_file(file) if file else ""
-        if problem:
-            sys.stderr.write(f"angen: {problem}\n")
-            return 2
-        return int(command_line.run_command(verb + options, PROGRAM))
-    finally:
-        # A handler that is still registered keeps the process from ending after a render.
-        extension.unregister()
+        trusted = TRUSTED in options
+        options = [option for option in options if option != TRUSTED]
+        problem = open_file(file, trusted) if file else ""
+    if problem:
+        tell(f"angen: {problem}\n")
+        return 2
+    return int(command_line.run_command(verb + options, PROGRAM))
+
+
+def tell(text: str) -> None:
+    """On standard error, where it is open."""
+    with contextlib.suppress(OSError, ValueError):
+        sys.stderr.write(text)
+        sys.stderr.flush()
 
 
 def unreadable(file: Path) -> str:
@@ -69,13 +79,13 @@ def unreadable(file: Path) -> str:
     return ""
 
 
-def open_file(file: Path) -> str:
-    """Opens `file`; returns why that failed, in a line."""
+def open_file(file: Path, trusted: bool) -> str:
+    """Opens `file`, with its Python if it is trusted; returns why that failed, in a line."""
     import bpy
 
     try:
-        with standard_output_silenced():
-            bpy.ops.wm.open_mainfile(filepath=str(file.absolute()), load_ui=False)
+        path = str(file.absolute())
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=trusted)
     except RuntimeError as error:
         reason = " ".join(str(error).removeprefix("Error:").split())
         return f"cannot open {file}: {reason}"
@@ -83,4 +93,15 @@ def open_file(file: Path) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    fill_closed_streams()
+    status = 1
+    try:
+        status = main(sys.argv[1:])
+    except SystemExit as stop:
+        status = int(stop.code or 0)
+    except KeyboardInterrupt:
+        tell("angen: interrupted; nothing was written\n")
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        leave_hard(status)

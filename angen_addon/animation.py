@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
+
+import bpy
 
 # Beginnings of the data paths of an object's own place.
 PLACE = ("location", "rotation_", "scale", "delta_")
@@ -89,3 +92,14 @@ def motion_paths(obj: Any) -> list[str]:
     paths = [curve.data_path for curve in (*curves, *animation.drivers)]
     found += ["rotation by strip" for track in animation.nla_tracks if not track.mute]
     return found + [path for path in paths if path.startswith(PLACE)]
+
+
+def all_animated() -> Iterator[Any]:
+    """Everything in the file that has animation data, node trees inside others included."""
+    for prop in bpy.data.bl_rna.properties:
+        if prop.type != "COLLECTION":
+            continue
+        for block in getattr(bpy.data, prop.identifier):
+            for owner in (block, getattr(block, "node_tree", None)):
+                if getattr(owner, "animation_data", None) is not None:
+                    yield owner

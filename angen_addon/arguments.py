@@ -69,7 +69,13 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         dest="verb", required=True, metavar="simulate | list | check | explain | coverage | place"
     )
 
-    run = Parser(add_help=False)
+    every = Parser(add_help=False)
+    every.add_argument(
+        "--enable-autoexec",
+        action="store_true",
+        help="open the file as one that you trust: its drivers and scripts may run Python",
+    )
+    run = Parser(add_help=False, parents=[every])
     run.add_argument(
         "--frames",
         type=_frames,
@@ -109,7 +115,7 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     one.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
 
-    two = verbs.add_parser("list", help="the sensors of the file and their parameters")
+    two = verbs.add_parser("list", parents=[every], help="the sensors and their parameters")
     two.add_argument("--json", action="store_true", help="for programs")
 
     three = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
@@ -129,7 +135,9 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help="largest difference of an event's time that is none (default 0)",
     )
 
-    four = verbs.add_parser("explain", help="which object made a sensor report its last event")
+    four = verbs.add_parser(
+        "explain", parents=[every], help="which object made a sensor report its last event"
+    )
     four.add_argument("--sensor", required=True, metavar="NAME", help="the sensor")
     four.add_argument(
         "--time",
@@ -141,5 +149,5 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     four.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
-    add_verbs(verbs, path)
+    add_verbs(verbs, path, every)
     return parser

@@ -7,7 +7,6 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -23,10 +22,13 @@ from .arguments import parse
 from .coverage import command as coverage
 from .describe import describe
 from .explain.command import Moment
-from .interrupt import Interrupt, leave_hard
+from .interrupt import Interrupt
 from .kept import keep
-from .output_files import check_outputs, save_blend, write
+from .lacking import lacking
+from .leaving import leave_hard
+from .output_files import Outputs, check_outputs
 from .progress import ProgressLine, note
+from .quiet import fill_closed_streams, standard_output_silenced
 from .report import check_name, report_text
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
@@ -43,9 +45,7 @@ class BadInput(Exception):
 
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
     """Carries out a command on the open file; returns the exit status."""
-    if sys.stdout is None:
-        note("standard output is closed")
-        return FAILED
+    fill_closed_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         # The log is UTF-8 whatever the terminal speaks.
         sys.stdout.reconfigure(encoding="utf-8")
@@ -53,7 +53,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         options = parse(arguments, program)
     except SystemExit as stop:
         return int(stop.code or 0)
-    verbs: dict[str, Callable[[argparse.Namespace], int]] = {
+    verbs: dict[str, Callable[[argparse.Namespace, Outputs], int]] = {
         "simulate": _simulate,
         "list": _list,
         "check": _check,
@@ -61,14 +61,15 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "coverage": _coverage,
         "place": _place,
     }
-    interrupt = Interrupt(_give_up)
-    # Blender takes Ctrl-C for itself and would go on to the end.
-    before = signal.signal(signal.SIGINT, interrupt.on_signal)
-    options.interrupt = interrupt
     try:
-        status = verbs[options.verb](options)
-        sys.stdout.flush()
-        return status
+        with Interrupt(_give_up) as options.interrupt, Outputs() as outputs:
+            with standard_output_silenced():
+                status = verbs[options.verb](options, outputs)
+            options.interrupt.check()
+            if outputs.said and sys.stdout is None and options.verb != "check":
+                raise OutputError("standard output is closed")
+            outputs.land()
+            return status
     except (BadInput, NoSuchSensor) as error:
         note(str(error))
         return BAD_INPUT
@@ -87,8 +88,6 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
     except KeyboardInterrupt:
         note(INTERRUPTED)
         return FAILED
-    finally:
-        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
 
 
 def _give_up() -> None:
@@ -96,7 +95,9 @@ def _give_up() -> None:
     leave_hard(FAILED)
 
 
-def _sensors() -> list[Sensor]:
+def _sensors(options: argparse.Namespace) -> list[Sensor]:
+    """All sensors of the scene; says what keeps them from sensing the home, which is kept in
+    `options.lacks`."""
     if not bpy.data.filepath:
         raise BadInput(
             "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
@@ -105,7 +106,12 @@ def _sensors() -> list[Sensor]:
     if bpy.data.version[:2] > bpy.app.version[:2]:
         saved, here = (".".join(map(str, v[:2])) for v in (bpy.data.version, bpy.app.version))
         note(f"the file was saved by Blender {saved}, this is {here}: newer things in it are lost")
+    if options.enable_autoexec:
+        bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath, load_ui=False, use_scripts=True)
+    bpy.context.view_layer.update()
     sensors = all_sensors(bpy.context.view_layer)
+    options.lacks = []
+    _tell_of_lacks(options, sensors)
     if not sensors:
         raise BadInput(
             f"{Path(bpy.data.filepath).name} has no sensors in its scene "
@@ -114,10 +120,9 @@ def _sensors() -> list[Sensor]:
     return sensors
 
 
-def _run(options: argparse.Namespace) -> Recording:
+def _run(options: argparse.Namespace, sensors: list[Sensor]) -> Recording:
     """Simulates what the options ask for."""
     scene = bpy.context.scene
-    sensors = chosen(_sensors(), options.sensor)
     _tell_of_off(sensors)
     if not options.quiet:
         _tell_of_pads(sensors)
@@ -136,7 +141,18 @@ def _run(options: argparse.Namespace) -> Recording:
         progress.seconds_total if progress else 0.0,
         sum(len(track) for track in recording.tracks.values()),
     )
+    # Drivers can fail at any frame.
+    _tell_of_lacks(options, sensors)
     return recording
+
+
+def _tell_of_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
+    """Says what the file needs and does not have, each once."""
+    light = any(sensor.kind.light for sensor in simulated(sensors))
+    for text in lacking(bpy.context.view_layer, light):
+        if text not in options.lacks:
+            options.lacks.append(text)
+            note(text)
 
 
 def _tell_of_off(sensors: list[Sensor]) -> None:
@@ -175,28 +191,32 @@ def _tell_of_pads(sensors: list[Sensor]) -> None:
         note(short)
 
 
-def _simulate(options: argparse.Namespace) -> int:
+def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     if options.bake and not options.save:
         raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
+    if not options.events and sys.stdout is None:
+        raise BadInput("standard output is closed: give --events FILE.csv")
+    told = chosen(_sensors(options), options.sensor)
+    files = {"--events": options.events, "--save": options.save, "--report": options.report}
     try:
-        check_outputs(options.events, options.samples, options.save, options.report)
+        check_outputs(files, options.samples, file_names(s.name for s in simulated(told)).values())
         if options.report:
             check_name(options.report, "--report")
     except OutputError as error:
         raise BadInput(str(error)) from None
-    recording = _run(options)
-    texts: dict[Path, str] = {}
+    recording = _run(options, told)
     if options.events:
-        texts[options.events] = events_csv(recording, options.start)
+        outputs.texts[options.events] = events_csv(recording, options.start)
+    else:
+        outputs.said = events_csv(recording, options.start)
     if options.samples is not None:
+        outputs.folder = options.samples
         for sensor, name in file_names(recording.tracks).items():
-            path = options.samples / name
-            if options.events and path.resolve() == options.events.resolve():
-                raise OutputError(f"--events names the samples of '{sensor}': {path}")
-            texts[path] = samples_csv(recording.tracks[sensor], options.start)
+            outputs.texts[options.samples / name] = samples_csv(
+                recording.tracks[sensor], options.start
+            )
     if options.report:
-        told = chosen(_sensors(), options.sensor)
-        texts[options.report] = report_text(
+        outputs.texts[options.report] = report_text(
             options.report, bpy.context.scene, told, recording, options.start
         )
     if options.bake:
@@ -207,30 +227,28 @@ def _simulate(options: argparse.Namespace) -> int:
         # Whoever opens the copy can scrub through what was recorded.
         scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
         state.CACHE.keep(scene, keep(recording, scene, depsgraph))
-        save_blend(options.save)
-    write(texts, options.samples)
-    if not options.events:
-        sys.stdout.write(events_csv(recording, options.start))
+        outputs.save_blend(options.save)
     return DONE
 
 
-def _list(options: argparse.Namespace) -> int:
-    sensors = _sensors()
+def _list(options: argparse.Namespace, outputs: Outputs) -> int:
+    sensors = _sensors(options)
     found = [describe(sensor) for sensor in sensors]
     if options.json:
-        print(json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False))
+        outputs.said = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         return DONE
     width = max(len(sensor.name) for sensor in sensors)
     for sensor, facts in zip(sensors, found, strict=True):
         remark = "" if facts["enabled"] else "  off"
-        print(
+        line = (
             f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "
-            f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}".rstrip()
+            f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}"
         )
+        outputs.said += f"{line.rstrip()}\n"
     return DONE
 
 
-def _check(options: argparse.Namespace) -> int:
+def _check(options: argparse.Namespace, outputs: Outputs) -> int:
     try:
         expected = read_events(options.expected)
     except OSError as error:
@@ -239,18 +257,20 @@ def _check(options: argparse.Namespace) -> int:
         raise BadInput(str(error)) from None
     if options.sensor:
         expected = [event for event in expected if event.sensor in options.sensor]
-    recording = _run(options)
+    recording = _run(options, chosen(_sensors(options), options.sensor))
     found = differences(expected, events(recording), options.tolerance, options.time_tolerance)
-    for line in found[:SHOWN_DIFFERENCES]:
-        print(line)
+    outputs.said = "".join(f"{line}\n" for line in found[:SHOWN_DIFFERENCES])
     if len(found) > SHOWN_DIFFERENCES:
-        print(f"and {len(found) - SHOWN_DIFFERENCES} more")
+        outputs.said += f"and {len(found) - SHOWN_DIFFERENCES} more\n"
     note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
-    return FAILED if found else DONE
+    if options.lacks:
+        note("the check fails, as the home lacks what is named above")
+    return FAILED if found or options.lacks else DONE
 
 
-def _explain(options: argparse.Namespace) -> int:
-    scene, sensors = bpy.context.scene, _sensors()
+def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
+    sensors = _sensors(options)
+    scene = bpy.context.scene
     (sensor,) = chosen(sensors, [options.sensor])[:1]
     moment = Moment(scene, sensors, sensor, options.time)
     if moment.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
@@ -262,25 +282,24 @@ def _explain(options: argparse.Namespace) -> int:
             options.interrupt.check()
             line.show(progress)
         line.finish(progress.seconds_total if progress else 0.0, moment.updates)
-        text = moment.text()
-    sys.stdout.write(text)
+        outputs.said = moment.text()
     return DONE
 
 
-def _coverage(options: argparse.Namespace) -> int:
-    return _mapped(options, coverage.coverage)
+def _coverage(options: argparse.Namespace, outputs: Outputs) -> int:
+    return _mapped(options, outputs, coverage.coverage)
 
 
-def _place(options: argparse.Namespace) -> int:
-    return _mapped(options, coverage.place)
+def _place(options: argparse.Namespace, outputs: Outputs) -> int:
+    return _mapped(options, outputs, coverage.place)
 
 
-def _mapped(options: argparse.Namespace, work: Callable[..., str]) -> int:
+def _mapped(options: argparse.Namespace, outputs: Outputs, work: Callable[..., None]) -> int:
     try:
         coverage.check_files(options)
     except OutputError as error:
         raise BadInput(str(error)) from None
-    sys.stdout.write(work(options, _sensors()))
+    work(options, _sensors(options), outputs)
     return DONE
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import digests, overlay, playhead, recording_store, resting, state
+from . import digests, lacking, overlay, playhead, recording_store, resting, state
 from .fingerprint import SHADING
 from .live import live_of
 from .scene_probe import light_scene
@@ -94,6 +94,8 @@ def after_load(*_: Any) -> None:
     recording_store.restore()
     _look_again()
     _show_recorded()
+    if bpy.context.scene is not None:
+        lacking.look(bpy.context.view_layer)
     resting.soon()
 
 

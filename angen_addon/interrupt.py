@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ctrl-C on the command line, also amid a render or a search that nothing else can break off."""
+"""Ctrl-C, and the signals that end a job, also amid a render or a search that nothing else can
+break off."""
 
 from __future__ import annotations
 
-import os
-import shutil
 import signal
 import socket
 import threading
@@ -12,14 +11,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import bpy
-
 # s: who works on a step that takes longer is not waited for.
 PATIENCE_S = 0.7
 
 
+SIGNALS = {
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+}
+
+
 class Interrupt:
-    """Takes note of Ctrl-C: an exception would be lost where it strikes in a frame handler.
+    """As a context, takes note of Ctrl-C and the like: an exception would be lost where it strikes
+    in a frame handler.
 
     The second one strikes at once. `leave` ends the process, where work that is `watched` takes no
     notice of the first.
@@ -28,8 +31,20 @@ class Interrupt:
     def __init__(self, leave: Callable[[], None]) -> None:
         self.came = False
         self._leave = leave
+        self._before: dict[int, Any] = {}
 
-    def on_signal(self, *_: Any) -> None:
+    def __enter__(self) -> Interrupt:
+        for number in SIGNALS:
+            # Blender takes Ctrl-C for itself and would go on to the end; nohup has SIGHUP ignored.
+            if number == signal.SIGINT or signal.getsignal(number) != signal.SIG_IGN:
+                self._before[number] = signal.signal(number, self._on_signal)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, before in self._before.items():
+            signal.signal(number, before or signal.SIG_DFL)
+
+    def _on_signal(self, *_: Any) -> None:
         if self.came:
             raise KeyboardInterrupt
         self.came = True
@@ -62,11 +77,5 @@ class Interrupt:
 
     def _watch(self, woken: socket.socket, over: threading.Event) -> None:
         while signals := woken.recv(16):
-            if signal.SIGINT in signals and not over.wait(PATIENCE_S):
+            if SIGNALS.intersection(signals) and not over.wait(PATIENCE_S):
                 self._leave()
-
-
-def leave_hard(status: int) -> None:
-    """Ends the process where it stands, with what Blender itself would take away."""
-    shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
-    os._exit(status)

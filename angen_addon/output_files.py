@@ -1,38 +1,52 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a command writes: checked before a long run, written whole or not at all after it."""
+"""What a command writes: checked before a long run; whole, together and last, or not at all."""
 
 from __future__ import annotations
 
+import contextlib
 import os
-import tempfile
+import sys
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import bpy
 
-from ..sensor_logic.files import OutputError, check_folder, umask, write_files
-from .quiet import standard_output_silenced
+from ..sensor_logic.files import OutputError, check_folder, land, stage
+from ..sensor_logic.parts import Parts
+
+MIB = 2**20
 
 
 def check_outputs(
-    events: Path | None, samples: Path | None, save: Path | None, report: Path | None = None
+    files: Mapping[str, Path | None], samples: Path | None = None, names: Iterable[str] = ()
 ) -> None:
-    """Raises OutputError where the results of a run could not be written."""
-    for path, flag in ((events, "--events"), (save, "--save"), (report, "--report")):
-        if path is not None:
-            _check_file(path, flag)
-    if save is not None and save.exists() and not save.is_file():
-        raise OutputError(f"--save: {save} is not a plain file")
-    if events is not None and save is not None and events.resolve() == save.resolve():
-        raise OutputError(f"--events and --save both name {save}: give two files")
-    for path, flag in ((events, "--events"), (save, "--save")):
-        if path is not None and report is not None and path.resolve() == report.resolve():
-            raise OutputError(f"{flag} and --report both name {report}: give two files")
+    """Raises OutputError where results could not be written, or would take the place of what is
+    read or of one another. `files`: what each option names; `names`: those in the folder `samples`.
+    """
+    asked = {flag: path for flag, path in files.items() if path is not None}
+    for flag, path in asked.items():
+        _check_file(path, flag)
     if samples is not None:
         try:
             folder = samples if samples.exists() or samples.is_symlink() else samples.parent
         except OSError as error:
             raise OutputError(f"--samples: {samples}: {error.strerror}") from None
         check_folder(folder, "--samples")
+    known = _inputs()
+    outputs = list(asked.items())
+    outputs += [("--samples", samples)] if samples is not None else []
+    outputs += [(f"--samples ({name})", samples / name) for name in names] if samples else []
+    for flag, path in outputs:
+        _check_apart(path, flag, known)
+        known.update(dict.fromkeys(_keys(path), flag))
+
+
+def check_not_read(paths: Iterable[Path]) -> None:
+    """Raises OutputError where a path is the open file, or another that this one reads."""
+    known = _inputs()
+    for path in paths:
+        _check_apart(path, "", known)
 
 
 def _check_file(path: Path, flag: str) -> None:
@@ -43,41 +57,116 @@ def _check_file(path: Path, flag: str) -> None:
         raise OutputError(f"{flag}: {path}: {error.strerror}") from None
     if is_folder:
         raise OutputError(f"{flag}: {path} is a folder, not a file name")
+    if flag == "--save" and path.exists() and not path.is_file():
+        raise OutputError(f"{flag}: {path} is not a plain file")
     check_folder(path.parent, flag)
 
 
-def write(texts: dict[Path, str], folder: Path | None) -> None:
+def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
+    """Raises OutputError where `path` is one of those that are `known`."""
+    for other in (known[key] for key in _keys(path) if key in known):
+        if not other.startswith("--"):
+            named = f"{flag}: " if flag else ""
+            raise OutputError(f"{named}{path} is {other}, which would be lost: give another file")
+        raise OutputError(f"{other} and {flag} both name {path}: give two files")
+
+
+def _inputs() -> dict[Any, str]:
+    """What the open file is made of, by what tells files apart."""
+    paths = dict.fromkeys(bpy.utils.blend_paths(absolute=True), "read by the open file")
+    libraries = [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
+    paths |= dict.fromkeys(libraries, "a linked library of the open file")
+    if bpy.data.filepath:
+        paths[bpy.data.filepath] = "the open file itself"
+    files = {Path(path): told for path, told in paths.items() if os.path.isfile(path)}
+    return {key: told for path, told in files.items() for key in _keys(path)}
+
+
+def _keys(path: Path) -> list[Any]:
+    """What tells a file from all others, however it is spelt or linked; nothing for a device."""
+    try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            return []
+        keys: list[Any] = [os.path.normcase(path.resolve())]
+        if path.exists():
+            facts = path.stat()
+            keys.append((facts.st_dev, facts.st_ino))
+    except (OSError, ValueError, RuntimeError):
+        return []
+    return keys
+
+
+def _why_unsaved(part: Path, error: Exception) -> str:
+    """Why a file could not be saved: Blender says that there is no such file where in truth there
+    is no space, which writing as much to the same place brings to light."""
+    try:
+        with open(part, "wb") as file:
+            for _ in range(1 + os.path.getsize(bpy.data.filepath) // MIB):
+                file.write(bytes(MIB))
+            os.fsync(file.fileno())
+    except OSError as reason:
+        return str(reason.strerror)
+    if isinstance(error, OSError):
+        return str(error.strerror)
+    return " ".join(str(error).removeprefix("Error:").split())
+
+
+def write(texts: Mapping[Path, str], folder: Path | None) -> None:
     """Writes all files, or none and no new folder either. Raises OutputError."""
-    new_folder = folder if folder and not folder.exists() else None
-    try:
-        if new_folder:
-            new_folder.mkdir()
-        write_files(texts)
-    except BaseException as error:
-        if new_folder and new_folder.exists():
-            new_folder.rmdir()
-        if isinstance(error, OSError):
-            raise OutputError(f"cannot make {folder}: {error.strerror}") from None
-        raise
+    outputs = Outputs()
+    outputs.texts.update(texts)
+    outputs.folder = folder
+    with outputs:
+        outputs.land()
 
 
-def save_blend(path: Path) -> None:
-    """Saves a copy of the open file, whole or not at all. Raises OutputError."""
-    path = path.resolve()
-    part = None
-    try:
-        # Beside the target, so that relative paths in the file come out right.
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".angen-", suffix=".blend")
-        os.close(handle)
-        part = Path(name)
-        # Of a file that exists Blender would keep a backup.
-        part.unlink()
-        with standard_output_silenced():
-            bpy.ops.wm.save_as_mainfile(filepath=name, copy=True, check_existing=False)
-        part.chmod(0o666 & ~umask())
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        raise OutputError(f"cannot save {path}: {error}") from None
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)
+class Outputs:
+    """What a command will write: `texts` by path, perhaps into a new `folder`, a saved blend file,
+    and what it says on standard output. As a context, whose end removes what did not land."""
+
+    def __init__(self) -> None:
+        self.texts: dict[Path, str | bytes] = {}
+        self.folder: Path | None = None
+        self.said = ""
+        self._parts = Parts()
+        self._new_folder: Path | None = None
+
+    def __enter__(self) -> Outputs:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._parts.__exit__()
+        if self._new_folder:
+            with contextlib.suppress(OSError):
+                self._new_folder.rmdir()
+
+    def save_blend(self, path: Path) -> None:
+        """Saves a copy of the open file, which lands with the rest. Raises OutputError."""
+        try:
+            # Beside the target, so that relative paths in the file come out right.
+            part = self._parts.new(path, ".blend")
+        except OSError as error:
+            raise OutputError(f"cannot save {path}: {error.strerror}") from None
+        try:
+            bpy.ops.wm.save_as_mainfile(filepath=str(part), copy=True, check_existing=False)
+            with open(part, "rb") as saved:
+                os.fsync(saved.fileno())
+        except (RuntimeError, OSError) as error:
+            raise OutputError(f"cannot save {path}: {_why_unsaved(part, error)}") from None
+
+    def land(self) -> None:
+        """Puts all in place; nothing where one of them fails. Raises OutputError; OSError of
+        standard output."""
+        check_not_read(self.texts)
+        if self.folder is not None and not self.folder.exists():
+            try:
+                self.folder.mkdir()
+            except OSError as error:
+                raise OutputError(f"cannot make {self.folder}: {error.strerror}") from None
+            self._new_folder = self.folder
+        stage(self.texts, self._parts)
+        if self.said and sys.stdout is not None:
+            sys.stdout.write(self.said)
+            sys.stdout.flush()
+        land(self.texts, self._parts)
+        self._new_folder = None

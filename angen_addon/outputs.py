@@ -3,13 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-import bpy
-
 from ..sensor_logic.recording import Recording
-from .animation import curves
+from .animation import all_animated, curves
 from .sensors import Sensor, all_sensors
 
 ACTIVE_PATH = "angen_sensor.active"
@@ -55,19 +52,8 @@ def are_driven() -> bool:
     """Whether any driver of the file reads a sensor's group."""
     return any(
         target.data_path in {ACTIVE_PATH, VALUE_PATH}
-        for animated in _animated()
+        for animated in all_animated()
         for curve in animated.animation_data.drivers
         for variable in curve.driver.variables
         for target in variable.targets
     )
-
-
-def _animated() -> Iterator[Any]:
-    """Everything in the file that has animation data, node trees inside others included."""
-    for prop in bpy.data.bl_rna.properties:
-        if prop.type != "COLLECTION":
-            continue
-        for block in getattr(bpy.data, prop.identifier):
-            for owner in (block, getattr(block, "node_tree", None)):
-                if getattr(owner, "animation_data", None) is not None:
-                    yield owner

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 import time
@@ -93,28 +94,30 @@ class ProgressLine:
             f"{', ' if left else ''}{left}"
         )
         self._drawn = self._terminal
-        print(
-            f"\r{text:<70}" if self._terminal else text,
-            end="" if self._terminal else "\n",
-            file=self._stream,
-            flush=True,
-        )
+        tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
 
     def finish(self, seconds: float, updates: int) -> None:
         """The closing line: what was simulated and how fast."""
         if self._drawn:
-            print("\r" + " " * 70 + "\r", end="", file=self._stream)
+            tell("\r" + " " * 70 + "\r", self._stream)
         if self._quiet:
             return
         elapsed = max(time.perf_counter() - self._start, 1e-9)
-        print(
+        tell(
             f"simulated {seconds:.1f} s in {elapsed:.1f} s "
-            f"({seconds / elapsed:.0f} times real time), {updates} updates",
-            file=self._stream,
-            flush=True,
+            f"({seconds / elapsed:.0f} times real time), {updates} updates\n",
+            self._stream,
         )
 
 
 def note(text: str) -> None:
     """A line for the user, out of the way of the events on standard output."""
-    print(f"angen: {' '.join(text.split())}", file=sys.stderr, flush=True)
+    tell(f"angen: {' '.join(text.split())}\n")
+
+
+def tell(text: str, stream: TextIO | None = None) -> None:
+    """Writes to `stream`, or standard error. Where that is closed, or its disk is full, there is
+    nobody to tell, and the results do not depend on it."""
+    with contextlib.suppress(OSError, ValueError):
+        (stream or sys.stderr).write(text)
+        (stream or sys.stderr).flush()

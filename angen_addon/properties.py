@@ -63,6 +63,22 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
     _settings_changed(self, context)
 
 
+def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
+    """Functions for the property `kind`: an object whose kind a newer version knows, and this one
+    does not, is no sensor here; the file keeps its number. Blender would warn at each look."""
+    if bpy.app.version >= (5, 0):
+        return {"get_transform": lambda _, number, is_set: number if number in numbers else 0}
+
+    def read(group: Any) -> int:
+        number = group.get("kind", 0)
+        return number if number in numbers else 0
+
+    def write(group: Any, number: int) -> None:
+        group["kind"] = number
+
+    return {"get": read, "set": write}
+
+
 def _tip(spec: Spec) -> str:
     source = f". Source: {spec.source}" if spec.source else ""
     return f"{spec.tip}{source}"
@@ -131,6 +147,7 @@ def _sensor_group(groups: dict[str, type]) -> type:
             options=set(),
             update=_kind_changed,
             override=OVERRIDABLE,
+            **_none_where_unknown({number for *_, number in kinds}),
         ),
         "enabled": BoolProperty(
             name="Enabled",

@@ -9,10 +9,26 @@ import sys
 from collections.abc import Iterator
 
 
+def fill_closed_streams() -> None:
+    """Puts nothing at all where standard input, output or error is closed, as by `>&-`: else the
+    next file that is opened would be written to in its place."""
+    for handle in range(3):
+        try:
+            os.fstat(handle)
+        except OSError:
+            # The lowest number that is free is given out.
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stderr is None:
+        # To Python's print no stream at all means standard output.
+        sys.stderr = open(os.devnull, "w")  # type: ignore[unreachable]  # noqa: SIM115
+
+
 @contextlib.contextmanager
 def standard_output_silenced() -> Iterator[None]:
     """Keeps Blender's own chatter out of the events on standard output."""
-    sys.stdout.flush()
+    fill_closed_streams()
+    if sys.stdout is not None:
+        sys.stdout.flush()
     saved = os.dup(1)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:

@@ -14,7 +14,8 @@ from typing import Any
 
 import bpy
 
-from ..sensor_logic.recording_file import RecordingFileError, from_bytes, to_bytes
+from ..sensor_logic.recording_file import from_bytes, to_bytes
+from ..sensor_logic.recording_reader import VALUES, RecordingFileError, size_of
 from . import state
 from .fingerprint import Fingerprint
 from .kept import Kept
@@ -33,10 +34,14 @@ def put_into_file() -> None:
     restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
     for uid, kept in state.CACHE.all_kept().items():
+        try:
+            kept.stored = kept.stored or _encoded(kept)
+        except RecordingFileError as error:
+            _tell(f"The recording was not saved with the file: {error}. Export it")
+            continue
         text = bpy.data.texts.new(TEXT)
         text.use_fake_user = True
         text[SCENE], text[STALE] = scenes[uid], kept.stale
-        kept.stored = kept.stored or _encoded(kept)
         text.from_string(kept.stored)
 
 
@@ -47,21 +52,27 @@ def take_out_of_file() -> None:
 
 def restore() -> None:
     """Takes the recordings out of a file that was just opened; what cannot be read is told."""
+    room = VALUES
     for text in _texts():
         scene = text.get(SCENE)
-        try:
-            kept = _decoded(text.as_string())
-        except RecordingFileError as error:
-            state.CACHE.notice = (
-                f"The recording in this file could not be read: {error}. Simulate again"
-            )
-            print(f"Ängen Sensors: {state.CACHE.notice}", file=sys.stderr)
-        else:
-            if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
+        # A scene has one: what else there is need not be unpacked.
+        if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
+            try:
+                kept = _decoded(text.as_string(), room)
                 find_sensors(kept, scene)
+            except RecordingFileError as error:
+                _tell(f"The recording in this file could not be read: {error}. Simulate again")
+            else:
                 kept.stale_then = str(text.get(STALE, ""))
+                room -= size_of(kept.recording)
                 state.CACHE.keep(scene, kept)
         bpy.data.texts.remove(text)
+
+
+def _tell(text: str) -> None:
+    state.CACHE.notice = text
+    if sys.stderr is not None:
+        print(f"Ängen Sensors: {text}", file=sys.stderr)
 
 
 def find_sensors(kept: Kept, scene: Any) -> None:
@@ -99,21 +110,36 @@ def _encoded(kept: Kept) -> str:
     return "\n".join([TITLE, *lines])
 
 
-def _decoded(text: str) -> Kept:
-    """Raises RecordingFileError."""
+def _decoded(text: str, room: int) -> Kept:
+    """The recording in a text, of at most `room` values. Raises RecordingFileError."""
     title, _, data = text.partition("\n")
     if title != TITLE:
         raise RecordingFileError("it is damaged")
     try:
-        recording, facts = from_bytes(base64.b64decode(data.replace("\n", ""), validate=True))
-        digests, same_everywhere = dict(facts["digests"]), dict(facts.get("portable", {}))
-        made = Fingerprint(facts["view_layer"], facts["light"], digests, same_everywhere)
-    except RecordingFileError:
-        raise
-    except (ValueError, KeyError, TypeError):
+        packed = base64.b64decode(data.replace("\n", ""), validate=True)
+    except ValueError:
         raise RecordingFileError("it is damaged") from None
+    recording, facts = from_bytes(packed, room)
+    if not _are_facts(facts):
+        raise RecordingFileError("it is damaged")
+    portable = facts.get("portable", {})
+    made = Fingerprint(facts["view_layer"], facts["light"], facts["digests"], portable)
     kept = Kept(recording, made, tuple(facts["blender"]))
     kept.made_in = tuple(facts.get("made_in", kept.blender))
     kept.stored = text
     kept.unsure = True
     return kept
+
+
+def _are_facts(facts: dict[str, Any]) -> bool:
+    """Whether they are of the kinds that `_encoded` writes."""
+    versions: list[Any] = [facts.get("blender"), facts.get("made_in", [])]
+    texts: list[Any] = [facts.get("digests"), facts.get("portable", {})]
+    return (
+        isinstance(facts.get("view_layer"), str)
+        and isinstance(facts.get("light"), bool)
+        and all(isinstance(version, list) for version in versions)
+        and all(isinstance(number, int) for version in versions for number in version)
+        and all(isinstance(digests, dict) for digests in texts)
+        and all(isinstance(digest, str) for digests in texts for digest in digests.values())
+    )

@@ -18,7 +18,8 @@ from ..sensor_logic.report import page
 from ..sensor_logic.report.facts import Report, SensorFacts
 from ..sensor_logic.report.svg import shown_number
 from . import plan
-from .sensors import Sensor, decimal, read_parameters
+from .lacking import lacking
+from .sensors import Sensor, decimal, read_parameters, simulated
 
 PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 MANIFEST = Path(__file__).resolve().parent.parent / "blender_manifest.toml"
@@ -82,6 +83,8 @@ def _facts(
     if any(sensor.kind.light for sensor in sensors):
         efficacy = shown_number(decimal(scene.angen_luminous_efficacy))
         found.append(("Luminous efficacy", f"{efficacy} lm/W"))
+    light = any(sensor.kind.light for sensor in simulated(sensors))
+    found += [("Lacking", text) for text in lacking(bpy.context.view_layer, light)]
     return found
 
 

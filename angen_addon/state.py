@@ -24,7 +24,7 @@ class Cache:
     that handlers keep still, and `progress` the share of it that is done; `live` is what follows
     the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
-    what the viewport draws of the sensors.
+    what the viewport draws of the sensors; `lacks` what the file needs and does not have here.
     """
 
     def __init__(self) -> None:
@@ -33,6 +33,7 @@ class Cache:
         self.live: Any = None
         self.shown_at = 0.0
         self.notice = ""
+        self.lacks: list[str] = []
         self.overlay: Any = None
         self._kept: dict[int, Kept] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
@@ -102,6 +103,7 @@ class Cache:
         """Another file takes the place of this one."""
         self.forget_references()
         self._kept.clear()
+        self.lacks = []
         self.notice = ""
 
 

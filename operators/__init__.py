@@ -14,6 +14,7 @@ def _modules() -> tuple:
         explain,
         export,
         instance_override,
+        lacking,
         markers,
         place,
         preset,
@@ -28,7 +29,7 @@ def _modules() -> tuple:
 
     return (
         add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
-        report, event_jump, markers, explain, show, instance_override,
+        lacking, report, event_jump, markers, explain, show, instance_override,
         warmth, coverage, propose,
     )  # fmt: skip
 

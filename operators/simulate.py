@@ -11,7 +11,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon import outputs, state
+from ..angen_addon import lacking, outputs, state
 from ..angen_addon.kept import keep
 from ..angen_addon.progress import TimeLeft
 from ..angen_addon.sensors import SensorError, all_sensors, simulated
@@ -89,6 +89,7 @@ class ANGEN_OT_simulate(Operator):
             outputs.show_recorded(self._recording, context.view_layer, frame)
             # What drivers make of it is no edit that voids the recording.
             context.view_layer.update()
+        lacking.look(context.view_layer)
         depsgraph = context.evaluated_depsgraph_get()
         state.CACHE.keep(scene, keep(self._recording, scene, depsgraph))
         first, last = self._recording.frame_start, self._recording.frame_end

@@ -10,6 +10,8 @@ from ..angen_addon import state
 from ..angen_addon.kept import HERE, version_text
 from .lines import draw_lines, draw_property
 
+SHOWN_LACKS = 3
+
 
 class _Sidebar:
     bl_space_type = "VIEW_3D"
@@ -23,6 +25,7 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene
         layout.operator_context = "INVOKE_DEFAULT"
+        draw_lacking(layout)
         draw_frames(layout, scene)
         layout.operator("angen.simulate", icon="PLAY")
         draw_recording(layout, scene)
@@ -67,6 +70,21 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
     else:
         text = f"All Frames, {scene.frame_start} to {scene.frame_end}"
         row.prop(scene, "use_preview_range", text=text, icon="PREVIEW_RANGE", toggle=True)
+
+
+def draw_lacking(layout: UILayout) -> None:
+    """What the file needs and does not have here, so that readings are not those of the home."""
+    lacks = state.CACHE.lacks
+    if not lacks:
+        return
+    for text in lacks[:SHOWN_LACKS]:
+        draw_lines(layout, f"{text[0].upper()}{text[1:]}", "ERROR")
+    if len(lacks) > SHOWN_LACKS:
+        layout.label(text=f"and {len(lacks) - SHOWN_LACKS} more, as `angen list` tells")
+    row = layout.row(align=True)
+    row.operator("file.find_missing_files", text="Find Files", icon="VIEWZOOM")
+    row.operator("wm.revert_mainfile", text="Reload Trusted").use_scripts = True
+    row.operator("angen.look_for_lacking", text="", icon="FILE_REFRESH")
 
 
 def draw_recording(layout: UILayout, scene: Scene) -> None:

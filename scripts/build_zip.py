@@ -1,44 +1,67 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds the extension's zip with Blender's own tool, and has it validated: build_zip.py FOLDER.
+"""Builds the extension's zip: build_zip.py FOLDER. Needs Python 3.11 or later and nothing else.
 
-The tool is a part of Blender's Python module; where that is missing, a Blender program runs it
-(the one that BLENDER names, or the one on PATH).
+Blender's own tool builds and validates it where it is here: in a Blender as a Python module, of
+this interpreter or of an environment of the project, or in a Blender program (the one that BLENDER
+names, or the one on PATH). Else the zip is packed by the same list, and what the tool would look at
+first is looked at here.
 """
 
+import fnmatch
+import glob
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
+MANIFEST = "blender_manifest.toml"
 TOOL = "*/scripts/addons_core/bl_pkg/cli/blender_ext.py"
+NEEDED = {
+    "schema_version": r"1\.0\.0",
+    "id": r"[a-z][a-z0-9_]*",
+    "version": r"\d+\.\d+\.\d+",
+    "name": r".+",
+    "tagline": r".{1,63}[\w)]",
+    "maintainer": r".+",
+    "type": r"add-on",
+    "blender_version_min": r"4\.\d+\.\d+",
+}
+# A zip knows no earlier time; the same files give the same bytes.
+TIME = (1980, 1, 1, 0, 0, 0)
 
 
-class NoBlenderError(Exception):
-    """There is nothing here to build with."""
-
-
-def extension_tool() -> list[str]:
-    """The command line, up to its verb, of Blender's tool for extensions."""
+def extension_tool() -> list[str] | None:
+    """The command line, up to its verb, of Blender's tool for extensions; None where it is not
+    here."""
     module = importlib.util.find_spec("bpy")
-    if module and module.submodule_search_locations:
-        found = sorted(Path(module.submodule_search_locations[0]).glob(TOOL))
-        return [sys.executable, str(found[-1])]
+    folders = list(module.submodule_search_locations or ()) if module else []
+    folders += glob.glob(f"{ROOT}/.venv*/lib/python3.*/site-packages/bpy")
+    for folder in folders:
+        found = sorted(Path(folder).glob(TOOL))
+        if found:
+            return [sys.executable, str(found[-1])]
     blender = os.environ.get("BLENDER") or shutil.which("blender")
-    if not blender:
-        raise NoBlenderError("needs Blender's Python module, or a Blender program (BLENDER=PATH)")
-    return [blender, "--factory-startup", "--command", "extension"]
+    return [blender, "--factory-startup", "--command", "extension"] if blender else None
 
 
-def build(folder: Path) -> Path:
-    """Validates the manifest, writes the zip into a folder, validates it, and gives its path."""
-    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
+def build(folder: Path, tool: list[str] | None) -> Path:
+    """Writes the zip into a folder with a tool, or without one; validates it and gives its path.
+    Raises ValueError."""
+    manifest = tomllib.loads((ROOT / MANIFEST).read_text(encoding="utf-8"))
+    check(manifest)
     target = folder.resolve() / f"{manifest['id']}-{manifest['version']}.zip"
     folder.mkdir(parents=True, exist_ok=True)
-    tool = extension_tool()
+    if tool is None:
+        pack(target, shipped(manifest))
+        check_zip(target)
+        return target
     for arguments in (
         ["validate", str(ROOT)],
         ["build", "--source-dir", str(ROOT), "--output-filepath", str(target)],
@@ -50,8 +73,66 @@ def build(folder: Path) -> Path:
     return target
 
 
+def check(manifest: dict[str, Any]) -> None:
+    """Raises ValueError where Blender would not take a manifest."""
+    for key, pattern in NEEDED.items():
+        if not re.fullmatch(pattern, str(manifest.get(key, ""))):
+            raise ValueError(f"{MANIFEST}: {key} is {manifest.get(key)!r}")
+    if not manifest.get("license") or not all(s.startswith("SPDX:") for s in manifest["license"]):
+        raise ValueError(f"{MANIFEST}: license must be a list of SPDX:…")
+    for permission, reason in manifest.get("permissions", {}).items():
+        if not 0 < len(reason) <= 64 or reason.endswith("."):
+            raise ValueError(f"{MANIFEST}: the reason of the permission '{permission}'")
+
+
+def shipped(manifest: dict[str, Any]) -> list[str]:
+    """The files of the zip, by the manifest's patterns, which read as those of .gitignore."""
+    patterns = manifest["build"]["paths_exclude_pattern"]
+    found = []
+    for folder, folders, names in os.walk(ROOT):
+        at = Path(folder).relative_to(ROOT)
+        folders[:] = sorted(
+            f for f in folders if not _left_out(f"{(at / f).as_posix()}/", patterns)
+        )
+        found += [path for name in names if not _left_out(path := (at / name).as_posix(), patterns)]
+    return sorted(found)
+
+
+def _left_out(path: str, patterns: list[str]) -> bool:
+    """Whether a file, or a folder (with a / at its end), fits one of the patterns."""
+    for pattern in patterns:
+        if pattern.endswith("/") != path.endswith("/") and pattern.endswith("/"):
+            continue
+        bare, plain = path.rstrip("/"), pattern.strip("/")
+        name = bare if "/" in pattern.rstrip("/") else bare.rpartition("/")[2]
+        # A star stays within its folder.
+        if name.count("/") == plain.count("/") and fnmatch.fnmatchcase(name, plain):
+            return True
+    return False
+
+
+def pack(target: Path, names: list[str]) -> None:
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
+        for name in names:
+            facts = zipfile.ZipInfo(name, TIME)
+            facts.compress_type, facts.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            packed.writestr(facts, (ROOT / name).read_bytes())
+
+
+def check_zip(target: Path) -> None:
+    """Raises ValueError where the zip could not be installed."""
+    with zipfile.ZipFile(target) as packed:
+        broken = packed.testzip()
+        lacks = {MANIFEST, "__init__.py", "LICENSE"} - set(packed.namelist())
+    if broken or lacks:
+        raise ValueError(f"{target}: {broken or ', '.join(sorted(lacks))} is missing or broken")
+
+
 if __name__ == "__main__":
     try:
-        print(build(Path(sys.argv[1])))
-    except (NoBlenderError, ValueError) as error:
+        tool = extension_tool()
+        print(build(Path(sys.argv[1]), tool))
+        if tool is None:
+            print("packed without Blender's own tool, which is not here", file=sys.stderr)
+    except ValueError as error:
         sys.exit(f"build_zip: {error}")

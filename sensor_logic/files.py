@@ -9,6 +9,8 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from .parts import Parts
+
 # What Windows takes for a device, whatever follows after a dot.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
 
@@ -35,48 +37,47 @@ def write_files(texts: Mapping[Path, str | bytes]) -> None:
 
     Links are followed; a device or a pipe is written to, not replaced.
     """
-    written: list[tuple[str, Path]] = []
-    path = Path()
-    try:
-        for path, text in texts.items():
+    with Parts() as parts:
+        stage(texts, parts)
+        land(texts, parts)
+
+
+def stage(texts: Mapping[Path, str | bytes], parts: Parts) -> None:
+    """Writes `texts` as parts of the files that they are to be. Raises OutputError."""
+    for path, text in texts.items():
+        try:
             if path.is_dir():
                 raise OutputError(f"cannot write {path}: it is a folder")
             if _is_special(path):
                 continue
-            target = path.resolve()
-            handle, temporary = tempfile.mkstemp(
-                dir=target.parent, prefix=".angen-", suffix=".part"
-            )
-            written.append((temporary, target))
-            with open(handle, "wb") as file:
+            with open(parts.new(path), "xb") as file:
                 file.write(text.encode() if isinstance(text, str) else text)
                 file.flush()
                 os.fsync(file.fileno())
-            os.chmod(temporary, 0o666 & ~umask())
+        except UnicodeEncodeError:
+            raise OutputError(f"cannot write {path}: a name in it is not text in UTF-8") from None
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {error.strerror}") from None
+
+
+def land(texts: Mapping[Path, str | bytes], parts: Parts) -> None:
+    """Writes those of `texts` that go into pipes and devices, and puts the parts in place. Raises
+    OutputError."""
+    path = Path()
+    try:
         for path in filter(_is_special, texts):
             text = texts[path]
             path.write_bytes(text.encode() if isinstance(text, str) else text)
-        while written:
-            temporary, path = written[0]
-            os.replace(temporary, path)
-            written.pop(0)
+        path = Path()
+        parts.land()
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from None
-    finally:
-        for temporary, _ in written:
-            Path(temporary).unlink(missing_ok=True)
+        what = path if path.name else error.filename
+        raise OutputError(f"cannot write {what}: {error.strerror}") from None
 
 
 def _is_special(path: Path) -> bool:
     """Whether there is something that is no plain file, such as /dev/null."""
     return path.exists() and not path.is_file()
-
-
-def umask() -> int:
-    """The permissions that new files of this process do not get."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def file_names(sensors: Iterable[str]) -> dict[str, str]:

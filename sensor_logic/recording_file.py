@@ -17,8 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .clock import Clock
-from .kinds import KINDS
 from .recording import Recording, Track
+from .recording_reader import (
+    VALUES,
+    WRONG,
+    RecordingFileError,
+    frames_and_times,
+    read,
+    size_of,
+)
 
 TITLE = b"Recording of Angen Sensors"
 VERSION = 1
@@ -26,12 +33,11 @@ VERSION = 1
 LEVEL = 3
 
 
-class RecordingFileError(ValueError):
-    """The bytes are no recording that this version can read; the text says why."""
-
-
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
-    """The recording, with `facts` (plain values) that the caller wants back."""
+    """The recording, with `facts` (plain values) that the caller wants back. Raises
+    RecordingFileError where it is more than a file keeps."""
+    if size_of(recording) > VALUES:
+        raise RecordingFileError("it has more readings than a file keeps")
     out = _Writer()
     header = {
         "clock": _clock_fields(recording.clock),
@@ -44,8 +50,8 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
     return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
 
 
-def from_bytes(data: bytes) -> tuple[Recording, dict[str, Any]]:
-    """The recording and the facts. Raises RecordingFileError."""
+def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
+    """The recording and the facts; of at most so many `values`. Raises RecordingFileError."""
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
         raise RecordingFileError("it is not a recording")
@@ -61,10 +67,10 @@ def from_bytes(data: bytes) -> tuple[Recording, dict[str, Any]]:
     if zlib.crc32(body) != checksum:
         raise RecordingFileError("it is damaged")
     try:
-        return _read(body)
+        return read(body, values)
     except RecordingFileError:
         raise
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError, zlib.error) as error:
+    except WRONG as error:
         raise RecordingFileError(f"it is damaged ({type(error).__name__})") from None
 
 
@@ -77,16 +83,6 @@ class _Writer:
         packed = zlib.compress(raw, LEVEL)
         self.data += packed
         return len(packed)
-
-
-class _Reader:
-    def __init__(self, data: bytes, start: int) -> None:
-        self._data = data
-        self._at = start
-
-    def take(self, count: int) -> bytes:
-        self._at += count
-        return zlib.decompress(self._data[self._at - count : self._at])
 
 
 def _tracks(recording: Recording) -> list[Track]:
@@ -132,16 +128,9 @@ def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
     steps: NDArray[np.int64] = np.rint((frames - clock.frame_start) * clock.substeps).astype(
         np.int64
     )
-    again = _frames_and_times(steps, clock)
+    again = frames_and_times(steps, clock)
     same = np.array_equal(frames, again[0]) and np.array_equal(times, again[1])
     return steps if same else None
-
-
-def _frames_and_times(
-    steps: NDArray[np.int64], clock: Clock
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    rate = clock.steps_per_second
-    return clock.frame_start + steps / clock.substeps, steps * rate.denominator / rate.numerator
 
 
 def _same(column: Any, other: Any) -> bool:
@@ -173,63 +162,3 @@ def _column(column: Any, out: _Writer) -> dict[str, Any]:
     # Bytes of like weight side by side pack better.
     raw = bits.view(np.uint8).reshape(-1, 8).T.tobytes()
     return {"as": code, "found": 0, "size": out.add(raw)}
-
-
-def _read(body: bytes) -> tuple[Recording, dict[str, Any]]:
-    size = int.from_bytes(body[:4], "little")
-    header = json.loads(zlib.decompress(body[4 : 4 + size]))
-    reader = _Reader(body, 4 + size)
-    clock = Clock(*header["clock"]) if header["clock"] else None
-    first, last = header["frames"]
-    recording = Recording({}, clock, first, last)
-    for track in header["tracks"]:
-        recording.tracks[track["sensor"]] = _read_track(track, clock, reader)
-    return recording, header["facts"]
-
-
-def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) -> Track:
-    kind = KINDS.get(header["kind"])
-    if kind is None or [f.name for f in kind.samples] != header["fields"]:
-        raise RecordingFileError("it was written by another version of the extension")
-    count = header["count"]
-    columns = list(header["columns"])
-    track = Track(header["sensor"], header["kind"])
-    track.steps = dict(header["steps"])
-    if columns[0]["as"] == "steps":
-        if clock is None:
-            raise RecordingFileError("it is damaged (no clock)")
-        differences = np.frombuffer(reader.take(columns.pop(0)["size"]), np.int64)
-        frames, times = _frames_and_times(np.cumsum(differences), clock)
-        track.frames, track.times = array("d", frames.tobytes()), array("d", times.tobytes())
-    else:
-        track.frames = _read_column(columns.pop(0), count, reader, {})
-        track.times = _read_column(columns.pop(0), count, reader, {})
-    known: dict[str, Any] = {}
-    for name in (*header["fields"], "active", "value"):
-        column = _read_column(columns.pop(0), count, reader, known)
-        known["=" + name] = column
-        if name in header["fields"]:
-            track.columns[name] = column
-    track.active, track.value = known["=active"], known["=value"]
-    lengths = {len(column) for column in (track.frames, track.times, *known.values())}
-    if lengths != {count}:
-        raise RecordingFileError("it is damaged (columns of different lengths)")
-    return track
-
-
-def _read_column(facts: dict[str, Any], count: int, reader: _Reader, known: Any) -> Any:
-    kind = facts["as"]
-    if kind.startswith("="):
-        twin = known[kind]
-        return array(twin.typecode, twin)
-    raw = reader.take(facts["size"])
-    if kind == "texts":
-        return [facts["texts"][i] for i in np.frombuffer(raw, np.uint32)]
-    if kind == "b":
-        return array("b", raw)
-    found = facts["found"]
-    if not found:
-        return array(kind, np.frombuffer(raw, np.uint8).reshape(8, -1).T.tobytes())
-    table = np.frombuffer(raw[: 8 * found], np.uint64)
-    size = np.uint8 if len(raw) == 8 * found + count else np.uint16
-    return array(kind, table[np.frombuffer(raw[8 * found :], size)].tobytes())

@@ -19,13 +19,13 @@ SHIPPED_FILES = {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md"}
 SHIPPED_FOLDERS = ("angen_addon", "operators", "panels", "sensor_logic")
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The zip, built and validated by Blender's own tool."""
-    try:
-        return build_zip.build(tmp_path_factory.mktemp("zip"))
-    except build_zip.NoBlenderError as error:
-        pytest.skip(str(error))
+@pytest.fixture(scope="module", params=["by Blender's tool", "without Blender"])
+def built(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The zip, built and validated by Blender's own tool, and without it."""
+    tool = build_zip.extension_tool() if "tool" in request.param else None
+    if tool is None and "tool" in request.param:
+        pytest.skip("there is no Blender here")
+    return build_zip.build(tmp_path_factory.mktemp("zip"), tool)
 
 
 def test_the_manifest_says_what_users_rely_on() -> None:
@@ -53,6 +53,64 @@ def test_the_zip_holds_what_runs_and_nothing_else(built: Path) -> None:
     }
     names = zipfile.ZipFile(built).namelist()
     assert set(names) == runs
+
+
+def test_both_ways_give_the_same_files_and_blender_takes_what_is_packed_without_it(
+    tmp_path: Path,
+) -> None:
+    tool = build_zip.extension_tool()
+    if tool is None:
+        pytest.skip("there is no Blender here")
+    packed = build_zip.build(tmp_path / "packed", None)
+    again = build_zip.build(tmp_path / "again", None)
+    assert packed.read_bytes() == again.read_bytes(), "the same files give the same bytes"
+    made = build_zip.build(tmp_path / "made", tool)
+    with zipfile.ZipFile(packed) as one, zipfile.ZipFile(made) as other:
+        names = sorted(name for name in other.namelist() if not name.endswith("/"))
+        assert sorted(one.namelist()) == names
+        assert all(one.read(name) == other.read(name) for name in names)
+    done = subprocess.run([*tool, "validate", str(packed)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_make_zip_needs_no_blender_and_fetches_nothing(tmp_path: Path) -> None:
+    if not shutil.which("make") or not shutil.which("git") or not (ROOT / ".git").exists():
+        pytest.skip("needs make and a git checkout")
+    copy = tmp_path / "checkout"
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
+    for name in filter(None, listed.stdout.decode().split("\0")):
+        if (ROOT / name).is_file() and not name.endswith(".blend"):
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, copy / name)
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    for program in ("make", "sh", "env", "cat"):
+        (tools / program).symlink_to(shutil.which(program) or "")
+    # Without Blender beside it, which a virtual environment's Python would find.
+    (tools / "python3").symlink_to(Path(sys.executable).resolve())
+    done = subprocess.run(
+        ["make", "zip"],
+        cwd=copy,
+        env={"PATH": str(tools), "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "packed without Blender's own tool" in done.stderr
+    assert not list(copy.glob(".venv*"))
+    (made,) = (copy / "dist").glob("*.zip")
+    packed = build_zip.build(tmp_path / "packed", None)
+    assert sorted(zipfile.ZipFile(made).namelist()) == sorted(zipfile.ZipFile(packed).namelist())
+
+
+def test_what_blender_would_refuse_is_refused() -> None:
+    for key, value in (
+        ("id", "Ängen"), ("version", "1"), ("tagline", "Ends in a dot."), ("license", ["GPL"]),
+        ("permissions", {"files": "x" * 65}),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=key[:-1]):
+            build_zip.check({**MANIFEST, key: value})
 
 
 INSTALLED = """

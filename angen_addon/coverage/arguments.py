@@ -12,9 +12,10 @@ from ...sensor_logic.coverage.motions import MOTIONS
 from .candidates import MOUNTINGS
 
 
-def add_verbs(verbs: Any, path: Callable[[str], Path]) -> None:
-    """Adds both verbs to the subparsers of the command line; `path` checks the name of a file."""
-    common = argparse.ArgumentParser(add_help=False)
+def add_verbs(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
+    """Adds both verbs to the subparsers of the command line; `path` checks the name of a file,
+    `every` has what all verbs take."""
+    common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument(
         "--motion",
         choices=tuple(MOTIONS),

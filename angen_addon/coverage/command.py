@@ -16,11 +16,10 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.coverage.grid import CoverageMap, columns, map_csv, table
-from ...sensor_logic.files import OutputError, check_folder
+from ...sensor_logic.files import OutputError
 from ...sensor_logic.report.facts import Placed
-from ..output_files import save_blend, write
-from ..progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
-from ..quiet import standard_output_silenced
+from ..output_files import Outputs, check_outputs
+from ..progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, tell
 from ..sensors import Sensor, SensorError, chosen
 from . import ghosts, kept, mesh
 from .maps import Stage, cover
@@ -31,23 +30,13 @@ from .settings import motion_of
 
 def check_files(options: argparse.Namespace) -> None:
     """Raises OutputError where the results could not be written."""
-    asked = {"--csv": options.csv, "--picture": options.picture, "--save": options.save}
-    seen: dict[Path, str] = {}
-    for flag, path in asked.items():
-        if path is None:
-            continue
-        if path.is_dir():
-            raise OutputError(f"{flag}: {path} is a folder, not a file name")
-        check_folder(path.parent, flag)
-        if path.resolve() in seen:
-            raise OutputError(f"{seen[path.resolve()]} and {flag} both name {path}: give two files")
-        seen[path.resolve()] = flag
+    check_outputs({"--csv": options.csv, "--picture": options.picture, "--save": options.save})
     if options.picture is not None and options.picture.suffix.lower() != ".svg":
         raise OutputError(f"--picture: {options.picture.name} must end in .svg")
 
 
-def coverage(options: argparse.Namespace, sensors: Sequence[Sensor]) -> str:
-    """Maps what the options ask for and writes its files; the table of its rooms."""
+def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
+    """Maps what the options ask for; says the table of its rooms."""
     asked = chosen(list(sensors), options.sensor)
     for sensor in asked:
         if options.sensor and sensor.kind.identifier != "PIR":
@@ -56,22 +45,20 @@ def coverage(options: argparse.Namespace, sensors: Sequence[Sensor]) -> str:
     motion = motion_of(options.motion, options.height)
     run = cover(depsgraph, sensors, asked, motion, options.cell, options.room)
     found: CoverageMap = _through(run, options)
-    texts = {}
     if options.csv is not None:
-        texts[options.csv] = map_csv(found)
+        outputs.texts[options.csv] = map_csv(found)
     if options.picture is not None:
         title = f"Coverage of {Path(bpy.data.filepath).stem}"
-        texts[options.picture] = picture(depsgraph, asked, found, title)
+        outputs.texts[options.picture] = picture(depsgraph, asked, found, title)
     if options.save is not None:
         mesh.show(scene, found)
         kept.keep(scene, found)
-        save_blend(options.save)
-    write(texts, None)
-    return table(found)
+        outputs.save_blend(options.save)
+    outputs.said = table(found)
 
 
-def place(options: argparse.Namespace, sensors: Sequence[Sensor]) -> str:
-    """Proposes what the options ask for and writes its files; a table of the places."""
+def place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
+    """Proposes what the options ask for; says a table of the places."""
     if options.like and options.preset:
         raise SensorError("--like and --preset both tell the parameters: give one of them")
     like = chosen(list(sensors), [options.like])[0] if options.like else None
@@ -91,21 +78,18 @@ def place(options: argparse.Namespace, sensors: Sequence[Sensor]) -> str:
     motion = motion_of(options.motion, options.height)
     run = propose(depsgraph, sensors, wish, motion, options.cell)
     found: Proposal = _through(run, options)
-    texts = {}
     if options.csv is not None:
-        texts[options.csv] = places_csv(found)
+        outputs.texts[options.csv] = places_csv(found)
     if options.picture is not None:
         title = f"Proposal for {Path(bpy.data.filepath).stem}"
-        texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
+        outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
     if options.save is not None:
         ghosts.show(scene, found, options.like or "", options.preset or "")
         mesh.show(scene, found.map)
         kept.keep(scene, found.map)
-        with standard_output_silenced():
-            bpy.ops.angen.place_accept()
-        save_blend(options.save)
-    write(texts, None)
-    return _places(found)
+        bpy.ops.angen.place_accept()
+        outputs.save_blend(options.save)
+    outputs.said = _places(found)
 
 
 def marks(proposal: Proposal) -> list[Placed]:
@@ -131,11 +115,11 @@ def _through(run: Iterator[Any], options: argparse.Namespace) -> Any:
                 shown = now
                 text = f"{100 * told.share:.0f} %, {told.text}"
                 start, end = ("\r", "") if terminal else ("", "\n")
-                print(f"{start}{text:<60}", end=end, file=sys.stderr, flush=True)
+                tell(f"{start}{text:<60}{end}")
     if not options.quiet:
         if terminal:
-            print("\r" + " " * 60 + "\r", end="", file=sys.stderr)
-        print(f"done in {time.perf_counter() - begin:.1f} s", file=sys.stderr, flush=True)
+            tell("\r" + " " * 60 + "\r")
+        tell(f"done in {time.perf_counter() - begin:.1f} s\n")
     return told
 
 

@@ -2,6 +2,7 @@
 """A recording stays as long as the scene is the one that it was made of: through undo, redo, saving
 and loading; and it is stale, and says of what, exactly while the scene is another."""
 
+import base64
 import sys
 from importlib import import_module
 
@@ -618,3 +619,34 @@ def test_the_command_line_keeps_it_in_the_copy_that_it_saves(home, tmp_path):
     assert stale() == ""
     assert ops.export_events(filepath=str(tmp_path / "again.csv")) == {"FINISHED"}
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        {"blender": None},
+        {"blender": ["4", "5"]},
+        {"view_layer": 7},
+        {"digests": {"a": {"b": []}}},
+        {"digests": [["a", "b"]]},
+        {"light": None},
+    ],
+)
+def test_facts_of_a_stranger_are_refused_in_a_line(home, tmp_path, capsys, facts):
+    """Opening such a file goes on without the recording, and says so."""
+    store = import_module(f"{ADDON}.angen_addon.recording_store")
+    files = import_module(f"{ADDON}.sensor_logic.recording_file")
+    scene = bpy.context.scene
+    kept = cache().kept(scene)
+    true = {"blender": [4, 5], "view_layer": "ViewLayer", "light": False, "digests": {}}
+    kept.stored = "\n".join(
+        [store.TITLE, base64.b64encode(files.to_bytes(kept.recording, {**true, **facts})).decode()]
+    )
+    path = tmp_path / "strange.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    capsys.readouterr()
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    assert cache().kept(bpy.context.scene) is None
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1 and "could not be read: it is damaged. Simulate again" in told
+    assert "could not be read" in cache().notice

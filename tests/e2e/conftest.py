@@ -51,7 +51,7 @@ def run_blender(
             timeout=600,
         )
 
-    zip_path = build_zip.build(tmp_path_factory.mktemp("zip"))
+    zip_path = build_zip.build(tmp_path_factory.mktemp("zip"), build_zip.extension_tool())
     install = ["--command", "extension", "install-file", "-r", "user_default", "-e", str(zip_path)]
     done = run(install)
     assert done.returncode == 0, done.stdout + done.stderr

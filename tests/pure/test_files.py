@@ -3,12 +3,17 @@
 
 import os
 import stat
+import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
 from sensor_logic.files import OutputError, check_folder, file_names, write_files
+from sensor_logic.parts import sweep
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def contents(folder):
@@ -143,3 +148,54 @@ def test_no_two_sensors_share_a_file(sensors):
     for sensor in sensors:
         if sensor in {"a_b", "_", "a_b-2"}:
             assert names[sensor] == f"{sensor}.csv", "who can keeps its own name"
+
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from sensor_logic.parts import Parts
+with Parts() as parts:
+    for name in "abc":
+        parts.new(Path(sys.argv[1], name)).write_text(name)
+    print("written", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.fixture
+def writer(tmp_path):
+    """Another process in the middle of writing three files there."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(tmp_path)], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "written\n"
+    yield process
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+def test_what_a_killed_run_left_is_removed_by_the_next(writer, tmp_path):
+    writer.kill()
+    writer.wait()
+    assert len(contents(tmp_path)) == 4
+    # Of an earlier version, what Blender was saving, and files of others with such names.
+    for name in (".angen-0a_b1c2d.part", ".angen-0a_b1c2d.blend@", ".angen-notes", ".angen.part"):
+        (tmp_path / name).write_text("")
+    write_files({tmp_path / "a.csv": "new"})
+    assert sorted(contents(tmp_path)) == [".angen-notes", ".angen.part", "a.csv"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the lock is of another kind there")
+def test_a_run_that_goes_on_is_left_alone(writer, tmp_path):
+    before = contents(tmp_path)
+    write_files({tmp_path / "a.csv": "new"})
+    sweep(tmp_path)
+    assert contents(tmp_path) == {**before, "a.csv": b"new"}
+
+
+def test_what_cannot_be_encoded_is_told(tmp_path):
+    with pytest.raises(OutputError, match=r"b\.csv: a name in it is not text"):
+        write_files({tmp_path / "a.csv": "new", tmp_path / "b.csv": "\udcff"})
+    assert contents(tmp_path) == {}

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A recording as bytes comes back as it was, is small, and is refused where it is not whole."""
 
+import copy
+import json
 import math
 import struct
+import tracemalloc
 import zlib
 
 import numpy as np
@@ -14,7 +17,8 @@ from sensor_logic.clock import Clock, Schedule
 from sensor_logic.kinds import KINDS
 from sensor_logic.model import Reading
 from sensor_logic.recording import Recording, Track
-from sensor_logic.recording_file import TITLE, VERSION, RecordingFileError, from_bytes, to_bytes
+from sensor_logic.recording_file import TITLE, VERSION, from_bytes, to_bytes
+from sensor_logic.recording_reader import RecordingFileError
 
 VALUES = {
     bool: st.booleans(),
@@ -181,3 +185,107 @@ def test_a_track_under_another_name_is_no_recording():
     recording.tracks["window"] = recording.tracks.pop("door")
     with pytest.raises(ValueError, match=r"'door'.*'window'"):
         to_bytes(recording, {})
+
+
+# Files of strangers: a right checksum, and all else as they please
+
+
+def taken_apart(data):
+    """(header, the packed columns)."""
+    body = data.partition(b"\n")[2]
+    size = struct.unpack("<I", body[:4])[0]
+    return json.loads(zlib.decompress(body[4 : 4 + size])), body[4 + size :]
+
+
+def put_together(header, columns=b""):
+    text = header if isinstance(header, bytes) else json.dumps(header).encode()
+    packed = zlib.compress(text)
+    body = struct.pack("<I", len(packed)) + packed + columns
+    return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+
+
+HOSTILE = [
+    None, True, False, 0, -1, 1, 2**40, 10**30, 1e308, float("inf"), float("nan"), "", "as",
+    "=open", "=no", "d", "texts", [], [None], [[]], {}, {"as": "d"}, [1, 2, 3, 4], [0, 0, 0, 0],
+    [1, float("inf"), 1.0, 1], [1, 0, 1.0, 1], [1, 24, 0.0, 1], [1, 24, 1.0, 0],
+    [1, 24, 1.0, 2**40],
+]  # fmt: skip
+
+
+def places(value, way=()):
+    """Every place in nested lists and dictionaries."""
+    yield way
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, part in items if isinstance(value, (dict, list)) else ():
+        if isinstance(part, (dict, list)):
+            yield from places(part, (*way, key))
+        else:
+            yield (*way, key)
+
+
+def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording():
+    header, columns = taken_apart(to_bytes(small(), {"a": 1}))
+    refused = 0
+    for way in places(header):
+        if not way:
+            continue
+        for value in HOSTILE:
+            made = copy.deepcopy(header)
+            holder = made
+            for key in way[:-1]:
+                holder = holder[key]
+            holder[way[-1]] = value
+            try:
+                found, _ = from_bytes(put_together(made, columns))
+            except RecordingFileError as error:
+                refused += 1
+                assert "\n" not in str(error)
+            else:
+                # What comes through can be asked like any other.
+                assert all(len(track) == 30 for track in found.tracks.values())
+                assert found.covers(3) in (True, False)
+                for track in found.tracks.values():
+                    assert track.at(1e12) == 29 and track.columns["open"][29] in (0, 1)
+    assert refused > 400
+
+
+@pytest.mark.parametrize("opening", [b"[", b'{"a":'])
+def test_deep_json_is_refused(opening):
+    with pytest.raises(RecordingFileError, match="damaged"):
+        from_bytes(put_together(opening * 200_000))
+
+
+def peak_mib(refused):
+    tracemalloc.start()
+    try:
+        with pytest.raises(RecordingFileError):
+            from_bytes(refused)
+        return tracemalloc.get_traced_memory()[1] / 2**20
+    finally:
+        tracemalloc.stop()
+
+
+def test_what_unpacks_to_gigabytes_is_refused_before_it_does():
+    bomb = zlib.compress(bytes(2**28), 1)
+    header, columns = taken_apart(to_bytes(small(), {}))
+    # A column that is larger than the header says; a header that says so; a header that is.
+    first = header["tracks"][0]["columns"][0]
+    rest = columns[first["size"] :]
+    first["size"] = len(bomb)
+    assert peak_mib(put_together(header, bomb + rest)) < 50
+    header["tracks"][0]["count"] = 2**27
+    assert peak_mib(put_together(header, bomb + rest)) < 50
+    assert peak_mib(put_together(b'{"clock": "' + bytes(2**27))) < 300
+
+
+def test_many_tracks_are_counted_together():
+    header, columns = taken_apart(to_bytes(small(), {}))
+    with pytest.raises(RecordingFileError, match="more readings"):
+        from_bytes(put_together(header, columns), 30 * 6 - 1)
+    assert len(from_bytes(put_together(header, columns), 30 * 6)[0].tracks) == 1
+
+
+def test_what_a_file_would_refuse_is_not_written(monkeypatch):
+    monkeypatch.setattr("sensor_logic.recording_file.VALUES", 30 * 6 - 1)
+    with pytest.raises(RecordingFileError, match="more readings"):
+        to_bytes(small(), {})

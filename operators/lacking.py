@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Looks anew for what the file needs and does not have here."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Operator
+
+from ..angen_addon import lacking
+
+
+class ANGEN_OT_look_for_lacking(Operator):
+    bl_idname = "angen.look_for_lacking"
+    bl_label = "Look Again"
+    bl_description = (
+        "Look again for missing libraries and files, and for drivers that Blender blocked"
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        lacking.look(context.view_layer)
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_look_for_lacking,))

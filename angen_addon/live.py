@@ -26,10 +26,7 @@ BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
 EDITED = "The scene was edited since: scrub, play or simulate"
 ELSEWHERE = "It was read at another frame: scrub, play or simulate"
 LIGHT_BEFORE = "The scene was edited since: light is measured once the playhead was moved and rests"
-LIGHT_AT_REST = (
-    "Light is measured once the playhead rests, as rendering takes too long for each frame; "
-    "simulate for all frames"
-)
+LIGHT_AT_REST = "Light is measured once the playhead rests; simulate for all frames"
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What in a scene keeps a pressure pad from reading what its user expects, and the way out."""
+"""What in a scene keeps a sensor from reading what its user expects, and the way out."""
 
 from __future__ import annotations
 
@@ -11,6 +11,19 @@ from .scene_probe.solids import SURFACE_TYPES
 
 # Of several pads with the same problem, so many are named.
 NAMED = 3
+
+
+def warm_up(sensor: Any, scene: Any) -> str:
+    """What the user is told of a motion detector that the animation ends too early for."""
+    seconds = getattr(sensor.parameters, "warm_up_time", 0.0)
+    frames = scene.frame_end + 1 - scene.frame_start
+    length = frames * scene.render.fps_base / scene.render.fps
+    if seconds < length:
+        return ""
+    return (
+        f"Its warm-up time of {seconds:g} s outlasts the animation of {length:.3g} s: it reports "
+        "nothing. Set it to 0 for a detector that has long been on"
+    )
 
 
 def without_surface(obj: Any) -> str:

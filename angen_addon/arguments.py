@@ -147,6 +147,12 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help="its last event at or before this time, as in the event log, is explained",
     )
     four.add_argument(
+        "--now",
+        action="store_true",
+        help="what it reads at this time instead, and what would have to change where that is "
+        "nothing",
+    )
+    four.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
     add_verbs(verbs, path, every)

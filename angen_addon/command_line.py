@@ -127,6 +127,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> Recording:
     if not options.quiet:
         _tell_of_pads(sensors)
         _tell_of_warmth(sensors)
+        _tell_of_warm_up(sensors)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(ends_before_time(scene, first, last))
@@ -170,6 +171,14 @@ def _tell_of_warmth(sensors: list[Sensor]) -> None:
         note(f"{text[0].lower()}{text[1:]}")
     for sensor in found:
         text = warmth.too_slow(sensor)
+        if text:
+            note(f"'{sensor.name}': {text[0].lower()}{text[1:]}")
+
+
+def _tell_of_warm_up(sensors: list[Sensor]) -> None:
+    """Says which detectors the animation ends too early for."""
+    for sensor in simulated(sensors):
+        text = advice.warm_up(sensor, bpy.context.scene)
         if text:
             note(f"'{sensor.name}': {text[0].lower()}{text[1:]}")
 
@@ -282,7 +291,7 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
             options.interrupt.check()
             line.show(progress)
         line.finish(progress.seconds_total if progress else 0.0, moment.updates)
-        outputs.said = moment.text()
+        outputs.said = moment.text(options.now)
     return DONE
 
 

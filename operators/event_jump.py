@@ -11,7 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon import state
 from ..angen_addon.active import active_sensor
-from ..angen_addon.timeline.events import log_indices, switch_indices
+from ..angen_addon.timeline.events import event_indices, log_indices
 from ..sensor_logic.event_log import format_frame
 from ..sensor_logic.recording import Recording, Track
 from .recording import has_fresh_recording
@@ -65,7 +65,7 @@ class ANGEN_OT_event_jump(Operator):
         recording, track = found
         scene = context.scene
         now = scene.frame_current + scene.frame_subframe
-        indices = log_indices(track) if self.values else switch_indices(track)
+        indices = log_indices(track) if self.values else event_indices(track)
         frames = [track.frames[i] for i in indices.tolist()]
         # Frames between whole ones come back from Blender in single precision.
         later = [f for f in frames if f > now + 1e-4]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import bpy
+from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.active import active_sensor
@@ -30,6 +31,12 @@ class ANGEN_OT_explain(Operator):
     )
     bl_options = {"REGISTER"}
 
+    now: BoolProperty(
+        name="Now",
+        description="Explain what it reads at the playhead, and what would have to change where "
+        "it reports nothing, in place of its last event",
+    )
+
     @classmethod
     def poll(cls, context: Context) -> bool:
         return poll_recorded(cls, context)
@@ -41,7 +48,8 @@ class ANGEN_OT_explain(Operator):
         if recording.clock != clock_of(scene):
             self.report({"ERROR"}, "The scene's frame rate or start has changed: simulate again")
             return {"CANCELLED"}
-        index = event_at(track, scene.frame_current + scene.frame_subframe)
+        frame = scene.frame_current + scene.frame_subframe
+        index = track.at(frame + 1e-4) if self.now else event_at(track, frame)
         if index is None:
             first = track.frames[0]
             self.report({"INFO"}, f"No event yet: the recording starts at frame {first:g}")

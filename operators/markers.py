@@ -13,7 +13,7 @@ from bpy.types import Context, Operator
 from ..angen_addon import state
 from ..angen_addon.active import active_sensor
 from ..angen_addon.sensors import Sensor, all_sensors
-from ..angen_addon.timeline.events import log_indices, switch_indices
+from ..angen_addon.timeline.events import event_indices, log_indices
 from ..sensor_logic.event_log import format_value
 from ..sensor_logic.partner_names import split
 from ..sensor_logic.recording import Recording, Track
@@ -115,7 +115,7 @@ class ANGEN_OT_markers_add(Operator):
             track = recording.track_of(sensor.uid)
             if track is None:
                 continue
-            indices = log_indices(track) if self.values else switch_indices(track)
+            indices = log_indices(track) if self.values else event_indices(track)
             for index in indices.tolist():
                 name = prefix(sensor.name) + event_name(track, index)
                 # Blender's limit is 63 bytes, and a name must be found again.

@@ -59,7 +59,7 @@ class ANGEN_PT_events(Panel):
 
 def _draw_events(layout: Any, scene: Any, recording: Recording, track: Track, row: Row) -> None:
     frame = scene.frame_current + scene.frame_subframe + 1e-4
-    frames = [track.frames[i] for i in row.switches.tolist()]
+    frames = [track.frames[i] for i in row.events.tolist()]
     passed = sum(f <= frame for f in frames)
     # The name last: it is long, and what does not fit is cut.
     text = f"{passed} of {len(frames)} events passed: {track.sensor}"
@@ -76,7 +76,11 @@ def _draw_events(layout: Any, scene: Any, recording: Recording, track: Track, ro
     index = told[-1]
     text = f"Explain {event_name(track, index)}, Frame {format_frame(track.frames[index])}"
     layout.operator("angen.explain", text=text, icon="QUESTION", translate=False)
-    explanation = MEMORY.recall(recording, track.uid, index)
+    now = track.at(frame)
+    if now is not None and not track.active[now]:
+        layout.operator("angen.explain", text="Why Not Now?", icon="QUESTION").now = True
+    explanation = MEMORY.recall(recording, track.uid, now)
+    explanation = explanation or MEMORY.recall(recording, track.uid, index)
     if explanation is not None:
         _draw_explanation(layout, explanation)
 

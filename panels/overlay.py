@@ -8,13 +8,14 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from .readings import ACTIVE, BAKED, IDLE, OFF, OLD, UNKNOWN, WRONG
+from .readings import ACTIVE, BAKED, IDLE, NOT_SURE, OFF, OLD, UNKNOWN, WRONG
 
 # Words for the signs, which are those that the table has too.
 SIGNS = (
     (ACTIVE, "Motion, open, pressed, lit"),
     (IDLE, "Still, closed, free, dark"),
     (WRONG, "Not valid"),
+    (NOT_SURE, "Not yet sure, or warming up"),
     (OLD, "Old: it would read anew"),
     (BAKED, "Baked keys alone"),
     (UNKNOWN, "No reading: scrub, play or simulate"),

@@ -13,6 +13,7 @@ from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import centre_text, lengths_of
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.partner_names import split
+from ..sensor_logic.pressure import NOT_YET
 from ..sensor_logic.quantities import NOTHING, Lengths
 from .lines import draw_lines, draw_row
 from .readings import Shown
@@ -31,7 +32,8 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
     if outdated:
         draw_lines(layout, outdated, "ERROR")
     elif seen.problem:
-        draw_lines(layout, _not_valid(seen), "QUESTION")
+        not_yet = seen.problem == NOT_YET
+        draw_lines(layout, _not_yet(seen) if not_yet else _not_valid(seen), seen.icon)
     sinks = advice.sinks(pad, scene)
     if sinks:
         box = draw_lines(layout, sinks, "ERROR")
@@ -43,6 +45,11 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
     if short:
         box = draw_lines(layout, short, "ERROR")
         box.prop(scene.rigidbody_world.point_cache, "frame_end", text="Cache End")
+
+
+def _not_yet(seen: Shown) -> str:
+    text = f"Not yet sure: {seen.problem}. The force is that of things at rest"
+    return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
 
 
 def _not_valid(seen: Shown) -> str:

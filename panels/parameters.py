@@ -11,7 +11,7 @@ from ..angen_addon.sensors import Sensor, SensorError, check
 from ..angen_addon.units import lengths_of
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import Spec, specs, used
-from . import light, origin, pad, warmth
+from . import light, origin, pad, pir
 from .lines import draw_lines, draw_property, has_name_column
 from .readings import shown
 
@@ -50,7 +50,7 @@ SECTIONS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     ),
 }
 # What a kind shows besides its parameters: its reading in full, and what would keep it from one.
-DETAILS = {"LIGHT": light.draw, "PIR": warmth.draw_detector, "PRESSURE": pad.draw}
+DETAILS = {"LIGHT": light.draw, "PIR": pir.draw, "PRESSURE": pad.draw}
 
 
 def sensor_of(obj: Any) -> Sensor | None:

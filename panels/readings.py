@@ -15,10 +15,12 @@ from ..angen_addon.playhead import Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
 from ..sensor_logic.model import Reading
+from ..sensor_logic.output_timing import waiting
+from ..sensor_logic.pressure import NOT_YET
 from ..sensor_logic.quantities import NOTHING
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
-UNKNOWN, OLD, BAKED = "DOT", "TIME", "KEYFRAME_HLT"
+UNKNOWN, OLD, BAKED, NOT_SURE = "DOT", "TIME", "KEYFRAME_HLT", "SORTTIME"
 # Kinds whose main reading is what they measure; of the others it is the state.
 MEASURING = {"LIGHT", "PRESSURE"}
 # s: the age of a reading is told from here on, and where there is little room.
@@ -62,7 +64,7 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
         # What stands is of the frame where the playhead was before the run.
         return Shown("Simulating", UNKNOWN, brief=NOTHING)
     told, lengths = playhead.at_playhead(sensor, scene), lengths_of(scene)
-    text, icon, brief = _words(sensor, told, lengths)
+    text, icon, brief = _warming_up(sensor, told, scene) or _words(sensor, told, lengths)
     return Shown(
         text,
         icon,
@@ -85,6 +87,8 @@ def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
             return "Invalid", WRONG, "Invalid"
         # What stands is the last known reading, if there was any.
         value = quantity.text(reading.value, lengths)
+        if told.problem == NOT_YET:
+            return f"Not yet sure, {value}", NOT_SURE, f"{quantity.short(reading.value, lengths)}?"
         return f"Invalid, {value}" if reading.value else "Invalid", DOUBTFUL, "Invalid"
     if reading is None:
         return "No reading", UNKNOWN, NOTHING
@@ -97,6 +101,16 @@ def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
     icon = OLD if told.old else ACTIVE if reading.active else IDLE
     age = age_text(told, AGE_TOLD) or ("old" if told.old else "")
     return ", ".join(filter(None, (text, age))), icon, brief
+
+
+def _warming_up(sensor: Sensor, told: Told, scene: Any) -> tuple[str, str, str] | None:
+    """The same of a motion detector that cannot report anything yet."""
+    if told.reading is None or told.problem or told.reading.active:
+        return None
+    warm_up = getattr(sensor.parameters, "warm_up_time", 0.0)
+    frames = told.frame - scene.frame_start
+    text = waiting(warm_up, 0.0, frames * scene.render.fps_base / scene.render.fps)
+    return (text[:1].upper() + text[1:], NOT_SURE, "Warming up") if text else None
 
 
 def state_text(sensor: Sensor, reading: Reading, lengths: Any) -> str:

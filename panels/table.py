@@ -14,10 +14,22 @@ from ..operators.show import show, why_hidden
 from ..sensor_logic.kinds import NO_KIND
 from .instanced import draw_rows
 from .parameters import sensor_of
-from .readings import ACTIVE, BAKED, DOUBTFUL, IDLE, OFF, OLD, UNKNOWN, WRONG, Shown, shown
+from .readings import (
+    ACTIVE,
+    BAKED,
+    DOUBTFUL,
+    IDLE,
+    NOT_SURE,
+    OFF,
+    OLD,
+    UNKNOWN,
+    WRONG,
+    Shown,
+    shown,
+)
 
 # What wants to be looked at comes first.
-ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, BAKED, UNKNOWN, OFF)
+ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN, OFF)
 ROWS, MOST_ROWS = 4, 8
 # In a region wider than this many pixels at a scale of 1 there is a column for rooms.
 WIDE = 330

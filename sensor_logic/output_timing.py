@@ -14,6 +14,22 @@ import math
 TIME_TOLERANCE_S = 1e-9
 
 
+def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
+    """Why movement would not be reported at a time (s), and for how long not; empty where it would
+    be. `fell`: when the output went off last."""
+    left = warm_up - time
+    if left > TIME_TOLERANCE_S:
+        return f"warming up, {_seconds(left)} left"
+    left = blocking - (time - fell)
+    if left > TIME_TOLERANCE_S:
+        return f"blocked after it went off, {_seconds(left)} left"
+    return ""
+
+
+def _seconds(time: float) -> str:
+    return f"{time:.{0 if time >= 9.95 else 1}f} s"
+
+
 class OutputTiming:
     """Turns triggers into the output, update by update. Times in seconds."""
 

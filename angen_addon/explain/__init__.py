@@ -13,6 +13,7 @@ from ...sensor_logic.recording import Recording
 from ..sensors import Sensor
 from .beam import explain_switch
 from .facts import Explanation
+from .idle import with_what_is_missing
 from .lit import explain_light
 from .memory import MEMORY
 from .motion import explain_range_scan
@@ -39,10 +40,12 @@ EXPLAINERS = {
 
 
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:
-    """Why the sensor's update `index` in the recording is as it is.
+    """Why the sensor's update `index` in the recording is as it is, and what would have to change
+    where it is not active.
 
     `scene` is that of the present context, in the state that was recorded. The frame is put back.
     Raises SensorError.
     """
     with replaying(scene, sensor, recording) as replay:
-        return EXPLAINERS[sensor.kind.identifier](replay, index)
+        found = EXPLAINERS[sensor.kind.identifier](replay, index)
+        return with_what_is_missing(replay, index, found)

@@ -48,12 +48,13 @@ class Moment:
         """How many were simulated."""
         return sum(len(track) for track in self._recording.tracks.values())
 
-    def text(self) -> str:
-        """The explanation of the last event at or before the time, as lines; after `run`. Raises
-        SensorError."""
+    def text(self, now: bool = False) -> str:
+        """The explanation of the last event at or before the time, or `now` of the update at it, as
+        lines; after `run`. Raises SensorError."""
         track = self._recording.tracks[self._sensor.name]
         # Which readings of light are events is not known without the time before.
-        indices = range(len(track)) if self._sensor.kind.light else log_indices(track).tolist()
+        every = now or self._sensor.kind.light
+        indices = range(len(track)) if every else log_indices(track).tolist()
         told = [i for i in indices if track.frames[i] <= self._limit + 1e-6]
         if not told:
             raise SensorError(f"'{self._sensor.name}' has reported nothing by then")

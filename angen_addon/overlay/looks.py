@@ -51,6 +51,7 @@ _CROSS = [[(-0.7, -0.7), (0.7, 0.7)], [(-0.7, 0.7), (0.7, -0.7)]]
 _TRIANGLE = [(-1.0, -0.8), (1.0, -0.8), (0.0, 1.0)]
 _SIDES = [[_TRIANGLE[n], _TRIANGLE[(n + 1) % 3]] for n in range(3)]
 _HANDS = [[(0.0, 0.65), (0.0, 0.0)], [(0.0, 0.0), (0.5, 0.0)]]
+_DOTS = [[(x - 0.12, 0.0), (x + 0.12, 0.0)] for x in (-0.5, 0.0, 0.5)]
 _DIAMOND = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]
 _EXCLAMATION = [[(0.0, 0.45), (0.0, -0.2)], [(0.0, -0.45), (0.0, -0.6)]]
 
@@ -59,13 +60,21 @@ LOOKS = {
     readings.ACTIVE: Look((1.0, 0.62, 0.05), 1.0, _array(_ring(1.0), 2), _array(_disc(1.0), 3)),
     readings.IDLE: Look((0.34, 0.71, 0.96), 0.75, _array(_ring(1.0), 2)),
     readings.OFF: Look((0.62, 0.62, 0.62), 0.4, _array(_CROSS, 2)),
-    readings.DOUBTFUL: Look((0.93, 0.53, 0.80), 0.75, _array(_SIDES + _EXCLAMATION, 2)),
+    readings.DOUBTFUL: Look((0.80, 0.80, 0.76), 0.5, _array(_SIDES + _EXCLAMATION, 2)),
     readings.WRONG: Look((0.93, 0.53, 0.80), 0.75, _array(_SIDES + _EXCLAMATION, 2)),
     readings.UNKNOWN: Look((0.80, 0.80, 0.76), 0.5, _array(_ring(1.0, 12, 2), 2)),
+    readings.NOT_SURE: Look((0.80, 0.80, 0.76), 0.5, _array(_ring(1.0) + _DOTS, 2)),
     readings.OLD: Look((0.94, 0.89, 0.26), 0.5, _array(_ring(1.0) + _HANDS, 2)),
     readings.BAKED: Look(
         (0.80, 0.80, 0.76), 0.5, _array([[_DIAMOND[n], _DIAMOND[n - 1]] for n in range(4)], 2)
     ),
 }
 # States whose fields are drawn in broken lines: what they show is not what is sensed.
-BROKEN = {readings.DOUBTFUL, readings.WRONG, readings.UNKNOWN, readings.OLD, readings.BAKED}
+BROKEN = {
+    readings.NOT_SURE,
+    readings.DOUBTFUL,
+    readings.WRONG,
+    readings.UNKNOWN,
+    readings.OLD,
+    readings.BAKED,
+}

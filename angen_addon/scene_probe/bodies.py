@@ -24,6 +24,7 @@ from ...sensor_logic.contact.island import (
 )
 from ...sensor_logic.contact.patches import contact_patch
 from ...sensor_logic.contact.shapes import Shape, perpendiculars
+from ...sensor_logic.pressure import NOT_YET
 from ..instances import Uid
 from .colliders import Collider
 from .columns import Surfaces
@@ -125,11 +126,7 @@ class Bodies:
                 self._depsgraph, self._things, moments, self._metres, self._resting
             )
         found = pad_forces(key, self._world)
-        doubt = (
-            self._stale
-            or moment.cut_off.get(key, "")
-            or ("" if known else "three frames in a row are not known")
-        )
+        doubt = self._stale or moment.cut_off.get(key, "") or ("" if known else NOT_YET)
         return replace(found, problem=found.problem or doubt)
 
 

@@ -28,6 +28,16 @@ def switch_indices(track: Track) -> Indices:
     return np.unique(np.concatenate([np.empty(0, np.intp), *found])).astype(np.intp)
 
 
+def event_indices(track: Track) -> Indices:
+    """The updates to jump to: where a state changed; of a track whose states never did, where a
+    measured value did by its step."""
+    found = switch_indices(track)
+    if len(found):
+        return found
+    told = log_indices(track)
+    return told[told > 0]
+
+
 def _news(track: Track, published: Field) -> Indices:
     column = track.columns[published.name]
     if published.type is float:

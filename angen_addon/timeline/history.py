@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording import Recording, Track
 from ..instances import Uid
-from .events import Indices, log_indices, switch_indices
+from .events import Indices, event_indices, log_indices
 
 Array = NDArray[np.float64]
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
@@ -36,7 +36,7 @@ class Spans:
 class Row:
     """One sensor: what it is called and its room; `uid`: session uid of its object. `frames`,
     `values`: its curve, for kinds that measure, and `full`: what is drawn as full height; `log`,
-    `switches`: see `events`."""
+    `events`: see events.py."""
 
     name: str
     room: str
@@ -47,7 +47,7 @@ class Row:
     values: Array
     full: float = 1.0
     log: Indices = field(default_factory=lambda: np.empty(0, np.intp))
-    switches: Indices = field(default_factory=lambda: np.empty(0, np.intp))
+    events: Indices = field(default_factory=lambda: np.empty(0, np.intp))
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> Row:
         np.nan_to_num(np.array(track.value, np.float64)) if curve else nothing,
         _full(track, sensor) if curve else 1.0,
         log_indices(track),
-        switch_indices(track),
+        event_indices(track),
     )
 
 

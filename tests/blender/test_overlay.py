@@ -329,9 +329,13 @@ def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
         if icon != readings.DOUBTFUL
     }
     assert len(different) == len(looks) - 1
+    # Loud is only what is set up wrong, not what a jump of the playhead makes unsure.
+    assert looks[readings.DOUBTFUL].colour == looks[readings.NOT_SURE].colour
+    assert looks[readings.NOT_SURE].colour == looks[readings.UNKNOWN].colour
+    assert looks[readings.WRONG].colour != looks[readings.DOUBTFUL].colour
     assert set(looks) == {
         readings.ACTIVE, readings.IDLE, readings.OFF, readings.DOUBTFUL, readings.WRONG,
-        readings.UNKNOWN, readings.OLD, readings.BAKED,
+        readings.UNKNOWN, readings.OLD, readings.BAKED, readings.NOT_SURE,
     }  # fmt: skip
 
 

@@ -341,10 +341,14 @@ def test_what_is_not_valid_says_why(physics):
     ops.simulate()
     physics.scene.frame_set(1)
     layout = drawn("ANGEN_PT_physics")
-    assert layout.labels[0].startswith("Invalid") and layout.icons[0] == "QUESTION"
-    assert "Not valid: three frames in a row are not known" in layout.text
+    assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
+    reason = (
+        "Not yet sure: three frames in a row are not known. The force is that of things at rest"
+    )
+    assert reason in layout.text and "simulate" not in layout.text
+    assert not {"QUESTION", "ERROR"} & set(layout.icons)
     readings = drawn("ANGEN_PT_table")
-    assert readings.labels[1].startswith("Invalid") and readings.icons[0] == "QUESTION"
+    assert readings.labels[1] == "49.1 N?" and readings.icons[0] == "SORTTIME"
 
 
 def test_states_differ_by_word_and_by_icon(addon_part, physics):
@@ -369,7 +373,7 @@ def test_states_differ_by_word_and_by_icon(addon_part, physics):
     pad().angen_sensor.enabled = False
     found = shown(sensor, physics.scene)
     seen[found.text.partition(",")[0]] = found.icon
-    assert set(seen) == {"Invalid", "Pressed", "Free", "Off", "No reading"}
+    assert set(seen) == {"Not yet sure", "Pressed", "Free", "Off", "No reading"}
     assert len(set(seen.values())) == 5
 
 
@@ -389,8 +393,8 @@ def test_a_live_pad_is_shown_in_full(physics):
     assert layout.labels[:4] == reading, "forces are known a frame later"
     physics.scene.frame_set(20)
     layout = drawn("ANGEN_PT_physics")
-    assert layout.labels[0] == "Invalid, 49.05 N" and layout.icons[0] == "QUESTION"
-    assert "The last known reading stands; play on, or simulate" in layout.text
+    assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
+    assert "The force is that of things at rest; play on, or simulate" in layout.text
     pad().angen_sensor.pressure.force_min = 30.0
     physics.scene.frame_set(21)
     layout = drawn("ANGEN_PT_physics")

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a motion detector shows besides its parameters: what keeps it from noticing anything."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpy.types import Context
+
+from ..angen_addon import advice
+from ..angen_addon.sensors import Sensor
+from . import warmth
+from .lines import draw_lines
+from .readings import Shown
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+    """Each advice with its way out."""
+    late = advice.warm_up(sensor, context.scene)
+    if late:
+        box = draw_lines(layout, late, "INFO")
+        if not sensor.holders:
+            button = box.operator("wm.context_set_float", text="Set to 0 s", icon="CHECKMARK")
+            button.data_path, button.value = "object.angen_sensor.pir.warm_up_time", 0.0
+    warmth.draw_detector(layout, context, sensor, seen)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why a sensor reports nothing, in what a user reads: panels, Explain and the command line."""
+
+import math
+
+import bpy
+import pytest
+from light_stage import facing, lamp
+from test_panels import drawn
+
+ops = bpy.ops.angen
+
+
+def asked(frame):
+    """What Explain says of the active sensor at a frame: the headline and all facts."""
+    bpy.context.scene.frame_set(frame)
+    buttons = [text for text, *_ in drawn("ANGEN_PT_events").operators]
+    assert "Why Not Now?" in buttons
+    assert ops.explain(now=True) == {"FINISHED"}
+    # Lines are broken where they do not fit.
+    return " ".join(drawn("ANGEN_PT_events").text.split())
+
+
+def activate(obj):
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+@pytest.fixture
+def passing(world):
+    """A detector with a warm-up of 60 s, and a box that passes in its view at every frame."""
+    box = world.box((1, 1, 1), at=(-2, 0, -3), name="Box")
+    world.key(box, "location", {1: (-2, 0, -3), 48: (2, 0, -3)})
+    world.scene.frame_end = 48
+    ops.sensor_add(kind="PIR", preset="HC_SR501")
+    obj = bpy.context.object
+    obj.location, obj.rotation_euler = (0, 0, 0), (0, 0, 0)
+    obj.angen_sensor.pir.sweep = "ALL"
+    return obj
+
+
+def test_a_detector_that_warms_up_says_so_everywhere(world, passing, addon_part):
+    assert passing.angen_sensor.pir.warm_up_time == 60.0
+    ops.simulate()
+    world.scene.frame_set(25)
+    panel = drawn("ANGEN_PT_active_sensor")
+    assert panel.labels[1] == "Warming up, 59 s left"
+    assert "Warming up" in drawn("ANGEN_PT_table").labels
+    text = "Its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
+    assert text in panel.text
+    ((_, _, button),) = (o for o in panel.operators if o[0] == "Set to 0 s")
+    assert asked(25).startswith("0 of 0 events")
+    assert "Warming up, 59 s left." in asked(25)
+    bpy.ops.wm.context_set_float(data_path=button.data_path, value=button.value)
+    assert "outlasts" not in drawn("ANGEN_PT_active_sensor").text
+    ops.simulate()
+    world.scene.frame_set(40)
+    assert drawn("ANGEN_PT_active_sensor").labels[1].startswith("Motion")
+
+
+def test_a_detector_that_is_blocked_says_so(world, passing):
+    pir = passing.angen_sensor.pir
+    pir.warm_up_time, pir.hold_time, pir.blocking_time = 0.0, 0.0, 30.0
+    # It stops for a while, so that the output goes off, and goes on.
+    world.key(
+        bpy.data.objects["Box"], "location", {10: (-1, 0, -3), 20: (-1, 0, -3), 48: (2, 0, -3)}
+    )
+    ops.simulate()
+    told = asked(40)
+    assert "Blocked after it went off, 29 s left" in told
+
+
+def test_the_nearest_movement_and_why_it_is_not_seen(world):
+    for name, x, z in (("Near", 0.0, -6.0), ("Far", 0.0, -20.0)):
+        box = world.box((1, 1, 1), at=(x, 0, z), name=name)
+        world.key(box, "location", {1: (x, 0, z), 48: (x + 1, 0, z)})
+    world.box((1, 1, 1), at=(0, 3, 0), name="Still")
+    obj = activate(world.pir(range_max=4.0))
+    ops.simulate()
+    assert "'Near', 5.500 m away: beyond the range max of 4 m" in asked(20)
+    obj.angen_sensor.pir.range_max = 10.0
+    obj.rotation_euler = (0, math.radians(180), 0)
+    ops.simulate()
+    told = asked(20)
+    assert "° beside its axis, its field of view ends at 60°" in told
+    assert "a range must change by more than 0.05 m: the most is 0% of that" in told
+
+
+def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
+    world.wall(0.012, name="Flag")
+    activate(world.switch())
+    ops.simulate()
+    told = asked(5)
+    assert "the beam must be clear to 0.05 m: 'Flag' ends it 0.038 m before that" in told
+
+
+def test_a_pad_tells_what_is_above_it_and_its_threshold(world):
+    world.scene.frame_end = 8
+    world.box((0.2, 0.2, 0.2), at=(0, 0, 0.3), name="Box").angen_load.mass = 5.0
+    ops.sensor_add(kind="PRESSURE")
+    pad = bpy.context.object
+    pad.location = (0, 0, 0)
+    pad.angen_sensor.update_rate = 24.0
+    world.update()
+    top = max((pad.matrix_world @ v.co).z for v in pad.data.vertices)
+    ops.simulate()
+    told = asked(4)
+    assert f"'Box', by {0.2 - top:.3f} m" in told
+    assert "more than 1 N is needed: it is 0% of that" in told
+
+
+def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
+    world.scene.angen_luminous_efficacy = 1.0
+    source = lamp(world, "POINT", at=(0, 0, 10), energy=100.0 * 4 * math.pi * 100)
+    obj = world.sensor(
+        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=500.0
+    )
+    obj.matrix_world = facing((0, 0, 1)).tolist()
+    obj.rotation_euler = (math.pi, 0, 0)
+    activate(obj)
+    world.scene.frame_end = 4
+    full = source.data.energy
+    world.key(source.data, "energy", {1: full, 3: 2 * full}, "CONSTANT")
+    ops.simulate()
+    assert "more than 500 lx is needed: it is 40% of that" in asked(4)
+    # Its reading changed, though not its state: that is an event to count and to jump to.
+    world.scene.frame_set(1)
+    assert "0 of 1 events passed" in drawn("ANGEN_PT_events").text
+    assert ops.event_jump(direction="NEXT") == {"FINISHED"}
+    assert world.scene.frame_current == 3

@@ -110,7 +110,7 @@ def _warming_up(sensor: Sensor, told: Told, scene: Any) -> tuple[str, str, str] 
     warm_up = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = told.frame - scene.frame_start
     text = waiting(warm_up, 0.0, frames * scene.render.fps_base / scene.render.fps)
-    return (text[:1].upper() + text[1:], NOT_SURE, "Warming up") if text else None
+    return (text[:1].upper() + text[1:], NOT_SURE, "Warm-up") if text else None
 
 
 def state_text(sensor: Sensor, reading: Reading, lengths: Any) -> str:

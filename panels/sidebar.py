@@ -55,7 +55,7 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
         # Names are cut where they take more than the column of names has.
         column = layout.column()
         column.label(text="Light")
-        draw_property(column, scene, scene, "angen_luminous_efficacy", "Efficacy", "lm/W")
+        draw_property(column, scene, scene, "angen_luminous_efficacy", "Lamps", "lm/W")
         column.prop(scene, "angen_light_reference", text="Reference")
 
 

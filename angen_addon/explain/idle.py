@@ -49,9 +49,13 @@ def _waiting(replay: Replay, index: int) -> str:
 def _motion(replay: Replay, index: int, found: Explanation) -> Facts:
     if replay.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
+        if share > 1.0:
+            return []
         facts = [("To fire", f"the signal must exceed its threshold: it is {share:.0%} of it")]
     else:
         cause, lengths = found.cause, replay.lengths
+        if cause.triggered:
+            return []
         share = cause.change / cause.threshold if cause.threshold else math.inf
         facts = [
             (

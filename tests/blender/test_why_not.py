@@ -45,7 +45,7 @@ def test_a_detector_that_warms_up_says_so_everywhere(world, passing, addon_part)
     world.scene.frame_set(25)
     panel = drawn("ANGEN_PT_active_sensor")
     assert panel.labels[1] == "Warming up, 59 s left"
-    assert "Warming up" in drawn("ANGEN_PT_table").labels
+    assert "Warm-up" in drawn("ANGEN_PT_table").labels
     text = "Its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
     assert text in panel.text
     ((_, _, button),) = (o for o in panel.operators if o[0] == "Set to 0 s")
@@ -56,6 +56,25 @@ def test_a_detector_that_warms_up_says_so_everywhere(world, passing, addon_part)
     ops.simulate()
     world.scene.frame_set(40)
     assert drawn("ANGEN_PT_active_sensor").labels[1].startswith("Motion")
+
+
+def test_the_command_line_says_so_too(world, passing, addon_part, capsys, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+
+    def run(*arguments):
+        capsys.readouterr()
+        assert addon_part("angen_addon.command_line").run_command([*arguments, "--quiet"]) == 0
+        return capsys.readouterr()
+
+    told = run("simulate", "--events", str(tmp_path / "events.csv")).err
+    text = "its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
+    assert f"'{passing.name}': {text}" in told
+    told = run("explain", "--sensor", passing.name, "--time", "1.5", "--now").out
+    assert told.startswith(f"{passing.name}, frame 37 (1.500 s)")
+    ignored = "Motion (ignored: warm-up or blocking time): 'Box'"
+    assert f"Warming up, 58 s left. {ignored}" in told and "To fire" not in told
+    # Its last event is the first update.
+    assert "frame 1 (0.000 s)" in run("explain", "--sensor", passing.name, "--time", "1.5").out
 
 
 def test_a_detector_that_is_blocked_says_so(world, passing):

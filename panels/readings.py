@@ -105,7 +105,8 @@ def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
 
 def _warming_up(sensor: Sensor, told: Told, scene: Any) -> tuple[str, str, str] | None:
     """The same of a motion detector that cannot report anything yet."""
-    if told.reading is None or told.problem or told.reading.active:
+    plain = told.origin in (playhead.RECORDED, playhead.LIVE) and not (told.problem or told.old)
+    if told.reading is None or not plain or told.reading.active:
         return None
     warm_up = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = told.frame - scene.frame_start

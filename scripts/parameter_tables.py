@@ -17,7 +17,8 @@ HEAD = """\
 # Parameters
 
 Written by `python scripts/parameter_tables.py` from `sensor_logic`; do not edit.
-A script reads and writes them as `obj.angen_sensor.<kind>.<name>`, in SI units and radians.
+A script reads and writes them as `obj.angen_sensor.<kind>.<name>`, in SI units and radians,
+whatever the scene's unit scale. Panels show and read lengths in the scene's own unit.
 """
 
 

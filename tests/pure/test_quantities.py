@@ -79,3 +79,8 @@ def test_the_numbers_that_a_kind_publishes_have_a_unit():
     for kind in KINDS.values():
         for field in kind.fields.values():
             assert field.type is not float or field.unit or field.name in plain, field.name
+
+
+def test_clips_that_illuminance_does_not_use_contradict_nothing():
+    assert LightParameters(clip_start=9.0).problems()
+    assert not LightParameters(method="ILLUMINANCE", clip_start=9.0).problems()

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An IFC building as an OBJ file in metres, Z up, an object for each part, for Blender to import.
+
+    python -m venv ifc && ifc/bin/pip install ifcopenshell
+    ifc/bin/python scripts/foreign_homes/ifc_to_obj.py HOME.ifc HOME.obj
+
+An object is called after its class, its name and its number, such as `Door Front door 4711`. The
+volumes of rooms (IfcSpace) and openings are left out: sensors would take them for solid.
+"""
+
+import sys
+from multiprocessing import cpu_count
+from pathlib import Path
+
+import ifcopenshell
+import ifcopenshell.geom
+
+LEFT_OUT = ("IfcSpace", "IfcOpeningElement", "IfcVirtualElement", "IfcAnnotation", "IfcGrid")
+
+
+def convert(source: Path, target: Path) -> int:
+    """How many objects were written."""
+    model = ifcopenshell.open(str(source))
+    settings = ifcopenshell.geom.settings()
+    settings.set("use-world-coords", True)
+    left_out = [part for name in LEFT_OUT for part in _of_class(model, name)]
+    # An empty list would leave out everything.
+    parts = ifcopenshell.geom.iterator(settings, model, cpu_count(), exclude=left_out or None)
+    count, vertices = 0, 1
+    with target.open("w", encoding="utf-8") as out:
+        going = parts.initialize()
+        while going:
+            shape = parts.get()
+            points, faces = shape.geometry.verts, shape.geometry.faces
+            name = f"{shape.type.removeprefix('Ifc')} {shape.name} {shape.id}"
+            out.write(f"o {name.replace(chr(10), ' ')}\n")
+            for i in range(0, len(points), 3):
+                out.write("v {:.5f} {:.5f} {:.5f}\n".format(*points[i : i + 3]))
+            for i in range(0, len(faces), 3):
+                out.write("f {} {} {}\n".format(*(vertices + face for face in faces[i : i + 3])))
+            vertices += len(points) // 3
+            count += 1
+            going = parts.next()
+    return count
+
+
+def _of_class(model: ifcopenshell.file, name: str) -> list[ifcopenshell.entity_instance]:
+    try:
+        return list(model.by_type(name))
+    except RuntimeError:
+        return []  # This version of the schema has no such class.
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    written = convert(Path(sys.argv[1]), Path(sys.argv[2]))
+    if not written:
+        sys.exit(f"{sys.argv[1]} has no part with a shape")
+    print(f"{written} objects in {sys.argv[2]}")

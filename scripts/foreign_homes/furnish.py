@@ -62,7 +62,7 @@ class Rays:
         corners = [
             self.metres * (instance.matrix_world @ _vector(corner))
             for instance in self.depsgraph.object_instances
-            if instance.object.type == "MESH" and instance.object.original.visible_get()
+            if _is_shown(instance.object)
             for corner in instance.object.bound_box
         ]
         finite = [c for c in corners if all(math.isfinite(x) for x in c)]
@@ -80,6 +80,10 @@ class Rays:
             distance=most / self.metres,
         )
         return (place * self.metres - _vector(start)).length if hit else most
+
+
+def _is_shown(seen: Any) -> bool:
+    return seen.type == "MESH" and len(seen.data.polygons) > 0 and seen.original.visible_get()
 
 
 def _vector(numbers: Any) -> Any:

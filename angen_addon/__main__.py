@@ -13,7 +13,7 @@ from .leaving import leave_hard
 from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
-VERBS = "{simulate,list,check,explain,coverage,place,convert,compare}"
+VERBS = "{simulate,list,check,explain,coverage,place,doctor,convert,compare}"
 # Verbs that read logs alone, each in the module of its name.
 WITHOUT_BLENDER = ("convert", "compare")
 PROGRAM = "python -m angen_addon"

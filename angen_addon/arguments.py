@@ -66,7 +66,9 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         prog=program, description="Simulates the ambient sensors of a home in a blend file."
     )
     verbs = parser.add_subparsers(
-        dest="verb", required=True, metavar="simulate | list | check | explain | coverage | place"
+        dest="verb",
+        required=True,
+        metavar="simulate | list | check | explain | coverage | place | doctor",
     )
 
     every = Parser(add_help=False)
@@ -155,5 +157,8 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     four.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
+    five = verbs.add_parser(
+        "doctor", parents=[every], help="what makes the home's sensors read nonsense")
+    five.add_argument("--json", action="store_true", help="for programs")
     add_verbs(verbs, path, every)
     return parser

@@ -21,6 +21,7 @@ from . import advice, bake, state, warmth
 from .arguments import parse
 from .coverage import command as coverage
 from .describe import describe
+from .doctor import command as doctor
 from .explain.command import Moment
 from .interrupt import Interrupt
 from .kept import keep
@@ -60,6 +61,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "explain": _explain,
         "coverage": _coverage,
         "place": _place,
+        "doctor": _doctor,
     }
     try:
         with Interrupt(_give_up) as options.interrupt, Outputs() as outputs:
@@ -95,9 +97,8 @@ def _give_up() -> None:
     leave_hard(FAILED)
 
 
-def _sensors(options: argparse.Namespace) -> list[Sensor]:
-    """All sensors of the scene; says what keeps them from sensing the home, which is kept in
-    `options.lacks`."""
+def _open_file(options: argparse.Namespace) -> None:
+    """Raises BadInput where there is none."""
     if not bpy.data.filepath:
         raise BadInput(
             "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
@@ -109,6 +110,12 @@ def _sensors(options: argparse.Namespace) -> list[Sensor]:
     if options.enable_autoexec:
         bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath, load_ui=False, use_scripts=True)
     bpy.context.view_layer.update()
+
+
+def _sensors(options: argparse.Namespace) -> list[Sensor]:
+    """All sensors of the scene; says what keeps them from sensing the home, which is kept in
+    `options.lacks`."""
+    _open_file(options)
     sensors = all_sensors(bpy.context.view_layer)
     options.lacks = []
     _tell_of_lacks(options, sensors)
@@ -275,6 +282,14 @@ def _check(options: argparse.Namespace, outputs: Outputs) -> int:
     if options.lacks:
         note("the check fails, as the home lacks what is named above")
     return FAILED if found or options.lacks else DONE
+
+
+def _doctor(options: argparse.Namespace, outputs: Outputs) -> int:
+    _open_file(options)
+    found = doctor.findings()
+    outputs.said = doctor.as_text(found, options.json)
+    note(doctor.count(found))
+    return FAILED if found else DONE
 
 
 def _explain(options: argparse.Namespace, outputs: Outputs) -> int:

@@ -24,7 +24,8 @@ class Cache:
     that handlers keep still, and `progress` the share of it that is done; `live` is what follows
     the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
-    what the viewport draws of the sensors; `lacks` what the file needs and does not have here.
+    what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
+    `findings` what the doctor found, None before he looked.
     """
 
     def __init__(self) -> None:
@@ -35,6 +36,7 @@ class Cache:
         self.notice = ""
         self.lacks: list[str] = []
         self.overlay: Any = None
+        self.findings: tuple[Any, ...] | None = None
         self._kept: dict[int, Kept] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
@@ -105,6 +107,7 @@ class Cache:
         self._kept.clear()
         self.lacks = []
         self.notice = ""
+        self.findings = None
 
 
 CACHE = Cache()

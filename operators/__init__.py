@@ -9,6 +9,7 @@ def _modules() -> tuple:
         bake,
         copy,
         coverage,
+        doctor,
         door,
         event_jump,
         explain,
@@ -30,7 +31,7 @@ def _modules() -> tuple:
     return (
         add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
         lacking, report, event_jump, markers, explain, show, instance_override,
-        warmth, coverage, propose,
+        warmth, coverage, propose, doctor,
     )  # fmt: skip
 
 

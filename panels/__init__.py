@@ -6,6 +6,7 @@ def _modules() -> tuple:
     from . import (
         active_sensor,
         coverage,
+        doctor,
         events,
         load,
         overlay,
@@ -28,6 +29,7 @@ def _modules() -> tuple:
         load,
         warmth,
         coverage,
+        doctor,
     )
 
 

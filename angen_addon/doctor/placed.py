@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ...sensor_logic.model import Array
 from .. import warmth
 from ..animation import action_curves
 from ..overlay.sight import sight_of
 from ..scene_probe.rays import NOTHING
+from ..scene_probe.solids import Solid
 from ..sensors import Sensor, SensorError
 from ..simulation import frames_to_step_from
 from ..station import Station, clock_of
@@ -20,6 +22,8 @@ from .examined import Examined, Found, named
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43
 # m: what is met from within on two opposite sides nearer than this together is a wall.
 THICKEST = 0.6
+# With more faces ahead nobody can tell inside from outside.
+MOST_FACES = 200
 # Of a sensor's rays, so many meet something too near where it is built in, or against a wall.
 BLOCKED = 0.25
 # Of what only detectors of warmth do not care.
@@ -81,7 +85,8 @@ def inside_walls(home: Examined) -> Iterator[Found]:
 
 
 def _surrounded_by(home: Examined, sensor: Sensor) -> str:
-    """The solid whose faces a sensor sees from within on two opposite sides, near together."""
+    """The solid that a sensor is within: it is met on two opposite sides, near together, and left
+    by an odd number of faces. Whichever way its faces look."""
     matrix = sensor.world_matrix(home.depsgraph)
     axes = np.concatenate([np.eye(3), np.array(matrix.to_3x3().normalized(), np.float64).T])
     ways = np.concatenate([axes, -axes])
@@ -95,17 +100,26 @@ def _surrounded_by(home: Examined, sensor: Sensor) -> str:
         if met[one] == NOTHING or met[one] != met[two] or not near:
             continue
         solid = next(s for s in caster.solids.solids if s.number == met[one])
-        tree = solid.geometry.tree(home.depsgraph)
-        inverse = caster.solids.inverse[solid.row][:3, :3]
-        start = inverse @ origins[0] + caster.solids.inverse[solid.row][:3, 3]
-        outwards = [
-            (inverse @ ways[side]) @ np.array(normal)
-            for side in (one, two)
-            if (normal := tree.ray_cast(start - solid.geometry.pivot, inverse @ ways[side])[1])
-        ]
-        if len(outwards) == 2 and min(outwards) > 0.0:
+        faces = (_crossings(home, solid, origins[0], ways[side]) for side in (one, two))
+        if all(count % 2 for count in faces):
             return solid.name
     return ""
+
+
+def _crossings(home: Examined, solid: Solid, origin: Array, way: Array) -> int:
+    """How many faces of a solid lie ahead."""
+    inverse = home.home.caster.solids.inverse[solid.row]
+    tree = solid.geometry.tree(home.depsgraph)
+    point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
+    ahead = inverse[:3, :3] @ way
+    ahead /= np.linalg.norm(ahead)
+    size = float(np.linalg.norm(solid.geometry.hi - solid.geometry.lo))
+    for count in range(MOST_FACES):
+        found = tree.ray_cast(point, ahead)[0]
+        if found is None:
+            return count
+        point = np.array(found) + ahead * size * 1e-6
+    return 0
 
 
 def looks_into_something(home: Examined) -> Iterator[Found]:

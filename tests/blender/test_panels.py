@@ -249,6 +249,22 @@ def test_the_frames_to_simulate_are_those_of_the_preview_range(physics):
     assert {"frame_preview_start", "frame_preview_end"} <= set(layout.props)
 
 
+def test_the_doctor_tells_what_to_mend(world, addon_part):
+    assert [text for text, *_ in drawn("ANGEN_PT_doctor").operators] == [None]
+    lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (0, 0, 2))
+    world.box((4, 3, 5), name="Room")
+    lamp.data.energy = 100.0
+    world.sensor("LIGHT", "Light")
+    world.update()
+    ops.doctor()
+    layout = drawn("ANGEN_PT_doctor")
+    assert "'Lamp' shines with 100 W of light" in layout.text
+    assert "divide lumens by 683" in layout.text
+    lamp.data.energy = 1.0
+    ops.doctor()
+    assert "Nothing to mend was found" in drawn("ANGEN_PT_doctor").text
+
+
 def test_sensors_in_instances_have_rows_and_say_what_they_share(world):
     made = bpy.data.collections.new("flat")
     sensor = world.switch("Door")

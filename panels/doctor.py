@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the doctor found in the home, and the way to mend it."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Panel
+
+from ..angen_addon import state
+from .lines import draw_lines
+
+MOST = 8
+
+
+class ANGEN_PT_doctor(Panel):
+    bl_label = "Doctor"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        layout.operator("angen.doctor", icon="VIEWZOOM")
+        found = state.CACHE.findings
+        if found is None:
+            return
+        if not found:
+            layout.label(text="Nothing to mend was found", icon="CHECKMARK")
+        for finding in found[:MOST]:
+            box = draw_lines(layout, finding.text, "ERROR")
+            draw_lines(box, finding.mend, "TOOL_SETTINGS")
+        if len(found) > MOST:
+            layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
+        if found:
+            layout.label(text="As it was then: examine again once mended", icon="INFO")
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_doctor,))

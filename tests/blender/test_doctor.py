@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The doctor finds nothing in a good home; and in one with one mistake that mistake alone."""
+
+import json
+from math import radians
+from pathlib import Path
+
+import bpy
+import pytest
+
+SAMPLE = Path(__file__).parents[2] / "sample_blends" / "angen.blend"
+
+
+@pytest.fixture
+def home(world, physics):
+    """A room of 4 × 3 × 2.5 m with one sensor of each kind, a lamp, a door and a person."""
+    world.box((4, 3, 2.5), (0, 0, 1.25), "Room")
+    for number in range(4):
+        world.box((0.5, 0.4, 0.7), (-1.5 + number, 1.2, 0.36), f"Chair {number}")
+    leaf = world.mesh(
+        [(x, y, z) for x in (0, 0.9) for y in (-0.02, 0.02) for z in (0, 2.0)],
+        [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)],
+    )
+    door = world.link("Door", leaf, (-0.5, -1.4, 0.01))
+    world.key(door, "rotation_euler", {1: (0, 0, 0), 24: (0, 0, radians(80))})
+    # Looks along the door's upper edge at it, from the wall beside it.
+    switch = world.switch("Switch", range_max=0.3)
+    switch.location, switch.rotation_euler = (0.3, -1.25, 1.9), (radians(90), 0, radians(180))
+    pir = world.sensor("PIR", "Detector", model="PYROELECTRIC", update_rate=24.0)
+    pir.location, pir.rotation_euler = (1.9, 0, 2.0), (radians(90), 0, radians(90))
+    light = world.sensor("LIGHT", "Light", method="ILLUMINANCE", engine="CYCLES")
+    light.location = (0, 0, 2.0)
+    lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (1, 1, 2.2))
+    lamp.data.energy = 2.0
+    physics.pad("Mat", (0.3, 0.3, 0.005), (0, 0, 0.005))
+    person = world.box((0.4, 0.3, 1.7), (0, 0, 0.86), "Person")
+    world.key(person, "location", {1: (0, 0, 0.86), 48: (1, 0, 0.86)})
+    person.angen_load.mass = 70.0
+    person.angen_warmth.use_temperature, person.angen_warmth.temperature = True, 30.0
+    world.update()
+    return world
+
+
+@pytest.fixture
+def examine(world, addon_part):
+    def found():
+        depsgraph = world.update()
+        doctor = addon_part("angen_addon.doctor")
+        return doctor.examine(bpy.context.scene, bpy.context.view_layer, depsgraph)
+
+    return found
+
+
+def test_nothing_is_wrong_with_a_good_home(home, examine):
+    assert examine() == []
+
+
+def test_nothing_is_wrong_with_the_sample(examine):
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
+    assert examine() == []
+
+
+def too_large():
+    for obj in bpy.context.scene.objects:
+        if obj.parent is None:
+            obj.location *= 100
+            obj.scale *= 100
+            obj.animation_data_clear()
+
+
+def hidden():
+    bpy.data.objects["Chair 1"].hide_viewport = True
+
+
+def bare():
+    mesh = bpy.data.objects["Chair 1"].data
+    edges = [tuple(edge.vertices) for edge in mesh.edges]
+    points = [vertex.co[:] for vertex in mesh.vertices]
+    mesh.clear_geometry()
+    mesh.from_pydata(points, edges, [])
+
+
+def no_ceiling():
+    import bmesh
+
+    mesh = bpy.data.objects["Room"].data
+    made = bmesh.new()
+    made.from_mesh(mesh)
+    top = [face for face in made.faces if face.calc_center_median().z > 1.2]
+    bmesh.ops.delete(made, geom=top, context="FACES")
+    made.to_mesh(mesh)
+    made.free()
+
+
+def still():
+    for name in ("Person", "Door"):
+        bpy.data.objects[name].animation_data_clear()
+
+
+def middle():
+    door = bpy.data.objects["Door"]
+    for vertex in door.data.vertices:
+        vertex.co.x -= 0.45
+    door.animation_data_clear()
+    door.location.x += 0.45
+    door.keyframe_insert("rotation_euler", frame=1)
+    door.rotation_euler.z = 1.0
+    door.keyframe_insert("rotation_euler", frame=24)
+    bpy.context.scene.frame_set(1)
+
+
+def shut():
+    bpy.data.objects["Door"].animation_data_clear()
+    bpy.data.objects["Door"].rotation_euler.z = 0.0
+
+
+def walled_in():
+    wall = bpy.data.objects["Chair 1"]
+    wall.location, wall.scale = bpy.data.objects["Detector"].location, (0.2, 2, 1)
+
+
+def against():
+    switch = bpy.data.objects["Switch"]
+    switch.angen_sensor.optical_switch.range_min = 0.2
+    screen = bpy.data.objects["Chair 1"]
+    screen.location, screen.scale = switch.location, (0.2, 0.05, 0.2)
+    screen.location.y -= 0.1
+
+
+def cold():
+    bpy.data.objects["Person"].angen_warmth.use_temperature = False
+
+
+def sixty_watts():
+    bpy.data.objects["Lamp"].data.energy = 60.0
+
+
+def dark():
+    bpy.data.objects["Lamp"].data.energy = 0.0
+
+
+def weightless():
+    bpy.data.objects["Person"].angen_load.mass = 0.0
+
+
+def in_the_air():
+    bpy.data.objects["Mat"].location.z = 0.6
+
+
+def twins():
+    made = bpy.data.collections.new("flat")
+    sensor = bpy.data.objects["Switch"].copy()
+    made.objects.link(sensor)
+    holder = bpy.data.objects.new("A", None)
+    holder.instance_type, holder.instance_collection = "COLLECTION", made
+    bpy.context.scene.collection.objects.link(holder)
+    sensor.name = "Door switch"
+    bpy.data.objects["Switch"].name = "A/Door switch"
+
+
+BAD = {
+    "hidden": (hidden, "'Chair 1'", "Show it"),
+    "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
+    "holes": (no_ceiling, "open above, seen from 'Detector', 'Light'", "a ceiling"),
+    "doors": (middle, "origin is in their middle: 'Door'", "Set Origin"),
+    "still_doors": (shut, "'Door'", "Key the leaf's rotation"),
+    "inside": (walled_in, "'Detector' is inside 'Chair 1'", "Move it out"),
+    "too_near": (against, "looks into 'Chair 1', nearer than its range min of 20 cm", "turn"),
+    "warmth": (cold, "Nothing in the scene has a temperature", "Set Usual, Person"),
+    "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "divide lumens by 683"),
+    "dark": (dark, "lights 'Light'", "Add a lamp"),
+    "pads": (weightless, "'Mat': nothing in this scene has a weight", "give an animated person"),
+    "pads_in_air": (in_the_air, "'Mat' hangs in the air", "Lower it onto the floor"),
+    "names": (twins, "2 sensors are called 'A/Door switch'", "Rename one"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("check", BAD)
+def test_a_mistake_is_named_with_the_way_to_mend_it(home, examine, check):
+    spoil, words, mend = BAD[check]
+    spoil()
+    found = examine()
+    assert {finding.check for finding in found} == {check}
+    assert words in found[0].text and mend in found[0].mend
+
+
+def test_where_nothing_moves_the_doors_do_not_either(home, examine):
+    still()
+    found = {finding.check: finding for finding in examine()}
+    assert set(found) == {"movement", "still_doors"}
+    assert "'Detector', 'Switch' will report nothing" in found["movement"].text
+
+
+def test_a_home_in_centimetres_is_told_with_its_unit_scale(home, examine):
+    too_large()
+    found = {finding.check: finding for finding in examine()}
+    assert "The home is too large: 400 m from end to end" in found["scale"].text
+    assert "set Unit Scale to 0.01" in found["scale"].mend
+    home.scene.unit_settings.scale_length = 0.01
+    assert "scale" not in {finding.check for finding in examine()}
+
+
+def test_a_tiny_home_is_told(home, examine):
+    home.scene.unit_settings.scale_length = 0.01
+    found = {finding.check: finding for finding in examine()}
+    assert "too small" in found["scale"].text
+    assert "Unit Scale to 1 " in found["scale"].mend
+
+
+def test_a_short_rigid_body_cache_is_told(home, physics, examine):
+    physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0)
+    home.scene.rigidbody_world.point_cache.frame_end = 20
+    found = [finding for finding in examine() if "ends at frame 20" in finding.text]
+    assert [finding.check for finding in found] == ["physics"]
+    assert found[0].mend.startswith("Set its end")
+
+
+def test_eevee_is_asked_for_where_there_is_none(home, examine, addon_part, monkeypatch):
+    lamps = addon_part("angen_addon.doctor.lamps")
+    monkeypatch.setattr(lamps, "why_no_eevee", lambda: "EEVEE cannot run here")
+    assert examine() == []
+    bpy.data.objects["Light"].angen_sensor.light.engine = "EEVEE"
+    (finding,) = examine()
+    assert finding == ("eevee", "'Light': EEVEE cannot run here", "Set Engine to Cycles")
+
+
+def test_every_check_has_a_bad_home(addon_part):
+    tested = {*BAD, "scale", "movement", "physics", "files", "eevee"}
+    assert set(addon_part("angen_addon.doctor").CHECKS) == tested
+
+
+def test_the_command_tells_and_ends_with_its_status(home, addon_part, tmp_path, capsys):
+    command = addon_part("angen_addon.command_line").run_command
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    capsys.readouterr()
+    assert command(["doctor"]) == 0
+    assert capsys.readouterr() == ("", "angen: nothing to mend was found\n")
+    sixty_watts()
+    assert command(["doctor"]) == 1
+    out, told = capsys.readouterr()
+    assert out.startswith("watts: 'Lamp' shines") and "1 thing to mend" in told
+    assert command(["doctor", "--json"]) == 1
+    (finding,) = json.loads(capsys.readouterr().out)
+    assert set(finding) == {"check", "text", "mend"} and finding["check"] == "watts"
+
+
+def test_a_home_without_sensors_is_examined_too(world, addon_part, tmp_path, capsys):
+    world.box((4, 3, 2.5), name="Room")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    assert addon_part("angen_addon.command_line").run_command(["doctor"]) == 0
+
+
+def test_the_button_keeps_what_it_found_until_another_file(home, addon_part):
+    cache = addon_part("angen_addon.state").CACHE
+    dark()
+    assert bpy.ops.angen.doctor() == {"FINISHED"}
+    assert [finding.check for finding in cache.findings] == ["dark"]
+    bpy.ops.wm.read_homefile(use_empty=True)
+    assert cache.findings is None

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from .animation import is_animated
+from .instances import with_instanced
 from .scene_probe.solids import SURFACE_TYPES
 
 # Of several pads with the same problem, so many are named.
@@ -88,7 +89,7 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> str:
     """What the user is told where nothing could ever press on the pad."""
     if any(body != pad for body in simulated_bodies(scene)):
         return ""
-    if any(has_mass(obj) and obj != pad for obj in view_layer.objects):
+    if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
         return ""
     return (
         "Nothing in this scene has a weight. Make something an active rigid body, or give an "

@@ -87,6 +87,24 @@ def _shown(collection: Any) -> Iterator[Any]:
         yield from _shown(child)
 
 
+def with_instanced(view_layer: Any) -> Iterator[tuple[Any, Any]]:
+    """The objects of a view layer, and once each those that collection instances in it show; with
+    the object of the view layer that each is, or is in."""
+    looked: set[Any] = set()
+    for obj in view_layer.objects:
+        if obj is not None:
+            yield obj, obj
+            yield from ((part, obj) for part in _instanced(obj, looked))
+
+
+def _instanced(obj: Any, looked: set[Any]) -> Iterator[Any]:
+    if is_holder(obj) and obj.instance_collection not in looked:
+        looked.add(obj.instance_collection)
+        for part in shown_in(obj.instance_collection):
+            yield part
+            yield from _instanced(part, looked)
+
+
 class Paths:
     """Which sensors within instances own surfaces, during one look at the scene's instances."""
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from .instances import with_instanced
 from .scene_probe.geometry import evaluated_materials
 from .scene_probe.solids import SURFACE_TYPES
 from .scene_probe.warmth import collection_parents, inherited_warmth
@@ -80,9 +81,9 @@ def _set(owner: Any, celsius: float, emissivity: float) -> None:
 def warm_things(view_layer: Any) -> Iterator[Any]:
     """The visible surfaces that have a temperature of their own, whole or in part."""
     parents = collection_parents()
-    for obj in view_layer.objects:
+    for obj, handle in with_instanced(view_layer):
         ignored = obj.type not in SURFACE_TYPES or obj.angen_ignored
-        if ignored or not obj.visible_get(view_layer=view_layer):
+        if ignored or not handle.visible_get(view_layer=view_layer):
             continue
         materials = [m for m in evaluated_materials(obj) if m is not None]
         if (

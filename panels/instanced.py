@@ -13,14 +13,21 @@ from ..operators.instance_override import why_not
 from .lines import draw_lines
 from .readings import shown
 
-MOST_ROWS = 12
+MOST_ROWS = 16
 
 
 def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
     """A row each, as in the table; a click shows the sensor."""
     active = active_sensor(context)
+    where = "collection instances"
+    if active is not None and active.holders:
+        # Of many homes that of the active one.
+        sensors = [s for s in sensors if s.handle == active.handle]
+        where = f"'{active.handle.name}'"
     column = layout.box().column(align=True)
-    column.label(text=f"In collection instances: {len(sensors)}", icon="OUTLINER_OB_GROUP_INSTANCE")
+    column.label(
+        text=f"In {where}: {len(sensors)}", icon="OUTLINER_OB_GROUP_INSTANCE", translate=False
+    )
     for sensor in sensors[:MOST_ROWS]:
         seen = shown(sensor, context.scene)
         row = column.row(align=True)

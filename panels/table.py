@@ -164,7 +164,12 @@ class ANGEN_PT_table(Panel):
             text="",
             icon="SORT_ASC" if settings.reverse else "SORT_DESC",
         )
-        rows = min(max(sum(not s.holders for s in sensors), ROWS), MOST_ROWS)
+        instanced = [s for s in sensors if s.holders]
+        if instanced:
+            draw_rows(layout, context, _arranged_instanced(instanced, context.scene, settings))
+        if len(instanced) == len(sensors):
+            return
+        rows = min(max(len(sensors) - len(instanced), ROWS), MOST_ROWS)
         layout.template_list(
             ANGEN_UL_sensors.__name__,
             "",
@@ -176,9 +181,6 @@ class ANGEN_PT_table(Panel):
             maxrows=rows,
             sort_lock=True,
         )
-        instanced = [s for s in sensors if s.holders]
-        if instanced:
-            draw_rows(layout, context, _arranged_instanced(instanced, context.scene, settings))
 
 
 def _active_index(self: PropertyGroup) -> int:

@@ -31,7 +31,7 @@ NEAR = 0.5
 
 def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
     """The leaves of doors, by name and size, with their bounds (3,) in m in the world's axes."""
-    for obj in home.shown():
+    for obj, matrix in home.seen:
         if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
             continue
         corners = np.array(obj.bound_box, np.float64)
@@ -39,7 +39,6 @@ def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
         thick, wide, high = np.sort(size).tolist()
         if not (HEIGHT[0] <= high <= HEIGHT[1] and WIDTH[0] <= wide <= WIDTH[1] and thick <= THICK):
             continue
-        matrix = np.array(obj.evaluated_get(home.depsgraph).matrix_world, np.float64)
         placed = (corners @ matrix[:3, :3].T + matrix[:3, 3]) * home.metres
         yield obj, placed.min(axis=0), placed.max(axis=0)
 

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from ...sensor_logic.model import Array
 from ..plan.home import Home
 from ..scene_probe.solids import SURFACE_TYPES
 from ..sensors import Sensor, all_sensors, simulated, unit_scale
@@ -48,16 +51,22 @@ class Examined:
     def metres(self) -> float:
         return unit_scale(self.scene)
 
-    def shown(self) -> Iterator[Any]:
-        """Objects with a surface that sensors see."""
-        for obj in self.view_layer.objects:
-            if (
-                obj is not None
-                and obj.type in SURFACE_TYPES
-                and not obj.angen_ignored
-                and obj.visible_get(view_layer=self.view_layer)
-            ):
-                yield obj
+    @cached_property
+    def seen(self) -> list[tuple[Any, Array]]:
+        """The originals of all that is shown and not ignored by sensors, those in instances at
+        each of their places, with their matrices (4, 4) in the world."""
+        found = []
+        for instance in self.depsgraph.object_instances:
+            original = instance.object.original
+            owner = instance.parent.original if instance.is_instance else original
+            ignored = original.angen_ignored or owner.angen_ignored
+            if not ignored and owner.visible_get(view_layer=self.view_layer):
+                found.append((original, np.array(instance.matrix_world, np.float64)))
+        return found
+
+    def shown(self) -> list[Any]:
+        """Objects with a surface that sensors see, those in instances once."""
+        return list(dict.fromkeys(obj for obj, _ in self.seen if obj.type in SURFACE_TYPES))
 
 
 # What a check yields: what is wrong, and the way to mend it.

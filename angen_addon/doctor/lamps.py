@@ -62,15 +62,8 @@ def eevee_cannot_run(home: Examined) -> Iterator[Found]:
 
 def _lamps(home: Examined) -> list[Any]:
     """Those that are shown."""
-    return [
-        obj
-        for obj in home.view_layer.objects
-        if obj is not None
-        and obj.type == "LIGHT"
-        and obj.visible_get(view_layer=home.view_layer)
-        and not obj.angen_ignored
-        and not is_portal(obj)
-    ]
+    lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
+    return [lamp for lamp in lamps if not is_portal(lamp)]
 
 
 def _is_switched(lamp: Any) -> bool:

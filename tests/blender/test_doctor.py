@@ -257,3 +257,20 @@ def test_the_button_keeps_what_it_found_until_another_file(home, addon_part):
     assert [finding.check for finding in cache.findings] == ["dark"]
     bpy.ops.wm.read_homefile(use_empty=True)
     assert cache.findings is None
+
+
+def test_nothing_is_wrong_with_a_good_home_in_an_instance(home, examine):
+    made = bpy.data.collections.new("flat")
+    for obj in list(home.scene.collection.objects):
+        home.scene.collection.objects.unlink(obj)
+        made.objects.link(obj)
+    for number in range(2):
+        holder = home.link(f"Flat {number}", None, (20 * number, 0, 0))
+        holder.instance_type, holder.instance_collection = "COLLECTION", made
+    assert examine() == []
+    bpy.data.objects["Door"].animation_data_clear()
+    (finding,) = examine()
+    assert (finding.check, finding.text) == (
+        "still_doors",
+        "No door with a switch is animated: 'Door'",
+    )

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..animation import is_animated
+from ..animation import curves, is_animated
 from ..scene_probe.light_engine import why_no_eevee
 from ..scene_probe.light_scene import is_portal
 from .examined import Examined, Found, named
@@ -26,13 +26,14 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
     for lamp in _lamps(home):
         data, sun = lamp.data, lamp.data.type == "SUN"
         most, unit = (MOST_SUN, "W/m²") if sun else (MOST_WATTS, "W")
-        if data.energy <= most:
+        power = _peak(data)
+        if power <= most:
             continue
         what = "lx" if sun else "lm"
         usual = "up to 100 W/m² at noon" if sun else f"{USUAL_LUMENS / efficacy:.2g} W"
         yield (
-            f"'{lamp.name}' shines with {data.energy:g} {unit} of light, "
-            f"{data.energy * efficacy:,.0f} {what}: is it what the lamp draws?",
+            f"'{lamp.name}' shines with {power:g} {unit} of light, "
+            f"{power * efficacy:,.0f} {what}: is it what the lamp draws?",
             f"Blender's watts are light: divide lumens by {efficacy:g} (a household lamp of "
             f"{USUAL_LUMENS} lm: {usual}); Light tab, {'Strength' if sun else 'Power'}",
         )
@@ -64,6 +65,12 @@ def _lamps(home: Examined) -> list[Any]:
     """Those that are shown."""
     lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
     return [lamp for lamp in lamps if not is_portal(lamp)]
+
+
+def _peak(lamp: Any) -> float:
+    """The most that it shines with at any time, as it is keyed."""
+    keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
+    return float(max([lamp.energy, *keyed]))
 
 
 def _is_switched(lamp: Any) -> bool:

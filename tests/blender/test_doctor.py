@@ -224,6 +224,16 @@ def test_eevee_is_asked_for_where_there_is_none(home, examine, addon_part, monke
     assert finding == ("eevee", "'Light': EEVEE cannot run here", "Set Engine to Cycles")
 
 
+def test_a_lamp_that_is_keyed_is_told_though_it_is_off_now(home, examine):
+    lamp = bpy.data.objects["Lamp"].data
+    for frame, power in ((1, 0.0), (30, 75.0)):
+        lamp.energy = power
+        lamp.keyframe_insert("energy", frame=frame)
+    home.scene.frame_set(1)
+    (finding,) = examine()
+    assert "'Lamp' shines with 75 W of light" in finding.text
+
+
 def test_every_check_has_a_bad_home(addon_part):
     tested = {*BAD, "scale", "movement", "physics", "files", "eevee"}
     assert set(addon_part("angen_addon.doctor").CHECKS) == tested

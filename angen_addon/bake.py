@@ -57,8 +57,9 @@ def bake(sensors: list[Sensor], recording: Recording) -> Baked:
 
 
 def is_baked(sensor: Sensor) -> bool:
-    """Whether keys say what its outputs are."""
-    return bool(output_curves(sensor.object))
+    """Whether keys say what its outputs are; in an instance they are those of another sensor, its
+    original."""
+    return not sensor.holders and bool(output_curves(sensor.object))
 
 
 def unbake(sensors: list[Sensor]) -> Baked:

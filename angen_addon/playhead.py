@@ -62,7 +62,7 @@ def at_playhead(sensor: Sensor, scene: Any) -> Told:
     """What is known of a sensor that is switched on, while no run is on."""
     recording = recorded_here(scene)
     told = _live(sensor, scene) if recording is None else _recorded(sensor, scene, recording)
-    if not outputs.output_curves(sensor.object):
+    if sensor.holders or not outputs.output_curves(sensor.object):
         return told
     keys = Reading(sensor.settings.active, sensor.settings.value, {})
     if told.reading is None and not told.problem:

@@ -293,3 +293,29 @@ def test_a_light_sensor_in_an_instance_is_not_in_its_housings_shade(world, engin
     for name in ("A/Light", "B/kit/Light"):
         found = world.series(recording, name, field)[0]
         assert found == pytest.approx(wanted, rel=0.2), name
+
+
+def test_a_recording_is_stale_once_an_instance_is_moved_or_its_sensor_set(flats):
+    ops.simulate()
+    assert ops.export_events.poll()
+    bpy.data.objects["B"].location.z += 1
+    flats.update()
+    assert not ops.export_events.poll()
+    ops.simulate()
+    bpy.data.objects["Door"].angen_sensor.optical_switch.threshold = 0.15
+    flats.update()
+    assert not ops.export_events.poll()
+
+
+def test_keys_of_the_original_are_not_told_as_those_of_its_instances(flats, addon_part, collection):
+    flats.scene.collection.children.link(collection)
+    flats.update()
+    ops.simulate()
+    ops.bake_keyframes()
+    assert bpy.data.objects["Door"].animation_data.action is not None
+    shown = addon_part("panels.readings").shown
+    flats.scene.frame_set(30)
+    by_name = {s.name: shown(s, flats.scene) for s in flats.sensors()}
+    assert by_name["Door"].keys and not by_name["A/Door"].keys
+    addon_part("angen_addon.bake").unbake([s for s in flats.sensors() if s.holders])
+    assert bpy.data.objects["Door"].animation_data.action is not None

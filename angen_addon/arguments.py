@@ -158,7 +158,8 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
     five = verbs.add_parser(
-        "doctor", parents=[every], help="what makes the home's sensors read nonsense")
+        "doctor", parents=[every], help="what makes the home's sensors read nonsense"
+    )
     five.add_argument("--json", action="store_true", help="for programs")
     add_verbs(verbs, path, every)
     return parser

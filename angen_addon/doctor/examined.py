@@ -80,3 +80,12 @@ def named(things: Iterable[str]) -> str:
     more = len(names) - NAMED
     told = ", ".join(f"'{name}'" for name in names[:NAMED])
     return f"{told} and {more} more" if more > 0 else told
+
+
+def parted(text: str) -> Found:
+    """A sentence as what is wrong and the way to mend it, with which it ends."""
+    for mark in (". ", "; ", ": "):
+        wrong, found, mend = text.rpartition(mark)
+        if found:
+            return wrong, f"{mend[0].upper()}{mend[1:]}"
+    return text, "Find it (File, External Data, Find Missing Files), or remove what needs it"

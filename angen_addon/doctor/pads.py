@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import advice
 from ..scene_probe.rays import NOTHING
-from .examined import Examined, Found
+from .examined import Examined, Found, parted
 
 BUNDLE = -41
 # m: with nothing within this below it, a pad hangs in the air.
@@ -25,7 +25,7 @@ def advised(home: Examined) -> Iterator[Found]:
             advice.weightless(pad.object, home.scene, home.view_layer),
         ):
             if text:
-                yield _split(f"'{pad.name}': {text[0].lower()}{text[1:]}")
+                yield parted(f"'{pad.name}': {text[0].lower()}{text[1:]}")
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
@@ -56,12 +56,4 @@ def caches(home: Examined) -> Iterator[Found]:
     if home.of_kind("PRESSURE"):
         for text in (advice.short_cache(home.scene), advice.outdated_cache(home.scene)):
             if text:
-                yield _split(text)
-
-
-def _split(text: str) -> Found:
-    """An advice as what is wrong and the way to mend it, which it ends with."""
-    wrong, mark, mend = text.rpartition(". ")
-    if not mark:
-        wrong, _, mend = text.rpartition(": ")
-    return wrong, f"{mend[0].upper()}{mend[1:]}"
+                yield parted(text)

@@ -234,6 +234,30 @@ def test_a_lamp_that_is_keyed_is_told_though_it_is_off_now(home, examine):
     assert "'Lamp' shines with 75 W of light" in finding.text
 
 
+def test_a_missing_library_is_told(home, examine, tmp_path):
+    """A file that is not where it was when the home was saved."""
+    path, lost = tmp_path / "home.blend", tmp_path / "furniture.blend"
+    bpy.data.libraries.write(str(lost), {bpy.data.objects["Chair 0"]})
+    with bpy.data.libraries.load(str(lost), link=True) as (_, target):
+        target.objects = ["Chair 0"]
+    sofa = target.objects[0]
+    home.scene.collection.objects.link(sofa)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    lost.unlink()
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    found = [finding for finding in examine() if finding.check == "files"]
+    assert "'furniture.blend' is missing" in found[0].text
+    assert "Find Missing Files" in found[0].mend
+
+
+def test_a_driver_that_fails_is_told(home, examine):
+    curve = bpy.data.objects["Chair 0"].driver_add("location", 0)
+    curve.driver.expression = "no_such_name + 1"
+    found = [finding for finding in examine() if finding.check == "files"]
+    assert "'Chair 0 (location)'" in found[0].text
+    assert found[0].mend
+
+
 def test_every_check_has_a_bad_home(addon_part):
     tested = {*BAD, "scale", "movement", "physics", "files", "eevee"}
     assert set(addon_part("angen_addon.doctor").CHECKS) == tested

@@ -349,7 +349,7 @@ class FrameWorld:
         moment = self._moments[1 + when]
         row = moment.row[key]
         collider = self._collider(key, when)
-        if collider.meshy:
+        if collider.by_place:
             near = moment.row[other]
             lo, hi = moment.lo[near] - reach, moment.hi[near] + reach
             return collider.placed(moment.poses[row], lo, hi)

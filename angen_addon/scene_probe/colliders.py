@@ -27,7 +27,8 @@ LEAST_EXTENT = 1e-6
 class Collider:
     """Shapes of one rigid body or pad in its own space, scaled, without rotation and place.
 
-    `convex` are its shapes; `triangles` (n, 3, 3) those of a surface that is not convex. `margin`:
+    `convex` are its shapes; `triangles` (n, 3, 3) those of a surface that is not convex, `shell`
+    (n, 3, 3) those of one that is, but hollow: a room's, for what is in it. `margin`:
     meshes and cones keep others this far off, in metres; other shapes have it inside.
     `lo`, `hi` (3,) are its bounds, `inertia` (3,) m² is per kilogram.
     """
@@ -35,6 +36,7 @@ class Collider:
     def __init__(self) -> None:
         self.convex: list[Shape] = []
         self.triangles: Array = np.empty((0, 3, 3))
+        self.shell: Array = np.empty((0, 3, 3))
         self.margin = 0.0
         self.inertia = np.zeros(3)
 
@@ -57,12 +59,27 @@ class Collider:
         if corners and not self.inertia.any():
             self.inertia = box_inertia(self.hi - self.lo)
 
+    @property
+    def by_place(self) -> bool:
+        """Whether its shapes depend on what it meets."""
+        return self.meshy or len(self.shell) > 0
+
+    def holds(self, place: Array, pose: Array) -> bool:
+        """Whether a place (3,) of the world is within its hollow."""
+        if not len(self.shell) or len(self.convex) != 1:
+            return False
+        local = (place - pose[:3, 3]) @ pose[:3, :3]
+        hull = self.convex[0]
+        return bool((hull.normals @ local < hull.offsets).all())
+
     def placed(self, pose: Array, lo: Array, hi: Array) -> list[Shape]:
-        """Its shapes at a pose (4, 4) without scale; of a surface, the triangles that come into
-        the box `lo`, `hi` of the world."""
-        found = [shape.placed(pose) for shape in self.convex]
-        if self.meshy:
-            world = self.triangles @ pose[:3, :3].T + pose[:3, 3]
+        """Its shapes at a pose (4, 4) without scale; of a surface, and where the middle of the box
+        `lo`, `hi` of the world is in its hollow, the triangles that come into this box."""
+        inside = self.holds((lo + hi) / 2.0, pose)
+        found = [] if inside else [shape.placed(pose) for shape in self.convex]
+        triangles = self.shell if inside else self.triangles
+        if len(triangles):
+            world = triangles @ pose[:3, :3].T + pose[:3, 3]
             near = (world.min(axis=1) <= hi).all(axis=1) & (world.max(axis=1) >= lo).all(axis=1)
             for triangle in world[near]:
                 try:
@@ -114,8 +131,11 @@ def _add(
     if kind == "MESH":
         base = body.mesh_source == "BASE"
         local = _triangles(evaluated.original if base else evaluated) * scale
-        local = local @ place[:3, :3].T + place[:3, 3]
-        _add_surface(collider, local * metres)
+        local = (local @ place[:3, :3].T + place[:3, 3]) * metres
+        convex = len(collider.convex)
+        _add_surface(collider, local)
+        if len(collider.convex) > convex:
+            collider.shell = local
         collider.margin = max(collider.margin, body.collision_margin * metres)
         return
     if kind == "CONVEX_HULL":

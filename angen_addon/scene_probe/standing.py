@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...sensor_logic.contact.feet import held_by_pads
 from ...sensor_logic.contact.island import Ground, Standing
 from ...sensor_logic.contact.underside import clustered, firmness, underside
 from . import columns
@@ -131,8 +132,15 @@ def _look_below(
         ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
     gaps = np.where(met != NOTHING, ranges - height, np.inf)
     firm = firmness(gaps, tolerance)
+    areas = samples.areas * firm
+    stood = firm > 0.0
+    on_pad = np.isin(met, [solids.solids[row].number for row in rows[is_pad].tolist()])
+    if thing.stiff and (on_pad & stood).any():
+        areas[stood] = held_by_pads(
+            samples.points[stood], gaps[stood], areas[stood], on_pad[stood], body.centre, up
+        )
     below = samples.points - up * np.where(firm > 0.0, gaps, 0.0)[:, None]
-    return _by_support(solids, things, samples.points, below, samples.areas * firm, met)
+    return _by_support(solids, things, samples.points, below, areas, met)
 
 
 def _room_above(body: Body, points: Array, up: Array) -> Array:

@@ -66,6 +66,14 @@ class Thing:
         return self.pad and not self.rigid and not self.carried and self.owner is None
 
     @property
+    def stiff(self) -> bool:
+        """Whether nothing bends it: what is bent by an armature or shape keys has soft soles."""
+        if self.original.type == "ARMATURE":
+            return False
+        bent = (s.original for s in self.surfaces if s.original is not None)
+        return not any(_armatures(o) or getattr(o.data, "shape_keys", None) for o in bent)
+
+    @property
     def weighs(self) -> bool:
         """Whether it has a weight of its own: it is simulated, or animated with a mass."""
         return self.carried or (self.rigid and is_simulated(self.original))

@@ -442,7 +442,8 @@ def _gaps(groups: Sequence[_Group]) -> Array:
 def _stiffnesses(groups: Sequence[_Group]) -> list[Array]:
     """In proportion to the areas; lines and points, which have none, are as stiff as the rest."""
     totals = np.array([float(group.areas.sum()) for group in groups])
-    flat = np.array([len(group.areas) not in POINTS_WITHOUT_AREA for group in groups], bool)
+    # What is stood on was sampled: its areas are known of any number of points.
+    flat = np.array([not g.shapes or len(g.areas) not in POINTS_WITHOUT_AREA for g in groups], bool)
     middle = float(np.median(totals[flat])) if flat.any() else 1.0
     kept = np.where(flat, np.clip(totals, middle / SPREAD, middle * SPREAD), middle)
     return [group.areas * (k / t) for group, k, t in zip(groups, kept, totals, strict=True)]

@@ -104,6 +104,9 @@ def test_what_lies_on_the_pad_without_a_mass(physics, floor, cover, kind):
     top = lid.location.z + max(v.co.z for v in lid.data.vertices)
     physics.carried("Person", (0.1, 0.1, 0.4), (0, 0, top + 0.4), 70.0)
     physics.read().never_valid("'Person' ends in 'cover'", "no mass")
+    if cover != "in a mattress":
+        lid.angen_load.mass = 2.0
+        assert physics.read().known() == pytest.approx(72 * G, rel=SUM)
 
 
 def test_a_carpet_over_a_pad_is_stood_on_elsewhere(physics):
@@ -116,3 +119,20 @@ def test_a_carpet_over_a_pad_is_stood_on_elsewhere(physics):
     assert physics.read().known() == pytest.approx(0.0, abs=1e-9)
     someone.location.x = 0.15
     physics.read().never_valid("'Person' ends in 'carpet'")
+
+
+@pytest.mark.parametrize("shape", ["BOX", "CONVEX_HULL", "CYLINDER"])
+@pytest.mark.parametrize("flipped", [True, False], ids=["inwards", "outwards"])
+def test_a_room_that_is_one_mesh_is_hollow(physics, flipped, shape):
+    """A plank with one end on a pad, the other on the room's floor; the pad's edge at −0.3, the
+    plank's own at 0.5. The engine keeps it 4 cm off the room."""
+    physics.frames(60)
+    shell = room(physics)
+    if not flipped:
+        shell.data.flip_normals()
+    physics.rigid_body(shell, "PASSIVE", shape="MESH")
+    physics.pad(half=(0.1, 0.3, 0.01), at=(-0.4, 0, 0.01), kind="PASSIVE")
+    physics.body("plank", (0.5, 0.1, 0.05), (0, 0, 0.12), 6.0, shape=shape)
+    pad = physics.read()
+    assert pad.valid[-12:].all(), pad.problems
+    assert pad.force[-12:] == pytest.approx(6 * G * 0.5 / 0.8, rel=0.005)

@@ -77,3 +77,28 @@ def test_a_table_whose_feet_are_larger_than_the_pads(physics, thick):
     exact = 20 * G / 4 + shares((0.25, 0.15), 10 * G, spots)
     for number, wanted in enumerate(exact):
         assert read[f"leg {number}"].known() == pytest.approx(wanted, rel=0.01)
+
+
+@pytest.mark.parametrize("sunk", [0.0, 0.01, -0.005])
+@pytest.mark.parametrize("thick", [1e-4, 4.5e-4, 5e-3])
+@pytest.mark.parametrize("kind", [None, "PASSIVE"])
+def test_furniture_with_a_mass_on_a_thin_pad(physics, thick, kind, sunk):
+    """Not simulated: a crate larger than its pad, placed by eye."""
+    physics.frames(4)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.pad(half=(0.1, 0.1, thick / 2), kind=kind)
+    physics.carried("crate", (0.3, 0.3, 0.2), (0.02, 0.01, 0.2 - sunk), 30.0)
+    assert physics.read().known() == pytest.approx(30 * G, rel=EXACT)
+
+
+def test_one_leg_of_a_chair_on_a_sensor_of_18_mm(physics):
+    """The chair and who sits on it are not simulated; the other legs stand on the floor."""
+    physics.frames(4)
+    physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
+    physics.pad("fsr", (0.009, 0.009, 0.000225), (0.2, 0.2, 0.000225))
+    spots = [(-0.2, -0.2), (0.2, -0.2), (-0.2, 0.2), (0.2, 0.2)]
+    legs = [((0.02, 0.02, 0.21), (x, y, -0.23)) for x, y in spots]
+    parts = [((0.22, 0.22, 0.02), (0, 0, 0)), *legs]
+    physics.carried("chair", (), (0, 0, 0.44), 6.0, parts=parts)
+    physics.carried("Person", (0.15, 0.15, 0.2), (0, 0, 0.66), 70.0)
+    assert physics.read("fsr").known() == pytest.approx(76 * G / 4, rel=0.05)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the feet of a stiff thing stand on: a pad that stands out of the floor holds a leg alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..model import Array
+from .settling import TOUCHING
+from .shapes import perpendiculars
+
+Mask = npt.NDArray[np.bool_]
+# m: parts of an underside that are farther apart than about this are feet of their own.
+APART = 0.05
+DIRECTIONS = 32
+
+
+def held_by_pads(
+    points: Array, gaps: Array, areas: Array, on_pad: Mask, centre: Array, up: Array
+) -> Array:
+    """(n,) m²: the areas of an underside's points (n, 3), `gaps` (n,) m above what they stand on,
+    where a pad beneath the middle of a foot carries all of it, being higher than what is beside.
+
+    A leg among others stays upright. What has one foot alone stands on a pad beneath its centre of
+    mass (3,), or would tip.
+    """
+    held = areas.copy()
+    axes = np.stack(perpendiculars(up))
+    seen = points @ axes.T
+    feet = _feet(seen, max(APART, 2.0 * float(np.sqrt(areas.mean()))))
+    for foot in range(int(feet.max(initial=-1)) + 1):
+        own = feet == foot
+        pad = own & on_pad
+        if not pad.any():
+            continue
+        lower = own & ~on_pad & (gaps > gaps[pad].min() + TOUCHING)
+        middle = areas[own] @ seen[own] / areas[own].sum() if feet.max() > 0 else axes @ centre
+        # Each point stands for what is around it.
+        around = 0.75 * float(np.sqrt(areas[own].mean()))
+        if lower.any() and _among(seen[pad], middle, around):
+            held[pad] *= 1.0 + areas[lower].sum() / areas[pad].sum()
+            held[lower] = 0.0
+    return held
+
+
+def _among(places: Array, place: Array, around: float) -> bool:
+    """Whether a place (2,) is within the hull of others (n, 2), or less than `around` beside it."""
+    angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
+    ways = np.stack([np.cos(angles), np.sin(angles)])
+    return bool((((places - place) @ ways).max(axis=0) > -around).all())
+
+
+def _feet(seen: Array, apart: float) -> npt.NDArray[np.intp]:
+    """The foot that each of some points (n, 2) belongs to: those in neighbouring cells, `apart` m
+    wide, are one."""
+    cells = np.floor(seen / apart).astype(int)
+    left = {tuple(cell) for cell in cells.tolist()}
+    number: dict[tuple[int, ...], int] = {}
+    foot = 0
+    while left:
+        waiting = [left.pop()]
+        while waiting:
+            cell = waiting.pop()
+            number[cell] = foot
+            beside = {(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)} & left
+            left -= beside
+            waiting += beside
+        foot += 1
+    return np.array([number[tuple(cell)] for cell in cells.tolist()], np.intp)

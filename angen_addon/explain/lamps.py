@@ -24,13 +24,15 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class LampShare:
     """A lamp's part of a reading, in the reading's unit (lx, or percentage points before the
-    rounding of pixels): as it is, and as if nothing stood between; and the object that keeps
-    most of the rest away."""
+    rounding of pixels): as it is, and as if nothing stood between; the object that keeps most of
+    the rest away; and the transparent one that it shines through, where no closed form tells how
+    much passes. Names are empty for none."""
 
     name: str
     light: float
     unshaded: float
     blocker: str
+    through: str
 
 
 @dataclass(frozen=True)
@@ -62,17 +64,18 @@ def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> L
     for lamp in lamps_of(depsgraph, view_layer):
         light, unshaded = 0.0, 0.0
         blocked: dict[str, float] = {}
+        passed: dict[str, float] = {}
         for place, normal, colour in places:
-            passing, whole = _shine(rays, lamp, place, normal, blocked)
+            passing, whole = _shine(rays, lamp, place, normal, blocked, passed)
             light += unit * float(luminance(colour * passing))
             unshaded += unit * float(luminance(colour * whole))
-        blocker = max(sorted(blocked), key=lambda name: blocked[name], default="")
+        blocker, through = _most(blocked), _most(passed)
         known = lamps.get(lamp.name)
         if known is not None:
             # Several instances of one lamp.
             light, unshaded = light + known.light, unshaded + known.unshaded
-            blocker = known.blocker or blocker
-        lamps[lamp.name] = LampShare(lamp.name, light, unshaded, blocker)
+            blocker, through = known.blocker or blocker, known.through or through
+        lamps[lamp.name] = LampShare(lamp.name, light, unshaded, blocker, through)
     rest = total - sum(share.light for share in lamps.values())
     return LightParts(lamps, rest, direct.note)
 
@@ -98,32 +101,43 @@ def _places(rays: LightRays, request: Any, size: float) -> list[tuple[Array, Arr
     return found
 
 
+def _most(parts: dict[str, float]) -> str:
+    return max(sorted(parts), key=lambda name: parts[name], default="")
+
+
 def _shine(
-    rays: LightRays, lamp: Lamp, place: Array, normal: Array, blocked: dict[str, float]
+    rays: LightRays,
+    lamp: Lamp,
+    place: Array,
+    normal: Array,
+    blocked: dict[str, float],
+    passed: dict[str, float],
 ) -> tuple[Array, Array]:
     """W/m² (3,) that reach a place, and that would if nothing stood between; adds the names of
-    what does to `blocked`."""
+    what keeps some away to `blocked`, of what is transparent to `passed`."""
     points, parts = shine(lamp, place, normal)
     points, parts = points[parts > 0.0], parts[parts > 0.0]
     whole = parts.sum() * lamp.power
     if not lamp.shadow or not len(parts):
         return whole, whole
     starts, none = np.tile(place, (len(parts), 1)), np.zeros(len(parts))
-    passed = rays.passed("lamp", starts, points, none)
-    passing = (parts[:, None] * passed).sum(axis=0) * lamp.power
-    dark = np.flatnonzero(passed.max(axis=1) <= 0.0)
-    if len(dark):
-        for ray, name in _in_the_way(rays, starts[dark], points[dark]):
-            blocked[name] = blocked.get(name, 0.0) + float(parts[dark[ray]])
+    shares = rays.passed("lamp", starts, points, none)
+    passing = (parts[:, None] * shares).sum(axis=0) * lamp.power
+    shaded = np.flatnonzero(shares.min(axis=1) < 1.0)
+    if len(shaded):
+        for ray, name, clear in _in_the_way(rays, starts[shaded], points[shaded]):
+            found = passed if clear else blocked
+            found[name] = found.get(name, 0.0) + float(parts[shaded[ray]])
     return passing, whole
 
 
-def _in_the_way(rays: LightRays, starts: Array, ends: Array) -> list[tuple[int, str]]:
-    """The first thing on each way that lets no light pass; found by its number."""
+def _in_the_way(rays: LightRays, starts: Array, ends: Array) -> list[tuple[int, str, bool]]:
+    """On each way the first thing that lets no light pass; else the first that can, and that it
+    does."""
     ways = ends - starts
     lengths = np.linalg.norm(ways, axis=1)
     ways = ways / lengths[:, None]
-    found = []
+    found: dict[int, tuple[str, bool]] = {}
     on = np.arange(len(starts))
     begins, left = starts.copy(), lengths.copy()
     for _ in range(16):
@@ -132,13 +146,14 @@ def _in_the_way(rays: LightRays, starts: Array, ends: Array) -> list[tuple[int, 
         hits = rays.nearest("between", begins[on], ways[on], left[on])
         going = []
         for row in hits.some:
-            ray = int(on[row])
-            if hits.surface(row)[2].any():
+            ray, name = int(on[row]), rays.solids.name_of(int(hits.met[row]))
+            if hits.is_clear(row):
+                found.setdefault(ray, (name, True))
                 gone = float(hits.ranges[row]) + 1e-4
                 begins[ray] += ways[ray] * gone
                 left[ray] -= gone
                 going.append(ray)
             else:
-                found.append((ray, rays.solids.name_of(int(hits.met[row]))))
+                found[ray] = name, False
         on = np.array([ray for ray in going if left[ray] > 0.0], np.intp)
-    return found
+    return [(ray, *seen) for ray, seen in sorted(found.items())]

@@ -72,7 +72,7 @@ def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
     now, text = cause.now, cause.field.text
     whole = max(now.total, 1e-9)
     ordered = sorted(now.lamps.values(), key=lambda lamp: (-lamp.light, lamp.name))
-    giving = [lamp for lamp in ordered if lamp.light > LITTLE * whole]
+    giving = [lamp for lamp in ordered if lamp.light > LITTLE * whole and not lamp.through]
     facts = [
         (lamp.name, f"{lamp.light / whole:.0%}: {text(lamp.light)}{_shade(lamp)}")
         for lamp in giving[:LAMPS_SHOWN]
@@ -82,11 +82,13 @@ def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
         facts.append((f"{len(giving) - LAMPS_SHOWN} more", f"{left / whole:.0%}"))
     if abs(now.rest) > LITTLE * whole:
         facts.append(("Walls and sky", f"{now.rest / whole:.0%}: {text(now.rest)}"))
-    dark = [
+    others = [
         lamp
         for lamp in sorted(ordered, key=lambda lamp: (-lamp.unshaded, lamp.name))
         if lamp not in giving and lamp.unshaded > LITTLE * whole
     ]
+    facts += [(lamp.name, _behind(lamp)) for lamp in others if lamp.through]
+    dark = [lamp for lamp in others if not lamp.through]
     for lamp in dark[:SHADOWED_SHOWN]:
         facts.append((lamp.name, f"nothing: shadowed by {quoted(lamp.blocker)}"))
     if len(dark) > SHADOWED_SHOWN:
@@ -102,28 +104,58 @@ def _shade(lamp: LampShare) -> str:
     return f", {kept:.0%} of it kept away{by}"
 
 
+def _behind(lamp: LampShare) -> str:
+    return f"behind {quoted(lamp.through)}, which lets a part of its light pass: no estimate"
+
+
 def _headline(cause: LightCause) -> str:
     now, whole = cause.now, max(cause.now.total, 1e-9)
     changed = _most_changed(cause)
-    if changed:
-        name, before, after = changed
-        text = cause.field.text
-        return f"{quoted(name)} changed from {text(before)} to {text(after)} of the estimate"
+    if changed is not None:
+        return _change(cause, *changed)
     most = max(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
+    if most is not None and most.through and most.unshaded > LITTLE * whole:
+        return f"{quoted(most.name)} shines through {quoted(most.through)}"
     if most is None or most.light <= LITTLE * whole:
         return "no lamp shines on it directly"
     return f"{quoted(most.name)} gives {most.light / whole:.0%} of the estimated light"
 
 
-def _most_changed(cause: LightCause) -> tuple[str, float, float] | None:
-    """The lamp whose part changed most since the update before: name, then and now."""
+def _change(cause: LightCause, then: LampShare, now: LampShare) -> str:
+    """What became of a lamp's light. Of what passes through something, closed forms tell nothing:
+    the reading does."""
+    name, text = quoted(now.name), cause.field.text
+    if now.through and not then.through:
+        return f"{name} is behind {quoted(now.through)} now, which lets a part of its light pass"
+    if then.through and not now.through:
+        return f"{name} is behind {quoted(then.through)} no more"
+    if now.through:
+        return f"{name}, behind {quoted(now.through)}, changed"
+    return f"{name} changed from {text(then.light)} to {text(now.light)} of the estimate"
+
+
+def _most_changed(cause: LightCause) -> tuple[LampShare, LampShare] | None:
+    """The lamp whose part changed most since the update before: then and now."""
     if cause.before is None:
         return None
     then, now = cause.before.lamps, cause.now.lamps
-    changes = [
-        (name, then[name].light if name in then else 0.0, now[name].light if name in now else 0.0)
+    pairs = [
+        (then.get(name, _nothing(name)), now.get(name, _nothing(name)))
         for name in sorted({*then, *now})
     ]
-    best = max(changes, key=lambda change: abs(change[2] - change[1]), default=None)
+    best = max(pairs, key=lambda pair: _difference(*pair), default=None)
     least = LITTLE * max(cause.now.total, cause.before.total, 1e-9)
-    return best if best and abs(best[2] - best[1]) > 10 * least else None
+    return best if best is not None and _difference(*best) > 10 * least else None
+
+
+def _nothing(name: str) -> LampShare:
+    return LampShare(name, 0.0, 0.0, "", "")
+
+
+def _difference(then: LampShare, now: LampShare) -> float:
+    """By how much a lamp's part can have changed."""
+    if bool(then.through) != bool(now.through):
+        return max(then.unshaded, now.unshaded)
+    if now.through:
+        return abs(now.unshaded - then.unshaded)
+    return abs(now.light - then.light)

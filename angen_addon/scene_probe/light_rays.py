@@ -165,16 +165,20 @@ class Hits:
 
     def surface(self, ray: int) -> tuple[Array, Array, Array]:
         """Where a ray meets a solid: normal, reflectance and transmittance, (3,) each."""
+        normal, material = self._place(ray)
+        return normal, *self._rays.surfaces.of(material)
+
+    def is_clear(self, ray: int) -> bool:
+        """Whether what a ray meets can let light pass."""
+        return self._rays.surfaces.are_clear(self._place(ray)[1])
+
+    def _place(self, ray: int) -> tuple[Array, int]:
+        """The normal there, and the session uid of the material."""
         known, number = self._known, int(self.met[ray])
         starts, ways, _ = known.rays
+        asked = number, starts[ray], ways[ray], float(self.ranges[ray])
         if number != known.met[ray]:
-            normal, material = self._rays.place(
-                number, starts[ray], ways[ray], float(self.ranges[ray])
-            )
-        else:
-            if ray not in known.places:
-                known.places[ray] = self._rays.place(
-                    number, starts[ray], ways[ray], float(self.ranges[ray])
-                )
-            normal, material = known.places[ray]
-        return normal, *self._rays.surfaces.of(material)
+            return self._rays.place(*asked)
+        if ray not in known.places:
+            known.places[ray] = self._rays.place(*asked)
+        return known.places[ray]

@@ -24,14 +24,25 @@ class Surfaces:
     def __init__(self) -> None:
         self._materials: dict[int, Any] = {}
         self._known: dict[int, tuple[Array, Array]] = {0: (np.full(3, 0.8), np.zeros(3))}
+        self._clear: dict[int, bool] = {}
 
     def of(self, uid: int) -> tuple[Array, Array]:
         """Reflectance (3,) and transmittance (3,); of no material, 0, Cycles's grey."""
         if uid not in self._known:
-            self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
-            material = self._materials.get(uid)
+            material = self._material(uid)
             self._known[uid] = self._known[0] if material is None else _facts(material)
         return self._known[uid]
+
+    def are_clear(self, uid: int) -> bool:
+        """Whether light can pass, by ways that these facts do not hold."""
+        if uid not in self._clear:
+            material = self._material(uid)
+            self._clear[uid] = material is not None and is_clear(material)
+        return self._clear[uid]
+
+    def _material(self, uid: int) -> Any:
+        self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
+        return self._materials.get(uid)
 
 
 def _facts(material: Any) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ import random
 import bpy
 import numpy as np
 import pytest
-from light_stage import facing, lamp
+from light_stage import facing, lamp, material
 from mathutils import Vector
 
 G = 9.81
@@ -296,6 +296,34 @@ def test_each_lamps_share_and_what_shadows_it(world, explained):
     assert found.cause.now.total == pytest.approx(total, rel=1e-6)
     assert found.headline == "Lit: 'One' changed from 0 lx to 1.99 lx of the estimate"
     assert ("Hidden", "nothing: shadowed by 'Plate'") in found.facts
+
+
+def test_light_behind_something_transparent_is_not_told_to_be_none(world, explained):
+    """A curtain that lets half of the light pass, in a way that closed forms do not know, comes
+    between: the reading is halved, and no number of the estimate is told of the lamp."""
+    lamp(world, "POINT", at=(0, 0, 2), energy=400.0).name = "Bulb"
+    cloth = material(0.5, name="cloth")
+    nodes, links = cloth.node_tree.nodes, cloth.node_tree.links
+    output = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")
+    links.new(nodes.new("ShaderNodeBsdfTranslucent").outputs[0], output.inputs["Surface"])
+    curtain = world.box((1, 1, 0.001), at=(0, 0, 1), name="Curtain")
+    curtain.data.materials.append(cloth)
+    world.key(curtain, "location", {1: (5, 0, 1), 6: (0, 0, 1)}, "CONSTANT")
+    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 256, "update_rate": 24.0}
+    sensor = world.sensor("LIGHT", "light", **settings)
+    sensor.rotation_euler = (math.pi, 0, 0)
+    recording = world.run(1, 8)
+    before, after = recording.tracks["light"].value[4:6]
+    assert before > 1.5 * after > 0.0
+    _, found = explained(sensor, 5, recording)
+    assert found.headline == (
+        "Lit: 'Bulb' is behind 'Curtain' now, which lets a part of its light pass"
+    )
+    facts = dict(found.facts)
+    assert facts["Bulb"].startswith("behind 'Curtain'") and "lx" not in facts["Bulb"]
+    assert "transparent materials" in facts["Not estimated"]
+    _, found = explained(sensor, 6, recording)
+    assert found.headline == "Lit: 'Bulb' shines through 'Curtain'"
 
 
 # The operator, the panel's memory and the command line

@@ -17,6 +17,7 @@ import bpy
 from ..quiet import standard_output_silenced
 from .light_frozen import Simulated, frozen
 from .light_instances import Instances
+from .light_twins import twins
 from .light_values import own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
@@ -141,6 +142,7 @@ class LightScene:
             if not is_left_out(obj, housings):
                 for seen in self._stand_ins(obj):
                     shown.objects.link(instances.stand_in(seen, is_copy=seen != obj))
+        shown.objects.link(twins(list(shown.objects), self.own))
         # For renders alone: operators from Python first evaluate what the viewport would show.
         shown.hide_viewport = True
         self.scene.collection.children.link(shown)

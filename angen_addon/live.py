@@ -248,7 +248,8 @@ class Live:
             depsgraph = view_layer.depsgraph
             paths = scene.angen_light_reference
             asked = [as_exact(taken.request, paths) for taken in lit if taken.request is not None]
-            self._probes.measure(scene, view_layer, depsgraph, asked)
+            for _ in self._probes.measure(scene, view_layer, depsgraph, asked):
+                pass
             for taken in lit:
                 taken.station.reset()
                 self._show(taken, scene.frame_current)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..sensor_logic.light import LightSample
 from . import state
 from .instances import Uid
 from .scene_probe.bodies import Bodies
-from .scene_probe.light import LightError, LightRequest, measure, measure_direct
+from .scene_probe.light import LightError, LightRequest, measure_direct, measuring
 from .scene_probe.light_kept import KeptScenes
 from .scene_probe.light_signature import LightSignature
 from .scene_probe.rays import RayCaster
@@ -90,8 +90,9 @@ class Probes:
         depsgraph: Any,
         asked: list[LightRequest],
         keep: bool = False,
-    ) -> None:
-        """Renders the light that is asked for, where it can have changed since it was last.
+    ) -> Iterator[str]:
+        """Renders the light that is asked for, where it can have changed since it was last. Yields
+        before each picture, in words what takes long.
 
         `keep`: nothing but frames will change until the next time; to be ended by `close`.
         Not in a frame handler. Raises SensorError.
@@ -104,7 +105,8 @@ class Probes:
             return
         efficacy, self._light_scenes.reference = how
         try:
-            found = measure(scene, view_layer, due, efficacy, self._light_scenes if keep else None)
+            kept = self._light_scenes if keep else None
+            found = yield from measuring(scene, view_layer, due, efficacy, kept)
         except LightError as error:
             raise SensorError(str(error)) from None
         self._measured |= {r.name: (_key(r), found[r.name]) for r in due}

@@ -77,13 +77,17 @@ class ProgressLine:
         self._start = self._shown = time.perf_counter()
         self._drawn = False
         self._left = TimeLeft()
+        self._told = {""}
 
     def show(self, progress: Progress) -> None:
         self._left.note(progress)
         now = time.perf_counter()
         interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
-        if self._quiet or now - self._shown < interval:
+        # What takes long is told before, in a log once.
+        news = bool(progress.doing) if self._terminal else progress.doing not in self._told
+        if self._quiet or (now - self._shown < interval and not news):
             return
+        self._told.add(progress.doing)
         self._shown = now
         elapsed = now - self._start
         rate = progress.seconds_done / elapsed
@@ -91,7 +95,7 @@ class ProgressLine:
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
         text = (
             f"frame {progress.frame:g}, {share:.0f} %, {rate:.0f} times real time"
-            f"{', ' if left else ''}{left}"
+            f"{', ' if left else ''}{left}{', ' if progress.doing else ''}{progress.doing}"
         )
         self._drawn = self._terminal
         tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)

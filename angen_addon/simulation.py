@@ -41,11 +41,13 @@ ONLY_STEP, LOOK, PAD, WATCH = -1, -2, -3, -4
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: seconds of the scene done and in all, and the frame just sensed."""
+    """How far a run is: seconds of the scene done and in all, and the frame just sensed; what is
+    being done there, if it takes long."""
 
     seconds_done: float
     seconds_total: float
     frame: float
+    doing: str = ""
 
 
 def simulate(
@@ -103,6 +105,7 @@ def _run(
                 if bpy.context.scene.session_uid != scene.session_uid:
                     raise SensorError("the run ended early: another scene is shown now")
                 frame, subframe = clock.frame_and_subframe(stop.step)
+                done = clock.step_time(min(max(stop.step - first, 0), last - first))
                 scene.frame_set(frame, subframe=subframe)
                 if stop.due or stop.look or stop.watching:
                     depsgraph = evaluated_depsgraph()
@@ -120,10 +123,10 @@ def _run(
                     if lit:
                         view_layer = bpy.context.view_layer
                         asked = [t.request for t in lit if t.request is not None]
-                        probes.measure(scene, view_layer, depsgraph, asked, keep)
+                        for doing in probes.measure(scene, view_layer, depsgraph, asked, keep):
+                            yield Progress(done, seconds, clock.step_frame(stop.step), doing)
                         _record(recording, clock, lit, driven)
                 recording.frame_end = min(frame, frame_end)
-                done = clock.step_time(min(max(stop.step - first, 0), last - first))
                 yield Progress(done, seconds, clock.step_frame(stop.step))
         recording.frame_end = frame_end
     except ReferenceError as error:

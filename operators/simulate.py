@@ -147,7 +147,8 @@ class ANGEN_OT_simulate(Operator):
         left = self._left.text()
         context.workspace.status_text_set(
             f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %"
-            f"{', ' if left else ''}{left}. Esc keeps what is done"
+            f"{', ' if left else ''}{left}{', ' if progress.doing else ''}{progress.doing}"
+            ". Esc keeps what is done"
         )
         return {"RUNNING_MODAL"}
 
@@ -156,7 +157,8 @@ class ANGEN_OT_simulate(Operator):
         until = self._slices.begin()
         for progress in self._run:
             self._left.note(progress)
-            if time.perf_counter() >= until:
+            # What takes long is shown before.
+            if progress.doing or time.perf_counter() >= until:
                 self._slices.end()
                 return progress
         return None

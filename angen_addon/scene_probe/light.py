@@ -21,7 +21,7 @@ from . import light_engine, light_face, light_views, light_walls
 from .light_direct import Direct
 from .light_face import Faces
 from .light_kept import Batch, KeptScenes, Takes
-from .light_picture import Seen
+from .light_picture import Seen, Steps, finished
 from .light_scene import LightScene, quietly
 from .light_walls import Views
 from .light_ways import Ways
@@ -63,17 +63,23 @@ def busy() -> bool:
     return any(bpy.app.is_job_running(job) for job in BUSY_JOBS)
 
 
-def measure(
+def measure(*asked: Any, **options: Any) -> Mapping[str, LightSample]:
+    """As `measuring`, at one go."""
+    return finished(measuring(*asked, **options))
+
+
+def measuring(
     scene: Any,
     view_layer: Any,
     requests: Iterable[LightRequest],
     efficacy: float = EFFICACY,
     kept: KeptScenes | None = None,
-) -> Mapping[str, LightSample]:
+) -> Steps[dict[str, LightSample]]:
     """The light of each request, by name. What it reads does not depend on the other requests.
 
     Where the closed forms of DIRECT do not model all that the scene holds, Cycles is asked instead.
-    With `kept`, much of the work is kept there for the next time. Raises LightError.
+    With `kept`, much of the work is kept there for the next time. Before each picture it yields,
+    in words what takes long; until it goes on, nothing may change the scene. Raises LightError.
     """
     if busy():
         raise LightError("a render is running: the light sensors wait for its end")
@@ -97,10 +103,11 @@ def measure(
             key = engine, request.method, request.samples, apart
             groups.setdefault(key, []).append(request)
     for (engine, _, count, _), group in sorted(groups.items()):
-        with quietly():
-            if engine == "CYCLES":
-                found, notes = _by_cycles(scene, view_layer, group, count, kept)
-            else:
+        if engine == "CYCLES":
+            found, notes = yield from _by_cycles(scene, view_layer, group, count, kept)
+        else:
+            yield "light by EEVEE"
+            with quietly():
                 found, notes = _by_eevee(scene, view_layer, group, count)
         for request in group:
             before = samples.get(request.name)
@@ -116,7 +123,7 @@ def _by_cycles(
     group: list[LightRequest],
     count: int,
     kept: KeptScenes | None,
-) -> tuple[dict[str, Array], list[str]]:
+) -> Steps[tuple[dict[str, Array], list[str]]]:
     """What requests of one method find, by name, and notes."""
     takes: type[Takes]
     pictures: list[dict[int, Seen]]
@@ -129,7 +136,8 @@ def _by_cycles(
     notes: list[str] = []
     try:
         for together in pictures:
-            colours, noted = scenes.light(Batch(scene, view_layer, takes, together, count))
+            batch = Batch(scene, view_layer, takes, together, count)
+            colours, noted = yield from scenes.light(batch)
             names = (seen.request.name for seen in together.values())
             found.update(zip(names, colours, strict=True))
             notes += noted

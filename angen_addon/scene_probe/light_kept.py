@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from . import light_engine
 from .light_frozen import Simulated
-from .light_picture import Seen
+from .light_picture import Seen, Steps
 from .light_reference import (
     Found,
     Lamps,
@@ -29,9 +29,10 @@ from .light_reference import (
     looks_at_frame,
     states_of_lamps,
 )
-from .light_scene import LightScene, contents
+from .light_scene import LightScene, contents, quietly
 
 Array = NDArray[np.float64]
+FIRST_PICTURE, CLOSER_LOOK = "Cycles takes the scene in", "a closer look at the light"
 # As many pictures of each sort are kept; each holds the scene in memory, as Cycles sees it.
 AT_MOST = 4
 # So many times the light paths are traced where a reference tells too little.
@@ -71,6 +72,10 @@ class Batch:
 
     def taken_in(self, light_scene: LightScene, samples: int) -> Takes:
         """Enters a light scene and sets up the picture in it."""
+        with quietly():
+            return self._taken_in(light_scene, samples)
+
+    def _taken_in(self, light_scene: LightScene, samples: int) -> Takes:
         light_scene.__enter__()
         try:
             light_engine.set_up(light_scene.scene, "CYCLES")
@@ -140,16 +145,17 @@ class KeptScenes:
         self._found: dict[Hashable, Found] = {}
         self._simulated = Simulated()
 
-    def light(self, batch: Batch) -> tuple[list[Array], list[str]]:
+    def light(self, batch: Batch) -> Steps[tuple[list[Array], list[str]]]:
         """What each request of a batch finds; and notes."""
         now = contents(batch.scene, batch.view_layer, self._simulated)
-        light, notes = self._picture(batch, now, self._scenes)
+        light, notes = yield from self._picture(batch, now, self._scenes)
         if batch.steady and self.refers(batch.samples) and not self._looks_at_frame:
             lamps = states_of_lamps(batch.view_layer, self._simulated)
-            referred = dict(zip(batch.together, self._referred(batch, now, lamps), strict=True))
+            told = yield from self._referred(batch, now, lamps)
+            referred = dict(zip(batch.together, told, strict=True))
             own = dict(zip(batch.together, light, strict=True))
             far = [pixel for pixel in own if departs(own[pixel], referred[pixel][0])]
-            closer = self._closer(batch, far, now, lamps, referred) if far else {}
+            closer = (yield from self._closer(batch, far, now, lamps, referred)) if far else {}
             light = [
                 closer[pixel] if pixel in closer else corrected(own[pixel], *referred[pixel])
                 for pixel in own
@@ -163,7 +169,7 @@ class KeptScenes:
         now: Hashable,
         lamps: Lamps,
         referred: dict[int, tuple[Array, Array]],
-    ) -> dict[int, Array]:
+    ) -> Steps[dict[int, Array]]:
         """The light of the requests at some pixels by several times the paths, corrected as it is
         by few."""
         paths = min(CLOSER * batch.samples, self.reference)
@@ -173,12 +179,13 @@ class KeptScenes:
         for pixels in groups:
             together = {pixel: batch.together[pixel] for pixel in pixels}
             near = replace(batch, together=together, samples=paths)
-            light, _ = self._picture(near, now, self._closer_scenes)
+            light, _ = yield from self._picture(near, now, self._closer_scenes)
             if self.refers(paths):
                 state = near.asked, now, lamps
                 if state not in self._found:
                     make = partial(Reference, partial(_in_reference, near, self._simulated))
                     reference: Reference = self._closer_references.get((near.asked, now), make)
+                    yield CLOSER_LOOK
                     many = [referred[pixel][1] for pixel in pixels]
                     self._remember(state, list(zip(reference.by_few(), many, strict=True)))
                 pairs = zip(light, self._found[state], strict=True)
@@ -186,7 +193,9 @@ class KeptScenes:
             found.update(zip(pixels, light, strict=True))
         return {pixel: found[pixel] for pixel in far}
 
-    def _picture(self, batch: Batch, now: Hashable, pool: _Pool) -> tuple[list[Array], list[str]]:
+    def _picture(
+        self, batch: Batch, now: Hashable, pool: _Pool
+    ) -> Steps[tuple[list[Array], list[str]]]:
         """What the batch's own light paths find in the scene as it is; and notes."""
 
         def make() -> _Kept:
@@ -200,10 +209,11 @@ class KeptScenes:
                 pool.drop(key)
             else:
                 known.light_scene.follow()
+        yield "" if pool.peek(key) is not None else FIRST_PICTURE
         kept: _Kept = pool.get(key, make)
         return kept.taken.light(), kept.light_scene.notes
 
-    def _referred(self, batch: Batch, now: Hashable, lamps: Lamps) -> Found:
+    def _referred(self, batch: Batch, now: Hashable, lamps: Lamps) -> Steps[Found]:
         """What few and many paths find in the reference of a batch, in that state of the lamps."""
         state = batch.asked, now, lamps
         if state not in self._found:
@@ -213,7 +223,7 @@ class KeptScenes:
                 Reference, partial(_in_reference, batch, self._simulated), self.reference, apart
             )
             reference: Reference = self._references.get((batch.asked, now, apart), make)
-            self._remember(state, reference.light(lamps[0]))
+            self._remember(state, (yield from reference.light(lamps[0])))
         return self._found[state]
 
     def _remember(self, state: Hashable, found: Found) -> None:

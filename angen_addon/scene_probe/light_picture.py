@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import bpy
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from . import exr
 from .light_colour import to_rec709
 from .light_nodes import Nodes
+from .light_scene import quietly
 
 Array = NDArray[np.float64]
 # Pixels a side. Cycles visits the empty ones too; fewer would make names collide more often.
@@ -34,6 +35,20 @@ SHEET = (0.0, 0.0, -1e5)
 ABOVE = 1.0 / 32.0
 CORNERS = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 UNSEEN_BY = ("diffuse", "glossy", "transmission", "shadow", "volume_scatter")
+
+
+T = TypeVar("T")
+# Yields before each picture, in words what takes long, else nothing; the result comes last.
+Steps = Generator[str, None, T]
+
+
+def finished(steps: Steps[T]) -> T:
+    """The result, with no break."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
@@ -104,7 +119,7 @@ class Picture:
             self._scene.render.filepath = str(Path(folder, "views"))
             # Named as an argument, a scene is put to the frame of the user's.
             own = {"scene": self._scene, "view_layer": self._scene.view_layers[0]}
-            with bpy.context.temp_override(**own):
+            with quietly(), bpy.context.temp_override(**own):
                 bpy.ops.render.render(write_still=True)
             picture = exr.read_rgb(Path(folder, "views.exr"))
         return to_rec709(picture).reshape(SIDE * SIDE, 3)

@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 
 from ..animation import is_animated
 from .light_frozen import Simulated
+from .light_picture import Steps
 from .light_scene import LightScene, is_portal, must_be_frozen, shown_objects
 from .light_values import lamp_values
 
@@ -153,16 +154,22 @@ class Reference:
         """What few light paths find of each request, the lamps being as they are now."""
         return _light(self._few)
 
-    def light(self, suns: Hashable) -> Found:
+    def light(self, suns: Hashable) -> Steps[Found]:
         """What few and many light paths find of each request, the lamps being as they are now, the
         `suns` among them in that state."""
         assert self._many is not None
-        few, many = self.by_few(), _light(self._many)
+        doing = f"the light's reference, {self._paths} paths"
+        yield doing
+        few = self.by_few()
+        yield doing
+        many = _light(self._many)
         if self._apart:
             if suns not in self._days:
                 self._days.clear()
+                yield doing
                 self._days[suns] = _light_once(self._make(Part.DAY, self._paths))
             if self._rest is None:
+                yield doing
                 self._rest = _light_once(self._make(Part.REST, self._paths))
             days = zip(many, self._days[suns], self._rest, strict=True)
             many = [room + day - rest for room, day, rest in days]

@@ -58,10 +58,25 @@ def half_way(world):
     """A run after a few frames, with scenes kept; and its recording."""
     recording = Recording()
     run = simulate(world.scene, world.sensors(), 1, 48, recording)
-    for _ in range(3):
+    while recording.frame_end < 3:
         next(run)
     assert len(bpy.data.scenes) > 3
     return run, recording
+
+
+def test_what_takes_long_is_told_before_and_can_be_left(room):
+    """Each picture is a step of its own: whoever asked can stop between two, and nothing stays."""
+    before = held()
+    doing = [progress.doing for progress in simulate(room.scene, room.sensors(), 1, 2, Recording())]
+    # Two methods; few and many paths, and the suns and what glows each by themselves.
+    assert doing[:5] == ["Cycles takes the scene in", *["the light's reference, 64 paths"] * 4]
+    assert doing.count("Cycles takes the scene in") >= 2 and doing[-1] == ""
+    for steps in range(1, len(doing)):
+        run = simulate(room.scene, room.sensors(), 1, 2, Recording())
+        for _ in range(steps):
+            next(run)
+        run.close()
+        assert held() == before and not state.CACHE.running, steps
 
 
 def undo(_):
@@ -148,7 +163,7 @@ def test_doors_that_open_views_make_one_reference_a_state(world, monkeypatch):
     enter, light = reference.__enter__, kept.KeptScenes.light
 
     def spied(self, *asked):
-        found = light(self, *asked)
+        found = yield from light(self, *asked)
         most.append(len(bpy.data.scenes))
         return found
 

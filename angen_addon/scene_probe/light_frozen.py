@@ -23,13 +23,15 @@ SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 
 class Simulated:
-    """Membership: objects that Blender's physics moves, ties or shapes, and what follows them.
-
-    To be asked as long as nothing but frames changes.
-    """
+    """Membership: objects that Blender's physics moves, ties or shapes, and what follows them."""
 
     def __init__(self) -> None:
         self._known: dict[int, bool] = {}
+        # By trees of nodes; these do not change from look to look.
+        self._zones: dict[int, bool] = {}
+
+    def look_again(self) -> None:
+        self._known.clear()
 
     def __contains__(self, obj: Any) -> bool:
         uid = obj.session_uid
@@ -39,15 +41,20 @@ class Simulated:
             self._known[uid] = (
                 obj.rigid_body is not None
                 or obj.rigid_body_constraint is not None
-                or any(goes_through_frames(modifier) for modifier in obj.modifiers)
+                or any(self._goes_through_frames(modifier) for modifier in obj.modifiers)
                 or any(target in self for target in _followed(obj))
             )
         return self._known[uid]
 
-
-def goes_through_frames(modifier: Any) -> bool:
-    """Whether what it makes at a frame depends on those before."""
-    return modifier.type in PHYSICS or has_simulation_zone(modifier)
+    def _goes_through_frames(self, modifier: Any) -> bool:
+        """Whether what it makes at a frame depends on those before."""
+        tree = getattr(modifier, "node_group", None)
+        if tree is None:
+            return modifier.type in PHYSICS
+        uid = tree.session_uid
+        if uid not in self._zones:
+            self._zones[uid] = has_simulation_zone(modifier)
+        return self._zones[uid]
 
 
 def _followed(obj: Any) -> Iterator[Any]:

@@ -147,6 +147,7 @@ class KeptScenes:
 
     def light(self, batch: Batch) -> Steps[tuple[list[Array], list[str]]]:
         """What each request of a batch finds; and notes."""
+        self._simulated.look_again()
         now = contents(batch.scene, batch.view_layer, self._simulated)
         light, notes = yield from self._picture(batch, now, self._scenes)
         if batch.steady and self.refers(batch.samples) and not self._looks_at_frame:

@@ -3,8 +3,7 @@
 
 In a background render Cycles puts all meshes that are shown once into one tree, which is built
 again whatever moved. A mesh that is shown twice has a tree of its own, which is kept. So each is
-shown a second time, where hardly a ray sees it. Light paths, and readings, stay the same to the
-bit.
+shown a second time, where hardly a ray sees it.
 """
 
 from __future__ import annotations

@@ -18,14 +18,14 @@ from bpy.props import (
 from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 
 from ..sensor_logic.kinds import KINDS, NO_KIND
-from ..sensor_logic.parameters import Parameters, Spec, defaults, specs
+from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
 from . import state
 from .lengths import OVERRIDABLE, in_units, length_in_units
 from .rooms import known_rooms
 from .units import SUBTYPES, with_unit
 
 # Decimals of fields, where three are not enough or more than there are.
-PRECISIONS = {"m": 4, "m²": 6, "Ω": 0}
+PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}
 
 # What can have a temperature.
 WARM = (Object, Collection, Material)

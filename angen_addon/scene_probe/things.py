@@ -191,16 +191,12 @@ class Things:
         return self.by_key.setdefault(key, Thing(key, original))
 
     def _find_carried(self, solids: Solids) -> None:
+        together = {_together(s): s.key for s in solids.solids if _in_collection(s)}
         for solid in solids.solids:
             bearer = _bearer(solid)
             if bearer is None:
                 continue
-            own = bearer.session_uid == solid.key[0]
-            if not solid.geometry.lasting and own:
-                # All that its nodes make is one body.
-                key: Key = (bearer.session_uid,)
-            else:
-                key = solid.key if own else (bearer.session_uid,) + solid.key[1:]
+            key = _body_key(solid, bearer, together)
             thing = self._thing(key, bearer)
             thing.carried = True
             thing.surfaces.append(solid)
@@ -283,6 +279,31 @@ def _chain_keys(solid: Solid) -> Iterator[Key]:
         yield (owner.session_uid,)
         for parent in _parents(owner):
             yield (parent.session_uid,)
+
+
+def _body_key(solid: Solid, bearer: Any, together: dict[Key, Key]) -> Key:
+    """The key of the body that a solid is a part of: all parts of one person have the same, and
+    each instance of the person another."""
+    uid = bearer.session_uid
+    own = uid == solid.key[0]
+    if own and not solid.geometry.lasting:
+        # All that its nodes make is one body.
+        return (uid,)
+    if own or not _in_collection(solid):
+        return solid.key if own else (uid, *solid.key[1:])
+    same = (uid, *_together(solid)[1:])
+    return together.get(same, same)
+
+
+def _in_collection(solid: Solid) -> bool:
+    """Whether it is listed as a part of an instanced collection."""
+    return len(solid.key) > 1 and solid.owner.instance_type == "COLLECTION"
+
+
+def _together(solid: Solid) -> Key:
+    """Its key without its number in the instanced collection: equal but for the object for all that
+    is in it."""
+    return (*solid.key[:2], *solid.key[3:])
 
 
 def _bearer(solid: Solid) -> Any:

@@ -114,6 +114,11 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         metavar="ISO-TIME",
         help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
     )
+    one.add_argument(
+        "--spreadsheet",
+        action="store_true",
+        help="CSV for a spreadsheet: names that it would take for formulas get a leading '",
+    )
     one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     one.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
 

@@ -14,7 +14,14 @@ from typing import Any
 
 import bpy
 
-from ..sensor_logic.event_log import differences, events, events_csv, read_events, samples_csv
+from ..sensor_logic.event_log import (
+    differences,
+    events,
+    events_csv,
+    for_spreadsheets,
+    read_events,
+    samples_csv,
+)
 from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.recording import Recording
 from . import advice, bake, state, warmth
@@ -221,16 +228,17 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     except OutputError as error:
         raise BadInput(str(error)) from None
     recording = _run(options, told)
+    shown = for_spreadsheets if options.spreadsheet else str
+    log = shown(events_csv(recording, options.start))
     if options.events:
-        outputs.texts[options.events] = events_csv(recording, options.start)
+        outputs.texts[options.events] = log
     else:
-        outputs.said = events_csv(recording, options.start)
+        outputs.said = log
     if options.samples is not None:
         outputs.folder = options.samples
         for sensor, name in file_names(recording.tracks).items():
-            outputs.texts[options.samples / name] = samples_csv(
-                recording.tracks[sensor], options.start
-            )
+            text = samples_csv(recording.tracks[sensor], options.start)
+            outputs.texts[options.samples / name] = shown(text)
     if options.report:
         outputs.texts[options.report] = report_text(
             options.report, bpy.context.scene, told, recording, options.start

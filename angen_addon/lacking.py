@@ -19,20 +19,27 @@ NAMED = 4
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
 FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"
 
+# What is wrong, and the way to mend it.
+Lack = tuple[str, str]
+
 
 def lacking(view_layer: Any, light: bool) -> list[str]:
     """A sentence for each thing; `light`: what only light sensors see counts too. The scene has to
     be evaluated, which is when Blender blocks drivers."""
-    found = list(_unknown_kinds(view_layer))
-    found += _missing_libraries()
-    found += _missing_data()
-    found += _missing_files("cache file", bpy.data.cache_files, "what moves by it stands still")
-    found += _missing_mesh_caches(view_layer)
-    found += _standing_drivers()
+    return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
+
+
+def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
+    """The same in its parts."""
+    yield from _unknown_kinds(view_layer)
+    yield from _missing_libraries()
+    yield from _missing_data()
+    yield from _missing_files("cache file", bpy.data.cache_files, "what moves by it stands still")
+    yield from _missing_mesh_caches(view_layer)
+    yield from _standing_drivers()
     if light:
         images = [i for i in bpy.data.images if i.source in FILES and not i.has_data]
-        found += _missing_files("image", images, "light sensors see it as pink")
-    return found
+        yield from _missing_files("image", images, "light sensors see it as pink")
 
 
 def look(view_layer: Any) -> None:
@@ -43,14 +50,15 @@ def look(view_layer: Any) -> None:
     state.CACHE.lacks = lacking(view_layer, any(s.kind.light for s in sensors))
 
 
-def _unknown_kinds(view_layer: Any) -> Iterator[str]:
+def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
     known = {0, *(kind.number for kind in KINDS.values())}
     for obj in view_layer.objects:
         number = _stored_kind(obj) if obj is not None else 0
         if number not in known:
             yield (
                 f"'{obj.name}' is a sensor of a kind that this version does not know "
-                f"(number {number}) and is left out: update the extension"
+                f"(number {number}) and is left out",
+                "update the extension",
             )
 
 
@@ -62,15 +70,15 @@ def _stored_kind(obj: Any) -> int:
     return int(group.get("kind", 0)) if group is not None else 0
 
 
-def _missing_libraries() -> Iterator[str]:
+def _missing_libraries() -> Iterator[Lack]:
     for library in bpy.data.libraries:
         path = bpy.path.abspath(library.filepath, library=library.parent)
         inside = library.packed_file is not None or getattr(library, "is_archive", False)
         if not inside and not os.path.isfile(path):
-            yield f"the linked library '{library.name}' is missing ({path}): {FIND}"
+            yield f"the linked library '{library.name}' is missing ({path})", FIND
 
 
-def _missing_data() -> Iterator[str]:
+def _missing_data() -> Iterator[Lack]:
     """What libraries that are there do not hold any more."""
     lost: dict[str, list[str]] = {}
     for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.actions):
@@ -81,29 +89,33 @@ def _missing_data() -> Iterator[str]:
                 if os.path.isfile(path):
                     lost.setdefault(library.name, []).append(block.name)
     for name, blocks in lost.items():
-        yield f"the library '{name}' no longer holds {named(blocks)}: save it with them, or relink"
+        yield (
+            f"the library '{name}' no longer holds {named(blocks)}",
+            "save them in it, or relink",
+        )
 
 
-def _missing_files(what: str, blocks: Iterable[Any], so: str) -> Iterator[str]:
+def _missing_files(what: str, blocks: Iterable[Any], so: str) -> Iterator[Lack]:
     for block in blocks:
         if getattr(block, "packed_file", None) is not None or block.users == 0:
             continue
         path = bpy.path.abspath(block.filepath, library=block.library)
         # Of a sequence or of tiles the name holds a placeholder.
         if block.filepath and not os.path.exists(path) and "<" not in path:
-            yield f"the {what} '{block.name}' is missing ({path}), so {so}: {FIND}"
+            yield f"the {what} '{block.name}' is missing ({path}), so {so}", FIND
 
 
-def _missing_mesh_caches(view_layer: Any) -> Iterator[str]:
+def _missing_mesh_caches(view_layer: Any) -> Iterator[Lack]:
     for obj in view_layer.objects:
         for modifier in obj.modifiers if obj is not None else ():
             if modifier.type == "MESH_CACHE" and modifier.show_viewport:
                 path = bpy.path.abspath(modifier.filepath, library=obj.library)
                 if modifier.filepath and not os.path.isfile(path):
-                    yield f"the mesh cache of '{obj.name}' is missing ({path}), so it stands still"
+                    text = f"the mesh cache of '{obj.name}' is missing ({path}), so it stands still"
+                    yield text, "put it back, or choose another in the modifier"
 
 
-def _standing_drivers() -> Iterator[str]:
+def _standing_drivers() -> Iterator[Lack]:
     blocked: list[str] = []
     failed: list[str] = []
     for owner in all_animated():
@@ -116,11 +128,13 @@ def _standing_drivers() -> Iterator[str]:
     if blocked:
         yield (
             f"Blender blocked drivers that are Python, so what they move stands still: "
-            f"{named(blocked)}; if you trust the file, allow them with --enable-autoexec, or with "
-            "Trusted Source where you open it"
+            f"{named(blocked)}",
+            "if you trust the file, allow them with --enable-autoexec, or with Trusted Source "
+            "where you open it",
         )
     if failed:
-        yield f"drivers fail, so what they move stands still: {named(failed)}; mend or remove them"
+        text = f"drivers fail, so what they move stands still: {named(failed)}"
+        yield text, "mend or remove them"
 
 
 def named(names: list[str]) -> str:

@@ -32,7 +32,7 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
         try:
             _, recording, start = self.chosen(context)
             check_folder(path.parent, "Export")
-            write({path: events_csv(recording, start)}, None)
+            write({path: self.shown(events_csv(recording, start))}, None)
         except OutputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -66,7 +66,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
                 raise OutputError("Choose a folder for the samples")
             folder = self._folder(Path(bpy.path.abspath(self.directory)))
             texts = {
-                folder / name: samples_csv(recording.tracks[sensor], start)
+                folder / name: self.shown(samples_csv(recording.tracks[sensor], start))
                 for sensor, name in file_names(recording.tracks).items()
             }
             write(texts, folder)

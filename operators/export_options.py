@@ -11,6 +11,7 @@ from bpy.types import Context
 
 from ..angen_addon import state
 from ..angen_addon.sensors import Sensor, all_sensors
+from ..sensor_logic.event_log import for_spreadsheets
 from ..sensor_logic.files import OutputError
 from ..sensor_logic.log_start import parse_start
 from ..sensor_logic.recording import Recording
@@ -22,6 +23,10 @@ class ExportOptions:
 
     selected_only: BoolProperty(
         name="Selected Sensors", description="Leave out what sensors that are not selected report"
+    )
+    spreadsheet: BoolProperty(
+        name="For Spreadsheets",
+        description="Names that a spreadsheet would take for formulas (=A1) get a leading '",
     )
     start: StringProperty(
         name="Start",
@@ -45,6 +50,10 @@ class ExportOptions:
                 raise OutputError("No recorded sensor is selected: select some, or export all")
             recording = recording.only(names)
         return sensors, recording, self._start()
+
+    def shown(self, text: str) -> str:
+        """CSV as it is to be written."""
+        return for_spreadsheets(text) if self.spreadsheet else text
 
     def _start(self) -> datetime | None:
         try:

@@ -94,6 +94,23 @@ def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return out.getvalue()
 
 
+def for_spreadsheets(text: str) -> str:
+    """The same CSV for a program that takes what begins with = + - or @ for a formula: a name that
+    does gets an apostrophe in front. Numbers stay as they are."""
+    header, *rows = csv.reader(io.StringIO(text, newline=""))
+    return to_csv(header, ([_no_formula(cell) for cell in row] for row in rows))
+
+
+def _no_formula(cell: str) -> str:
+    if not cell.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
+
+
 def events_csv(recording: Recording, start: datetime | None = None) -> str:
     """The log; where t = 0 stands for a `start`, with date and time as a last column."""
     if start is None:

@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from ..lacking import lacking
-from .examined import Examined, Found, parted
+from .. import lacking
+from .examined import Examined, Found
 
 
 def lacks(home: Examined) -> Iterator[Found]:
-    """Missing libraries and files, drivers that stand still, kinds that are not known."""
-    for text in lacking(home.view_layer, bool(home.of_kind("LIGHT"))):
-        yield parted(f"{text[0].upper()}{text[1:]}")
+    """Missing libraries and files, drivers that stand still, sensors of unknown kinds."""
+    for text, mend in lacking.lacks(home.view_layer, bool(home.of_kind("LIGHT"))):
+        yield f"{text[0].upper()}{text[1:]}", f"{mend[0].upper()}{mend[1:]}"
 
 
 def same_names(home: Examined) -> Iterator[Found]:

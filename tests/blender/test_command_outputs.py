@@ -259,3 +259,16 @@ def test_a_full_disk_under_save_is_told_as_such(home, command, small_disk, tmp_p
     assert (status, out, err.count("\n")) == (1, "", 1), err
     assert "copy.blend" in err and "space" in err and ".angen-" not in err
     assert list(small_disk.iterdir()) == [] and not events.exists()
+
+
+def test_names_that_are_formulas(home, command, world, tmp_path):
+    """Raw as they are, unless it is for a spreadsheet; both are logs of the same events."""
+    world.switch("=cmd()|' /C calc'!A0")
+    log, sheet = tmp_path / "log.csv", tmp_path / "sheet.csv"
+    assert command("simulate", "--events", log)[0] == 0
+    assert command("simulate", "--events", sheet, "--spreadsheet")[0] == 0
+    assert ",=cmd()" in log.read_text() and ",=cmd()" not in sheet.read_text()
+    assert sheet.read_text().replace("'=cmd", "=cmd") == log.read_text()
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    bpy.ops.angen.export_events(filepath=str(tmp_path / "window.csv"), spreadsheet=True)
+    assert (tmp_path / "window.csv").read_bytes() == sheet.read_bytes()

@@ -171,3 +171,12 @@ def test_a_mesh_cache(world, open_again, tmp_path):
     world.switch()
     (line,) = told(module("list", open_again()))
     assert "mesh cache of 'wall' is missing" in line
+
+
+def test_the_doctor_names_it_with_the_way_to_mend_it(driven, addon_part):
+    context = bpy.context
+    depsgraph = context.evaluated_depsgraph_get()
+    examine = addon_part("angen_addon.doctor").examine
+    (found,) = (f for f in examine(context.scene, context.view_layer, depsgraph) if f[0] == "files")
+    assert found.text.startswith("Blender blocked drivers")
+    assert "--enable-autoexec" in found.mend

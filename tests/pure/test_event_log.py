@@ -10,9 +10,11 @@ from sensor_logic.event_log import (
     Event,
     differences,
     events_csv,
+    for_spreadsheets,
     format_value,
     read_events,
     samples_csv,
+    to_csv,
 )
 from sensor_logic.model import Reading
 from sensor_logic.recording import Recording, Track
@@ -199,3 +201,12 @@ def test_value_tolerance_is_for_numbers_alone():
     assert verdicts([force("10.0")], [force("10.6")], value=0.5) == ["different"]
     assert verdicts([force("a;b")], [force("a;c")], value=0.5) == ["different"]
     assert verdicts([force("")], [force("1")], value=5.0) == ["different"]
+
+
+def test_names_that_are_formulas_are_none_for_spreadsheets():
+    text = to_csv(("sensor", "value"), [("=cmd()|' /C calc'!A0", "-1.5"), ("@SUM(A1)", "+1e3")])
+    assert for_spreadsheets(text) == to_csv(
+        ("sensor", "value"), [("'=cmd()|' /C calc'!A0", "-1.5"), ("'@SUM(A1)", "+1e3")]
+    )
+    plain = to_csv(("sensor",), [('Hall, "PIR"',), ("two\nlines",), ("3-D",)])
+    assert for_spreadsheets(plain) == plain

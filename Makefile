@@ -11,7 +11,7 @@ LINT = $(LINT_VENV)/bin/python
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test readers bench lint zip sample clean
+.PHONY: help venv lint-venv demo test readers bench lint zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -39,6 +39,9 @@ lint: lint-venv ## check style and types
 zip: ## build the extension for Blender in dist/ (needs Python 3.11 or later, and fetches nothing)
 	@python=$$(sh scripts/find_python.sh 3.13 3.12 3.11 3.14 2>/dev/null || echo python3); \
 	"$$python" scripts/build_zip.py dist
+
+assets: venv ## build an asset library of ready sensors, to drag from the Asset Browser, in dist/assets/
+	@$(RUN) scripts/build_assets.py dist/assets
 
 sample: ## rebuild sample_blends/*.blend (with Blender 4.2, so that every later version opens them)
 	@BPY=4.2 sh scripts/make_venv.sh .venv-4.2 test

@@ -238,11 +238,11 @@ def test_a_full_disk_under_standard_error_costs_no_events(home):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A folder that holds 64 kB."""
+    """A folder that holds 16 kB."""
     folder = tmp_path / "disk"
     folder.mkdir()
     made = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder], capture_output=True
+        ["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", folder], capture_output=True
     )
     if made.returncode != 0:
         pytest.skip("cannot make a small disk here")

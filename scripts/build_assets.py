@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Builds an asset library of ready sensors, each preset part in its housing, to be dragged from
+Blender's Asset Browser: build_assets.py FOLDER."""
+
+import sys
+import uuid
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import bpy
+from mathutils import Vector
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+PACKAGE = "angen_sensors"
+
+# So that catalogs stay the same ones from build to build.
+CATALOGS = uuid.UUID("5a0a1c55-3f0f-4b43-9c3e-6b2f6f3d7f10")
+PREVIEW = 128
+FILE, CATALOG_FILE = "angen_sensors.blend", "blender_assets.cats.txt"
+
+
+def build(folder: Path) -> int:
+    """Writes the library into a folder; returns how many assets it has."""
+    import_module("angen_addon.standalone").load_extension().register()
+    presets = import_module(f"{PACKAGE}.sensor_logic.presets")
+    kinds = import_module(f"{PACKAGE}.sensor_logic.kinds")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    stage()
+    folder.mkdir(parents=True, exist_ok=True)
+    lines, made = ["VERSION 1", ""], set()
+    for kind in kinds.KINDS.values():
+        catalog = str(uuid.uuid5(CATALOGS, kind.identifier))
+        lines.append(f"{catalog}:Sensors/{kind.label}:{kind.label}")
+        for preset in presets.presets_of(kind.identifier):
+            sensor = asset(kind, preset, catalog)
+            picture(sensor, folder / ".preview.png")
+            made.add(sensor)
+    (folder / ".preview.png").unlink(missing_ok=True)
+    (folder / CATALOG_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    bpy.data.libraries.write(str(folder / FILE), made, fake_user=True, compress=True)
+    return len(made)
+
+
+def asset(kind: Any, preset: Any, catalog: str) -> Any:
+    """The sensor of a preset, named as the part, marked as an asset."""
+    add = import_module(f"{PACKAGE}.operators.add")
+    sensor = add.new_sensor(bpy.context, kind.identifier, preset, preset.label)
+    sensor.asset_mark()
+    facts = sensor.asset_data
+    facts.catalog_id = catalog
+    facts.author = "Ängen Sensors"
+    facts.license = "GPL-3.0-or-later"
+    facts.description = f"{kind.label}. Source: {preset.source}"[:255]
+    facts.tags.new("sensor")
+    facts.tags.new(kind.identifier.lower())
+    return sensor
+
+
+def stage() -> None:
+    """A camera and light for the previews."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 16, False
+    scene.render.resolution_x = scene.render.resolution_y = PREVIEW
+    scene.render.film_transparent = True
+    world = bpy.data.worlds.new("preview")
+    world.color = (0.5, 0.5, 0.5)
+    scene.world = world
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.data.type = "ORTHO"
+    camera.data.clip_start = 1e-4
+    sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+    sun.data.energy = 2.0
+    sun.rotation_euler = (0.6, 0.3, 0.4)
+    for obj in (camera, sun):
+        scene.collection.objects.link(obj)
+    scene.camera = camera
+
+
+def picture(sensor: Any, path: Path) -> None:
+    """Renders the sensor alone, from the side that it looks to, as its preview."""
+    scene = bpy.context.scene
+    for other in scene.objects:
+        other.hide_render = other.type == "MESH" and other != sensor
+    mesh = sensor.data
+    # The edges that show where it looks are longer than the part.
+    shown = {vertex for face in mesh.polygons for vertex in face.vertices}
+    points = [mesh.vertices[vertex].co for vertex in shown]
+    low, high = (Vector(map(of, zip(*points, strict=True))) for of in (min, max))
+    middle, size = (low + high) / 2, (high - low).length
+    side = 1.0 if sensor.angen_sensor.kind == "PRESSURE" else -1.0
+    way = Vector((0.5, 0.6, side)).normalized()
+    scene.camera.location = middle + way * size * 3
+    scene.camera.rotation_euler = way.to_track_quat("Z", "Y").to_euler()
+    scene.camera.data.ortho_scale = size * 1.1
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    with bpy.context.temp_override(id=sensor):
+        bpy.ops.ed.lib_id_load_custom_preview(filepath=str(path))
+    sensor.hide_render = False
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1])
+    with import_module("angen_addon.quiet").standard_output_silenced():
+        count = build(target)
+    print(f"{count} assets in {target / FILE}")

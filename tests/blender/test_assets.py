@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The library of ready sensors: each part is there, in its housing and with a picture, and senses
+as one that was added by hand."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("assets")
+    done = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "build_assets.py", folder],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(r"\d+ assets in .*angen_sensors.blend\n", done.stdout)
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "angen_sensors.blend",
+        "blender_assets.cats.txt",
+    ]
+    return folder
+
+
+def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
+    presets = addon_part("sensor_logic.presets").PRESETS
+    is_applied = addon_part("operators.preset").is_applied
+    catalogs = dict(
+        re.findall(r"^([0-9a-f-]{36}):(Sensors/[^:]+):", (library / "blender_assets.cats.txt")
+        .read_text(encoding="utf-8"), re.MULTILINE)
+    )  # fmt: skip
+    path = str(library / "angen_sensors.blend")
+    with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):
+        target.objects = list(there.objects)
+    kinds = addon_part("sensor_logic.kinds").KINDS
+    found = {(obj.angen_sensor.kind, obj.name): obj for obj in target.objects}
+    assert set(found) == {(preset.kind, preset.label) for preset in presets}
+    for preset in presets:
+        sensor = found[preset.kind, preset.label]
+        assert is_applied(sensor, preset)
+        facts = sensor.asset_data
+        assert catalogs[facts.catalog_id] == f"Sensors/{kinds[preset.kind].label}"
+        assert preset.source[:100] in facts.description
+        pixels = list(sensor.preview.image_pixels_float)[3::4]
+        assert 0.05 < sum(pixels) / len(pixels) < 0.95, "a picture in which the part can be seen"
+        assert len(sensor.data.polygons) > 4
+
+
+def test_one_that_is_dragged_in_senses(world, library):
+    path = str(library / "angen_sensors.blend")
+    with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):
+        target.objects = [name for name in there.objects if "TCST" in name][:1]
+    (sensor,) = target.objects
+    world.scene.collection.objects.link(sensor)
+    world.wall(0.0005)
+    assert bpy.ops.angen.simulate() == {"FINISHED"}

@@ -51,14 +51,8 @@ def draw_property(
     """A property with its unit: in the field where Blender can show it there, else in the label.
     Lengths, which are stored in metres, are shown and read in the scene's own unit."""
     text = with_unit(label, unit, scene)
-    if unit != "m" or unit_scale(scene) == 1.0:
-        layout.prop(owner, name, text=text)
-        return
-    row = layout.row(align=True)
-    row.use_property_decorate = False
-    row.prop(owner, in_units(name), text=text)
-    if owner.bl_rna.properties[name].is_animatable:
-        row.prop_decorator(owner, name)
+    of_units = unit == "m" and unit_scale(scene) != 1.0
+    layout.prop(owner, in_units(name) if of_units else name, text=text)
 
 
 def draw_row(layout: Any, name: str, text: str) -> None:

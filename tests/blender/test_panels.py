@@ -62,10 +62,6 @@ class Layout:
         self.whole.props.append(name)
         self.whole.fields[arguments.get("text", data.bl_rna.properties[name].name)] = (data, name)
 
-    def prop_decorator(self, data, name):
-        self._check("prop_decorator")
-        assert name in data.bl_rna.properties
-
     def operator(self, idname, text=None, icon="NONE", **arguments):
         self._check("operator", icon, **arguments)
         module, _, name = idname.partition(".")

@@ -137,7 +137,7 @@ def _look_below(
     on_pad = np.isin(met, [solids.solids[row].number for row in rows[is_pad].tolist()])
     if thing.stiff and (on_pad & stood).any():
         areas[stood] = held_by_pads(
-            samples.points[stood], gaps[stood], areas[stood], on_pad[stood], body.centre, up
+            samples.points[stood], gaps[stood], areas[stood], on_pad[stood], up
         )
     below = samples.points - up * np.where(firm > 0.0, gaps, 0.0)[:, None]
     return _by_support(solids, things, samples.points, below, areas, met)

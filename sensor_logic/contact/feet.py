@@ -16,26 +16,23 @@ APART = 0.05
 DIRECTIONS = 32
 
 
-def held_by_pads(
-    points: Array, gaps: Array, areas: Array, on_pad: Mask, centre: Array, up: Array
-) -> Array:
+def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Array) -> Array:
     """(n,) m²: the areas of an underside's points (n, 3), `gaps` (n,) m above what they stand on,
-    where a pad beneath the middle of a foot carries all of it, being higher than what is beside.
+    where a pad beneath the middle of a leg carries all of it, being higher than what is beside.
 
-    A leg among others stays upright. What has one foot alone stands on a pad beneath its centre of
-    mass (3,), or would tip.
+    A leg among others stays upright. What has one foot alone may be a cushion: nothing is done.
     """
     held = areas.copy()
     axes = np.stack(perpendiculars(up))
     seen = points @ axes.T
     feet = _feet(seen, max(APART, 2.0 * float(np.sqrt(areas.mean()))))
-    for foot in range(int(feet.max(initial=-1)) + 1):
+    for foot in range(int(feet.max()) + 1 if feet.any() else 0):
         own = feet == foot
         pad = own & on_pad
         if not pad.any():
             continue
         lower = own & ~on_pad & (gaps > gaps[pad].min() + TOUCHING)
-        middle = areas[own] @ seen[own] / areas[own].sum() if feet.max() > 0 else axes @ centre
+        middle = areas[own] @ seen[own] / areas[own].sum()
         # Each point stands for what is around it.
         around = 0.75 * float(np.sqrt(areas[own].mean()))
         if lower.any() and _among(seen[pad], middle, around):

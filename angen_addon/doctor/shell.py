@@ -19,6 +19,10 @@ LARGE, LARGE_THINGS = 100.0, 8.0
 SMALL, SMALL_THINGS = 3.0, 0.1
 # m: how large a home is about.
 USUAL = 12.0
+# m: what is longer and thinner than this, and higher than that, is a wall; where nothing is higher
+# than the last, nobody walks upright between them.
+WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
+UPRIGHT = 2.4
 # Metres in what files are often drawn in.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
 BUNDLE = -40
@@ -30,7 +34,7 @@ SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
 
 
 def scale(home: Examined) -> Iterator[Found]:
-    """A home that is some 100 times too large or too small."""
+    """A home that is some 100 times too large or too small, or too low to walk in."""
     lo, hi = home.home.lo, home.home.hi
     there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
     if not there.any():
@@ -41,6 +45,7 @@ def scale(home: Examined) -> Iterator[Found]:
     large = whole > LARGE and things > LARGE_THINGS
     small = whole < SMALL / 2 or (whole < SMALL and things < SMALL_THINGS)
     if not (large or small):
+        yield from _low_walls(home, (hi - lo)[there])
         return
     much = "large" if large else "small"
     yield (
@@ -48,6 +53,19 @@ def scale(home: Examined) -> Iterator[Found]:
         f"{'larger' if large else 'smaller'} than {_length(things)}",
         _other_unit(home.metres, things, large),
     )
+
+
+def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
+    """A home at half its size, as games' files often are; by the sizes (n, 3) of its things."""
+    along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
+    walls = (along > WALL_LONG) & (across < WALL_THIN) & (size[:, 2] > WALL_HIGH)
+    highest = float(size[walls, 2].max(initial=0.0))
+    if walls.sum() > 1 and size[:, 2].max() < LOW:
+        yield (
+            f"The walls are no higher than {_length(highest)}: nobody walks upright between them",
+            f"Scale all of it up {UPRIGHT / highest:.2g} times under one empty, or set Unit Scale "
+            f"to {home.metres * UPRIGHT / highest:.2g} (Scene tab, Units)",
+        )
 
 
 def _length(metres: float) -> str:

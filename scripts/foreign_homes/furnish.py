@@ -148,11 +148,13 @@ def furnish(rays: Rays) -> None:
     pad = box("Angen pad", (0.6, 0.6, 0.02), (middle[0], middle[1], start[2] + 0.01), rays)
     sensor(pad, "PRESSURE", update_rate=12.0)
     eyes = (middle[0], middle[1], start[2] + EYES)
+    up = min(rays.far(eyes, (0, 0, 1)) - ASIDE, CEILING - EYES)
     for number, model in enumerate(("RANGE_SCAN", "PYROELECTRIC")):
         turn = math.pi * number
         way = (math.cos(turn), math.sin(turn), 0.0)
         far = min(rays.far(eyes, way), 4.0)
         at = [eyes[i] + way[i] * max(far - ASIDE, 0.1) for i in range(3)]
+        at[2] = eyes[2] + up
         obj = empty(f"Angen PIR {model.lower()}", at, (math.pi / 2, 0, turn + math.pi / 2), rays)
         sensor(obj, "PIR", model=model, update_rate=12.0)
     for name, settings in (("ray", {}), ("swept", {"swept": True}), ("aperture", APERTURE)):
@@ -160,14 +162,13 @@ def furnish(rays: Rays) -> None:
         obj = empty(f"Angen switch {name}", at, (math.pi / 2, 0, 0), rays)
         obj.angen_sensor.optical_switch.range_max = 2.0
         sensor(obj, "OPTICAL_SWITCH", update_rate=24.0, **settings)
-    up = min(rays.far(eyes, (0, 0, 1)) - ASIDE, CEILING - EYES)
     above = (eyes[0], eyes[1], eyes[2] + up)
     for name, method, engine in LIGHTS:
         obj = empty(f"Angen light {name}", above, (0, 0, 0), rays)
         sensor(obj, "LIGHT", method=method, engine=engine, update_rate=1.0, samples=4)
     if not any(o.type == "LIGHT" for o in bpy.context.view_layer.objects):
         lamp = bpy.data.lights.new("Angen lamp", "POINT")
-        lamp.energy = 60.0
+        lamp.energy = 1.2  # W of light: 800 lm
         obj = bpy.data.objects.new("Angen lamp", lamp)
         obj.location = _vector(above) / rays.metres
         scene.collection.objects.link(obj)

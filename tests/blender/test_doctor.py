@@ -207,6 +207,16 @@ def test_a_tiny_home_is_told(home, examine):
     assert "Unit Scale to 1 " in found["scale"].mend
 
 
+def test_a_home_at_half_its_size_is_told(world, examine):
+    for x, y, along in ((0, -1, 0), (0, 1, 0), (-1.5, 0, 1), (1.5, 0, 1)):
+        world.box((0.05, 2.0, 1.25) if along else (3.0, 0.05, 1.25), (x, y, 0.625), "Wall")
+    (found,) = [finding for finding in examine() if finding.check == "scale"]
+    assert "The walls are no higher than 1.25 m" in found.text
+    assert "Scale all of it up 1.9 times" in found.mend
+    world.scene.unit_settings.scale_length = 2.0
+    assert "scale" not in {finding.check for finding in examine()}
+
+
 def test_a_short_rigid_body_cache_is_told(home, physics, examine):
     physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0)
     home.scene.rigidbody_world.point_cache.frame_end = 20

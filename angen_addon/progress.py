@@ -93,10 +93,10 @@ class ProgressLine:
         rate = progress.seconds_done / elapsed
         left = self._left.text()
         share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
-        text = (
-            f"frame {progress.frame:g}, {share:.0f} %, {rate:.0f} times real time"
-            f"{', ' if left else ''}{left}{', ' if progress.doing else ''}{progress.doing}"
-        )
+        parts = [f"frame {progress.frame:g}", f"{share:.0f} %"]
+        if progress.seconds_done:
+            parts.append(f"{rate:.0f} times real time")
+        text = ", ".join(filter(None, [*parts, left, progress.doing]))
         self._drawn = self._terminal
         tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
 

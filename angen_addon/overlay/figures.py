@@ -26,6 +26,9 @@ JUMP, STEEPEST = 0.15, 4.0
 LARGEST_MARK, LEAST_MARK, LOBE = 0.04, 0.004, 0.25
 # m a newton, and the least and the longest arrow.
 ARROW_PER_N, LEAST_ARROW, LONGEST_ARROW = 0.001, 0.06, 1.2
+# Points this near to the way between their neighbours are left out, as on a flat wall: as a share
+# of that way; and as far as ranges are exact, m.
+STRAIGHT, EXACT = 2e-4, 2e-5
 DASHES = 9
 DASHES_AT = np.linspace(0.0, 1.0, 2 * DASHES)[:, None]
 ROUND = 24
@@ -84,10 +87,12 @@ def _motion(seen: Any, metres: float) -> Figure:
     both = met[:, :-1] & met[:, 1:]
     jump = _jumps(seen, ranges)
     dashed = np.arange(contour.shape[1]) % 2 == 0
-    figure.add("outline", contour[both & ~jump])
+    first, last = _straight(ends, both & ~jump, metres)
+    figure.add("outline", _pairs(ends[:, :-1][first], ends[:, 1:][last]))
     figure.add("limit", contour[~both & ~jump & dashed])
     figure.add("edge", contour[jump])
-    figure.fill("sheet", _triangles(starts[:, :-1], ends[:, :-1], ends[:, 1:]))
+    first, last = _straight(ends, np.ones_like(both), metres)
+    figure.fill("sheet", _triangles(starts[:, :-1][first], ends[:, :-1][first], ends[:, 1:][last]))
     return figure
 
 
@@ -102,6 +107,22 @@ def _zones(seen: Any, metres: float) -> Figure:
         if zone.polarity > 0:
             figure.fill("picture", (corners[[0, 1, 2]], corners[[0, 2, 3]]))
     return figure
+
+
+def _straight(
+    points: Array, drawn: NDArray[np.bool_], metres: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Of the steps (rows, n − 1) between points (rows, n, 3) that are drawn, those that begin and
+    those that end a straight line."""
+    way, middle = points[:, 2:] - points[:, :-2], points[:, 1:-1] - points[:, :-2]
+    length = np.maximum(np.linalg.norm(way, axis=2), 1e-12)
+    off = np.linalg.norm(np.cross(middle, way), axis=2) / length
+    on = drawn[:, :-1] & drawn[:, 1:] & (off < np.maximum(STRAIGHT * length, EXACT / metres))
+    on &= (middle * way).sum(axis=2) > 0.0
+    first, last = drawn.copy(), drawn.copy()
+    first[:, 1:] &= ~on
+    last[:, :-1] &= ~on
+    return first, last
 
 
 def _jumps(seen: Any, ranges: Array) -> NDArray[np.bool_]:
@@ -120,10 +141,15 @@ def sweep_figure(seen: Any, metres: float) -> Figure:
     sweep = seen.sweep
     if len(sweep.tilts) < len(ends) and ends.shape[1] > 1:
         ranges = seen.ranges.reshape(met.shape)
-        for tilt in sweep.tilts:
-            jump = _jumps(seen, ranges)[tilt]
-            figure.add("now", _pairs(ends[tilt, :-1], ends[tilt, 1:])[~jump])
-            figure.fill("now", _triangles(starts[tilt, :-1], ends[tilt, :-1], ends[tilt, 1:]))
+        tilts = list(sweep.tilts)
+        starts_now, ends_now, jump = starts[tilts], ends[tilts], _jumps(seen, ranges)[tilts]
+        first, last = _straight(ends_now, ~jump, metres)
+        figure.add("now", _pairs(ends_now[:, :-1][first], ends_now[:, 1:][last]))
+        first, last = _straight(ends_now, np.ones_like(jump), metres)
+        figure.fill(
+            "now",
+            _triangles(starts_now[:, :-1][first], ends_now[:, :-1][first], ends_now[:, 1:][last]),
+        )
     lit = sweep.lit
     if lit is not None and lit.shape == ends.shape[:2]:
         figure.add("lit", _pairs(starts[lit], ends[lit]))

@@ -63,13 +63,43 @@ def test_the_rays_drawn_are_those_that_the_detector_casts(world, field, sweep, s
     assert (seen.ranges < seen.rays.reach).any()
 
 
+def off_lines(points, lines):
+    """How far (m) the farthest of some points is from the nearest of lines (n, 2, 3)."""
+    start, way = lines[:, 0], lines[:, 1] - lines[:, 0]
+    to_point = points[:, None] - start
+    share = (to_point * way).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-12)
+    feet = start + np.clip(share, 0.0, 1.0)[..., None] * way
+    return np.linalg.norm(points[:, None] - feet, axis=2).min(axis=1).max()
+
+
+@pytest.mark.parametrize("round_wall", [False, True])
+def test_what_is_straight_is_one_line_and_what_is_round_stays_so(world, field, round_wall):
+    """Few lines are fast to draw; each ray still ends on one."""
+    world.pir(rays=120, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
+    if round_wall:
+        angles = np.radians(np.arange(0, 361, 2))
+        ring = [(3 * math.sin(a), -3 * math.cos(a)) for a in angles]
+        points = [(x, y, z) for y in (-20.0, 20.0) for x, z in ring]
+        n = len(ring)
+        faces = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)]
+        world.link("wall", world.mesh(points, faces))
+    else:
+        world.wall(3.0, size=40.0)
+    seen = of(field(in_handler=False), "pir")
+    lines = seen.figure.lines["outline"]
+    assert off_lines(ends(seen) - seen.rays.directions * 0.01, lines) < 0.005
+    assert len(lines) <= 2 * 12 if not round_wall else len(lines) > 2 * 40
+
+
 def test_rays_end_on_the_wall_and_the_tilts_are_sheets_apart(world, field):
     world.pir(rays=5, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
     world.wall(3.0, size=40.0)
     seen = of(field(in_handler=False), "pir")
     assert ends(seen)[:, 2] == pytest.approx(-3.0, abs=1e-5)
     lines, fills = seen.figure.lines, seen.figure.fills
-    assert len(fills["sheet"]) == 2 * 4 and len(lines["outline"]) == 2 * 4
+    drawn_ends = ends(seen) - seen.rays.directions * 0.01
+    assert off_lines(drawn_ends, lines["outline"]) < 0.002
+    assert off_lines(drawn_ends, fills["sheet"][:, 1:]) < 0.002
     assert "limit" not in lines or not len(lines["limit"])
     # A centimetre before the wall along each ray, nowhere behind it.
     heights = lines["outline"][..., 2]

@@ -21,6 +21,7 @@ RISES = 0.5
 CARRIES = 0.5
 # A length as it may be typed: numbers, each with a unit or without.
 LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
+NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
 TYPED = set("0123456789.-mcftin'\"")
 ENDS = {"RET", "NUMPAD_ENTER"}
 
@@ -77,9 +78,11 @@ class TypedLength:
         return True
 
     def metres(self, scene: Any) -> float | None:
-        """None as long as it is no length."""
+        """A number alone is in the unit that the scene shows; None as long as it is no length."""
         if not LENGTH.fullmatch(self.text):
             return None
-        imperial = scene.unit_settings.system == "IMPERIAL"
-        system, unit = ("IMPERIAL", "ft") if imperial else ("METRIC", "m")
-        return float(bpy.utils.units.to_value(system, "LENGTH", self.text, str_ref_unit=unit))
+        number = NUMBER.fullmatch(self.text)
+        if number is not None:
+            return float(number.group()) * lengths_of(scene).metres
+        system = "IMPERIAL" if scene.unit_settings.system == "IMPERIAL" else "METRIC"
+        return float(bpy.utils.units.to_value(system, "LENGTH", self.text))

@@ -320,6 +320,9 @@ def test_keys_that_are_a_height_and_keys_that_are_not(world, heights):
     for _ in range(2):
         press(typed, "BACK_SPACE")
     assert typed.metres(world.scene) == pytest.approx(1.4 * 0.3048)
+    world.scene.unit_settings.system = "METRIC"
+    world.scene.unit_settings.length_unit = "CENTIMETERS"
+    assert typed.metres(world.scene) == pytest.approx(0.014), "as the scene shows lengths"
     press(typed, "MINUS", "-")
     assert typed.metres(world.scene) is None
 

@@ -97,7 +97,8 @@ def motion_paths(obj: Any) -> list[str]:
 def all_animated() -> Iterator[Any]:
     """Everything in the file that has animation data, node trees inside others included."""
     for prop in bpy.data.bl_rna.properties:
-        if prop.type != "COLLECTION":
+        # Those of all kinds are in those of each kind too.
+        if prop.type != "COLLECTION" or prop.identifier == "all_ids":
             continue
         for block in getattr(bpy.data, prop.identifier):
             for owner in (block, getattr(block, "node_tree", None)):

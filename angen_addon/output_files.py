@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import bpy
 
@@ -96,6 +97,14 @@ def _keys(path: Path) -> list[Any]:
     return keys
 
 
+def _is_whole(saved: BinaryIO) -> bool:
+    """Whether a blend file has its end: plain ones a block for it, packed ones a table of parts."""
+    packed = saved.read(4) != b"BLEN"
+    saved.seek(-min(64, os.fstat(saved.fileno()).st_size), os.SEEK_END)
+    end = saved.read()
+    return end.endswith(b"\xb1\xea\x92\x8f") if packed else b"ENDB" in end
+
+
 def _why_unsaved(part: Path, error: Exception) -> str:
     """Why a file could not be saved: Blender says that there is no such file where in truth there
     is no space, which writing as much to the same place brings to light."""
@@ -151,6 +160,9 @@ class Outputs:
             bpy.ops.wm.save_as_mainfile(filepath=str(part), copy=True, check_existing=False)
             with open(part, "rb") as saved:
                 os.fsync(saved.fileno())
+                if not _is_whole(saved):
+                    # Blender 5.2 does not notice that the disk is full.
+                    raise OSError(errno.EIO, "Blender wrote only a part of it")
         except (RuntimeError, OSError) as error:
             raise OutputError(f"cannot save {path}: {_why_unsaved(part, error)}") from None
 

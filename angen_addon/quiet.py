@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
 from collections.abc import Iterator
@@ -27,14 +28,18 @@ def fill_closed_streams() -> None:
 def standard_output_silenced() -> Iterator[None]:
     """Keeps Blender's own chatter out of the events on standard output."""
     fill_closed_streams()
-    if sys.stdout is not None:
-        sys.stdout.flush()
+    own = sys.stdout
+    if own is not None:
+        own.flush()
+        # Blender writes what operators report by way of Python.
+        sys.stdout = io.StringIO()
     saved = os.dup(1)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 1)
         yield
     finally:
+        sys.stdout = own
         os.dup2(saved, 1)
         os.close(saved)
         os.close(nowhere)

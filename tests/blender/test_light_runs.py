@@ -35,13 +35,13 @@ def lamp(world):
 
 def counted(monkeypatch):
     calls = []
-    measure = light.measure
+    measure = light.measuring
 
     def spy(*arguments):
         calls.append(arguments)
         return measure(*arguments)
 
-    monkeypatch.setattr(probes, "measure", spy)
+    monkeypatch.setattr(probes, "measuring", spy)
     return calls
 
 

@@ -1,8 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ängen Sensors: ambient sensors in a home, authored and simulated in Blender.
 
-The imports are inside the functions so that the pure parts can be imported without Blender.
+Blender calls `register` and `unregister`. Scripts and notebooks import this package as
+`angen_sensors` and begin with `open`; docs/package.md has examples. The imports are inside the
+functions so that the pure parts can be imported without Blender.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .angen_addon.api.home import Home
 
 
 def register() -> None:
@@ -15,3 +27,29 @@ def unregister() -> None:
     from . import angen_addon
 
     angen_addon.unregister()
+
+
+def open(path: str | Path) -> Home:
+    """Opens a blend file and returns its `Home`. Raises AngenError.
+
+    Blender holds one file at a time: the home that was open before is closed.
+    """
+    from .angen_addon.opening import opened
+
+    return opened(path)
+
+
+# What users may want to name beside `open`, and where it is; only homes need Blender's module.
+_NAMES = {
+    "AngenError": "angen_addon.angen_error",
+    "EventRow": "angen_addon.api.recording",
+    "Home": "angen_addon.api.home",
+    "HomeSensor": "angen_addon.api.home",
+    "Recording": "angen_addon.api.recording",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _NAMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_NAMES[name]}", __package__), name)

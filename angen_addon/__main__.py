@@ -8,8 +8,10 @@ import sys
 import traceback
 from importlib import import_module
 from pathlib import Path
+from typing import NoReturn
 
 from .leaving import leave_hard
+from .opening import open_file, unreadable
 from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
@@ -62,37 +64,8 @@ def tell(text: str) -> None:
         sys.stderr.flush()
 
 
-def unreadable(file: Path) -> str:
-    """Why `file` cannot be a blend file, where that can be told without Blender."""
-    try:
-        with open(file, "rb") as opened:
-            start = opened.read(7)
-    except IsADirectoryError:
-        return f"{file} is a folder; give a blend file"
-    except OSError as error:
-        return f"cannot read {file}: {error.strerror}"
-    if not start:
-        return f"{file} is empty"
-    # Plain, gzip and Zstandard blend files.
-    if not (start == b"BLENDER" or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
-        return f"{file} is not a blend file"
-    return ""
-
-
-def open_file(file: Path, trusted: bool) -> str:
-    """Opens `file`, with its Python if it is trusted; returns why that failed, in a line."""
-    import bpy
-
-    try:
-        path = str(file.absolute())
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=trusted)
-    except RuntimeError as error:
-        reason = " ".join(str(error).removeprefix("Error:").split())
-        return f"cannot open {file}: {reason}"
-    return ""
-
-
-if __name__ == "__main__":
+def command() -> NoReturn:
+    """The command `angen`, and `python -m angen_addon`."""
     fill_closed_streams()
     status = 1
     try:
@@ -105,3 +78,7 @@ if __name__ == "__main__":
         traceback.print_exc()
     finally:
         leave_hard(status)
+
+
+if __name__ == "__main__":
+    command()

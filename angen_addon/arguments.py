@@ -9,6 +9,7 @@ from datetime import datetime
 
 import bpy
 
+from ..sensor_logic.formats import FORMATS
 from ..sensor_logic.log_start import parse_start
 from .coverage.arguments import add_verbs
 from .parser import Parser, path
@@ -118,6 +119,18 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         "--spreadsheet",
         action="store_true",
         help="CSV for a spreadsheet: names that it would take for formulas get a leading '",
+    )
+    one.add_argument(
+        "--format",
+        action="append",
+        default=[],
+        choices=list(FORMATS),
+        metavar="NAME",
+        help=f"also in the format of another tool, to the --out that follows it; may be given "
+        f"again: {', '.join(FORMATS)}",
+    )
+    one.add_argument(
+        "--out", action="append", default=[], type=path, metavar="PATH", help="of --format"
     )
     one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     one.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")

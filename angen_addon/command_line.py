@@ -30,6 +30,7 @@ from .coverage import command as coverage
 from .describe import describe
 from .doctor import command as doctor
 from .explain.command import Moment
+from .exports import Exports
 from .interrupt import Interrupt
 from .kept import keep
 from .lacking import lacking
@@ -222,6 +223,8 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     told = chosen(_sensors(options), options.sensor)
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
     try:
+        exports = Exports(options.format, options.out)
+        files |= exports.files
         check_outputs(files, options.samples, file_names(s.name for s in simulated(told)).values())
         if options.report:
             check_name(options.report, "--report")
@@ -235,10 +238,12 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     else:
         outputs.said = log
     if options.samples is not None:
-        outputs.folder = options.samples
+        outputs.folders.append(options.samples)
         for sensor, name in file_names(recording.tracks).items():
             text = samples_csv(recording.tracks[sensor], options.start)
             outputs.texts[options.samples / name] = shown(text)
+    for text in exports.add_to(outputs, recording, told, options.start):
+        note(text)
     if options.report:
         outputs.texts[options.report] = report_text(
             options.report, bpy.context.scene, told, recording, options.start

@@ -14,7 +14,6 @@ from .station import evaluated_depsgraph
 def describe(sensor: Sensor) -> dict[str, Any]:
     """Name, kind, room, what its main reading is and the units of what it publishes, place
     (metres), and all parameters (SI units, radians)."""
-    group = sensor.parameters
     depsgraph = evaluated_depsgraph()
     metres = unit_scale(depsgraph.scene)
     place = sensor.world_matrix(depsgraph)
@@ -29,10 +28,14 @@ def describe(sensor: Sensor) -> dict[str, Any]:
         "reading": {"field": sensor.reading.name, "unit": sensor.reading.unit},
         "units": {field.name: field.unit for field in sensor.kind.events},
         "location": [_finite(c * metres) for c in place.translation],
-        "parameters": {
-            name: _plain(getattr(group, name)) for name in specs(sensor.kind.parameters)
-        },
+        "parameters": parameters_of(sensor),
     }
+
+
+def parameters_of(sensor: Sensor) -> dict[str, Any]:
+    """All parameters of its kind, by name."""
+    group = sensor.parameters
+    return {name: _plain(getattr(group, name)) for name in specs(sensor.kind.parameters)}
 
 
 def _plain(value: Any) -> Any:

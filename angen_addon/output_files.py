@@ -124,30 +124,30 @@ def write(texts: Mapping[Path, str], folder: Path | None) -> None:
     """Writes all files, or none and no new folder either. Raises OutputError."""
     outputs = Outputs()
     outputs.texts.update(texts)
-    outputs.folder = folder
+    outputs.folders = [folder] if folder else []
     with outputs:
         outputs.land()
 
 
 class Outputs:
-    """What a command will write: `texts` by path, perhaps into a new `folder`, a saved blend file,
+    """What a command will write: `texts` by path, perhaps into new `folders`, a saved blend file,
     and what it says on standard output. As a context, whose end removes what did not land."""
 
     def __init__(self) -> None:
         self.texts: dict[Path, str | bytes] = {}
-        self.folder: Path | None = None
+        self.folders: list[Path] = []
         self.said = ""
         self._parts = Parts()
-        self._new_folder: Path | None = None
+        self._new_folders: list[Path] = []
 
     def __enter__(self) -> Outputs:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._parts.__exit__()
-        if self._new_folder:
+        for folder in self._new_folders:
             with contextlib.suppress(OSError):
-                self._new_folder.rmdir()
+                folder.rmdir()
 
     def save_blend(self, path: Path) -> None:
         """Saves a copy of the open file, which lands with the rest. Raises OutputError."""
@@ -170,15 +170,16 @@ class Outputs:
         """Puts all in place; nothing where one of them fails. Raises OutputError; OSError of
         standard output."""
         check_not_read(self.texts)
-        if self.folder is not None and not self.folder.exists():
-            try:
-                self.folder.mkdir()
-            except OSError as error:
-                raise OutputError(f"cannot make {self.folder}: {error.strerror}") from None
-            self._new_folder = self.folder
+        for folder in self.folders:
+            if not folder.exists():
+                try:
+                    folder.mkdir()
+                except OSError as error:
+                    raise OutputError(f"cannot make {folder}: {error.strerror}") from None
+                self._new_folders.append(folder)
         stage(self.texts, self._parts)
         if self.said and sys.stdout is not None:
             sys.stdout.write(self.said)
             sys.stdout.flush()
         land(self.texts, self._parts)
-        self._new_folder = None
+        self._new_folders = []

@@ -14,6 +14,7 @@ def _modules() -> tuple:
         event_jump,
         explain,
         export,
+        export_format,
         instance_override,
         lacking,
         markers,
@@ -30,7 +31,7 @@ def _modules() -> tuple:
 
     return (
         add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
-        lacking, report, event_jump, markers, explain, show, instance_override,
+        export_format, lacking, report, event_jump, markers, explain, show, instance_override,
         warmth, coverage, propose, doctor,
     )  # fmt: skip
 

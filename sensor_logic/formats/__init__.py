@@ -15,13 +15,15 @@ __all__ = ["FORMATS", "Format", "FormatError", "Log", "Written"]
 
 @dataclass(frozen=True)
 class Format:
-    """A way to write a log. `is_folder`: it is several files in a folder, else one file."""
+    """A way to write a log. `is_folder`: it is several files in a folder, else one file. `needs`:
+    a package that must be installed."""
 
     name: str
     extension: str
     tip: str
     write: Callable[[Log], Written]
     is_folder: bool = False
+    needs: str = ""
 
 
 FORMATS = {
@@ -38,6 +40,6 @@ FORMATS = {
         Format(
             "home-assistant", ".jsonl", "MQTT messages for Home Assistant", home_assistant.write
         ),
-        Format("parquet", ".parquet", "A table for pandas; needs pyarrow", parquet.write),
+        Format("parquet", ".parquet", "A table for pandas", parquet.write, needs="pyarrow"),
     )
 }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 
 from ..files import OutputError, check_folder
@@ -12,6 +13,11 @@ from . import Format, Written
 
 def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
     """Raises OutputError where the results of a run could not be written to `out`."""
+    if target.needs and find_spec(target.needs) is None:
+        raise OutputError(
+            f"{target.name} needs {target.needs}, which is not installed: "
+            f"pip install {target.needs}, or choose another format"
+        )
     for source in sources:
         if out.resolve() == source.resolve():
             raise OutputError(f"--out: {out} is what is read; give another name")

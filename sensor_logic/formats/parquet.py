@@ -8,11 +8,8 @@ sensor's kind has no such column); of an event log its rows, with typed times.
 from __future__ import annotations
 
 import io
-import math
-from typing import Any
 
-from ..event_log import format_value
-from ..kinds import KINDS
+from .columns import event_columns, sample_columns
 from .log import Log
 from .written import FormatError, Written
 
@@ -28,7 +25,7 @@ def write(log: Log) -> Written:
         raise FormatError(
             f"parquet needs pyarrow ({error}): pip install pyarrow, or choose another format"
         ) from None
-    columns = _sample_columns(log) if log.samples else _event_columns(log)
+    columns = sample_columns(log) if log.samples else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
     about["angen.start"] = log.start.isoformat()
     arrays = {
@@ -41,59 +38,3 @@ def write(log: Log) -> Written:
     out = io.BytesIO()
     pyarrow.parquet.write_table(table.replace_schema_metadata(about), out)
     return Written({"": out.getvalue()})
-
-
-def _event_columns(log: Log) -> dict[str, tuple[type, list[Any]]]:
-    """Time and sensor, and the value as text, as the event log has it, and as a number."""
-    changes = log.changes
-    numbers = [None if isinstance(c.value, str) else float(c.value) for c in changes]
-    return {
-        "time_s": (float, [c.time / 1e6 for c in changes]),
-        "sensor": (str, [c.channel.sensor.name for c in changes]),
-        "kind": (str, [c.channel.sensor.kind for c in changes]),
-        "room": (str, [c.channel.sensor.room for c in changes]),
-        "field": (str, [c.channel.field for c in changes]),
-        "value": (str, [format_value(c.value) for c in changes]),
-        "number": (float, numbers),
-    }
-
-
-def _sample_columns(log: Log) -> dict[str, tuple[type, list[Any]]]:
-    """Every update, in the order of the sensors' names and of time."""
-    assert log.samples is not None
-    tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
-    types = {
-        f.name: f.type for kind in KINDS.values() for f in kind.samples if _is_used(f.name, tracks)
-    }
-    columns: dict[str, tuple[type, list[Any]]] = {
-        "time_s": (float, []),
-        "frame": (float, []),
-        "sensor": (str, []),
-        "kind": (str, []),
-        "room": (str, []),
-        **{name: (of, []) for name, of in types.items()},
-    }
-    rooms = {sensor.name: sensor.room for sensor in log.sensors}
-    for track in tracks:
-        count = len(track)
-        columns["time_s"][1].extend(track.times)
-        columns["frame"][1].extend(track.frames)
-        columns["sensor"][1].extend([track.sensor] * count)
-        columns["kind"][1].extend([track.kind_name] * count)
-        columns["room"][1].extend([rooms.get(track.sensor, "")] * count)
-        for name, of in types.items():
-            columns[name][1].extend(_plain(of, track.columns.get(name), count))
-    return columns
-
-
-def _is_used(name: str, tracks: list[Any]) -> bool:
-    return any(name in track.columns for track in tracks)
-
-
-def _plain(of: type, column: Any, count: int) -> list[Any]:
-    """A column's values as Python's own; what was not measured is None."""
-    if column is None:
-        return [None] * count
-    if of is float:
-        return [None if math.isnan(value) else value for value in column]
-    return [of(value) for value in column]

@@ -98,3 +98,23 @@ def test_a_dated_log_can_be_checked(home, tmp_path, addon_part):
     assert read(path)[1][-1] == "2026-03-01T08:00:00.000+01:00"
     found = log.read_events(path)
     assert found and log.differences(found, log.events(recording), 0.0, 0.0) == []
+
+
+def test_events_for_other_tools(home, tmp_path):
+    ops.simulate()
+    path = tmp_path / "home"
+    start = "2026-03-01T08:00"
+    ops.export_format(filepath=str(path), format="casas-csv", start=start)
+    assert (tmp_path / "home.csv").read_text(encoding="utf-8") == ""  # nothing changes here
+    names = [row[1] for row in read(tmp_path / "home.sensors.csv")[1:]]
+    assert names == ["Back", "Front"]
+    bpy.data.objects["Back"].select_set(True)
+    ops.export_format(
+        filepath=str(tmp_path / "back.lp"), format="influx", start=start, selected_only=True
+    )
+    (line,) = (tmp_path / "back.lp").read_text(encoding="utf-8").splitlines()
+    assert line == "optical_switch,sensor=Back open=true 1772352000000000000"
+    ops.export_format(filepath=str(tmp_path / "folder"), format="pyadlml", start=start)
+    assert (tmp_path / "folder" / "devices.csv").exists()
+    with pytest.raises(RuntimeError, match="does not exist"):
+        ops.export_format(filepath=str(tmp_path / "none" / "x"), format="xes")

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A blend file with sensors, opened by a script."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+from mathutils import Matrix, Vector
+
+from ...operators.add import new_sensor
+from ...operators.preset import apply, find_preset
+from ...sensor_logic.files import OutputError
+from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.parameters import specs
+from ...sensor_logic.recording import Recording as Run
+from ..angen_error import AngenError, raised_as_angen_error
+from ..describe import parameters_of
+from ..kept import keep
+from ..output_files import Outputs, check_outputs
+from ..run_log import about, sensor_facts
+from ..sensors import (
+    NoSuchSensor,
+    Sensor,
+    SensorError,
+    all_sensors,
+    check,
+    chosen,
+    simulated,
+    unit_scale,
+)
+from ..simulation import simulate
+from ..state import CACHE
+from ..station import evaluated_depsgraph
+from .recording import Recording
+
+# Blender holds one file at a time: which home that is.
+_open: Home | None = None
+ERRORS = (NoSuchSensor, SensorError, OutputError)
+# What every sensor has beside its kind's parameters.
+COMMON = ("enabled", "update_rate", "room")
+
+
+def open_home(path: Path) -> Home:
+    """The home in the file that Blender has just opened; the one before it is closed."""
+    global _open
+    _open = Home(path)
+    return _open
+
+
+class HomeSensor:
+    """A sensor of an open home. Parameters are attributes, in SI units and radians, checked as in
+    the panel: `sensor.range_max = 3.0`."""
+
+    _home: Home
+    _name: str
+
+    def __init__(self, home: Home, name: str) -> None:
+        object.__setattr__(self, "_home", home)
+        object.__setattr__(self, "_name", name)
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    @property
+    def kind(self) -> str:
+        """Identifier of its kind, such as "PIR"."""
+        return self._sensor().kind.identifier
+
+    @property
+    def pose(self) -> npt.NDArray[np.float64]:
+        """(4, 4): from its own space to the home's, in metres, as evaluated at this frame."""
+        depsgraph = evaluated_depsgraph()
+        matrix = np.array(self._sensor().world_matrix(depsgraph))
+        matrix[:3, 3] *= unit_scale(depsgraph.scene)
+        return matrix
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All parameters of its kind by name."""
+        return parameters_of(self._sensor())
+
+    def _sensor(self) -> Sensor:
+        with raised_as_angen_error(*ERRORS):
+            (found,) = chosen(self._home._all(), [self._name])
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        sensor = self._sensor()
+        if name == "room":
+            return sensor.room
+        if name in COMMON:
+            return getattr(sensor.settings, name)
+        if name in specs(sensor.kind.parameters):
+            return getattr(sensor.parameters, name)
+        raise AttributeError(_unknown(sensor, name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        sensor = self._sensor()
+        group = sensor.settings if name in COMMON else sensor.parameters
+        if name not in COMMON and name not in specs(sensor.kind.parameters):
+            raise AngenError(_unknown(sensor, name))
+        before = getattr(group, name)
+        spec = specs(sensor.kind.parameters).get(name)
+        with raised_as_angen_error(*ERRORS):
+            try:
+                if spec is not None:
+                    _check_value(sensor, name, value)
+                setattr(group, name, value)
+                check(sensor)
+            except (TypeError, ValueError) as error:
+                raise AngenError(f"'{sensor.name}': {name}: {error}") from None
+            except Exception:
+                setattr(group, name, before)
+                raise
+
+    def __repr__(self) -> str:
+        return f"<{self.kind} '{self._name}'>"
+
+
+def _check_value(sensor: Sensor, name: str, value: Any) -> None:
+    """Raises AngenError for what is out of range: Blender itself would clamp it in silence."""
+    if isinstance(value, (bool, int, float)):
+        problems = sensor.kind.parameters(**{name: value}).problems()
+        told = next((text for text in problems if text.startswith(f"{name} ")), "")
+        if told:
+            raise AngenError(f"'{sensor.name}': {told}")
+
+
+def _unknown(sensor: Sensor, name: str) -> str:
+    known = (*COMMON, *specs(sensor.kind.parameters))
+    return f"'{sensor.name}' has no parameter '{name}'; there are {', '.join(known)}"
+
+
+class Home:
+    """A blend file that is open. Opening another closes it, for Blender holds one at a time."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __enter__(self) -> Home:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Forgets the file and what was not saved of it."""
+        global _open
+        if _open is self:
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            _open = None
+
+    @property
+    def sensors(self) -> list[HomeSensor]:
+        """By name."""
+        return [HomeSensor(self, sensor.name) for sensor in self._all()]
+
+    def sensor(self, name: str) -> HomeSensor:
+        """The sensor of this name. Raises AngenError."""
+        found = HomeSensor(self, name)
+        found._sensor()
+        return found
+
+    def add(
+        self,
+        kind: str,
+        name: str = "",
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        look: Sequence[float] | None = None,
+        preset: str = "",
+    ) -> HomeSensor:
+        """A new sensor at the point `at` (metres), which looks in the direction `look`.
+
+        Without a direction it looks down, and a pressure sensor lies flat with its face up; with
+        one its +Y is as far up as it goes. `preset` is the identifier of a part, as `kind` is that
+        of a kind. A name that is taken gets a number, as Blender does. Raises AngenError.
+        """
+        self._all()
+        if kind not in KINDS or kind == NO_KIND:
+            raise AngenError(f"kind '{kind}' is unknown; there are {', '.join(KINDS)}")
+        try:
+            chosen_preset = find_preset(KINDS[kind], preset) if preset else None
+        except KeyError as error:
+            raise AngenError(error.args[0]) from None
+        matrix = _placed(at, look, unit_scale(bpy.context.scene))
+        obj = new_sensor(bpy.context, kind, chosen_preset, name)
+        if chosen_preset is not None:
+            apply(obj, chosen_preset)
+        obj.matrix_world = matrix
+        bpy.context.view_layer.update()
+        return HomeSensor(self, obj.name)
+
+    def simulate(
+        self,
+        frames: tuple[int, int] | None = None,
+        sensors: Iterable[str] | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Recording:
+        """Simulates frames first … last (default: the scene's) with all sensors, or those named.
+
+        `progress` is called with how much is done, 0 to 1; what it raises ends the run. Raises
+        AngenError.
+        """
+        scene = bpy.context.scene
+        with raised_as_angen_error(*ERRORS):
+            found = chosen(self._all(), sensors or ())
+            first, last = frames or (scene.frame_start, scene.frame_end)
+            if not scene.frame_start <= last or first > last:
+                raise AngenError(
+                    f"frames {first} to {last} are none of this scene, which begins at "
+                    f"{scene.frame_start}"
+                )
+            if not simulated(found):
+                raise AngenError(f"{self.path.name} has no sensors to simulate")
+            run = Run()
+            for step in simulate(scene, found, first, last, run):
+                if progress is not None:
+                    progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
+        CACHE.keep(scene, keep(run, scene, evaluated_depsgraph()))
+        return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
+
+    def save(self, path: str | Path) -> None:
+        """Saves a copy of the home, with its last recording. Raises AngenError."""
+        self._all()
+        with raised_as_angen_error(*ERRORS):
+            check_outputs({"path": Path(path)})
+            with Outputs() as outputs:
+                outputs.save_blend(Path(path))
+                outputs.land()
+
+    def _all(self) -> list[Sensor]:
+        if _open is not self:
+            raise AngenError(
+                f"{self.path.name} is closed: Blender holds one home at a time; open it again"
+            )
+        return all_sensors(bpy.context.view_layer)
+
+
+def _placed(at: Sequence[float], look: Sequence[float] | None, metres: float) -> Matrix:
+    """The matrix of a sensor, in Blender units."""
+    point = np.asarray(at, float)
+    direction = np.array([0.0, 0.0, -1.0]) if look is None else np.asarray(look, float)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise AngenError(f"at={at!r} is not a point: give x, y and z in metres")
+    if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
+        raise AngenError(f"look={look!r} is not a direction: give x, y and z")
+    turned = Vector(direction).to_track_quat("-Z", "Y").to_matrix().to_4x4()
+    if look is None:
+        turned = Matrix.Identity(4)
+    return Matrix.Translation(Vector(point / metres)) @ turned

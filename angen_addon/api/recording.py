@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a simulation gave."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...sensor_logic.event_log import events, events_csv
+from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.formats import FORMATS, FormatError
+from ...sensor_logic.formats.columns import event_columns
+from ...sensor_logic.formats.log import DEFAULT_START, SensorFacts
+from ...sensor_logic.formats.outputs import check_out, output_files
+from ...sensor_logic.formats.source import make_log
+from ...sensor_logic.recording import Recording as Run
+from ..angen_error import AngenError, raised_as_angen_error
+
+DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: object}
+
+
+class EventRow(NamedTuple):
+    """A row of the event log, as it is written there."""
+
+    time_s: str
+    frame: str
+    sensor: str
+    kind: str
+    field: str
+    value: str
+
+
+class Recording:
+    """The readings of a run. It can be pickled, and outlives its home."""
+
+    def __init__(self, run: Run, sensors: dict[str, SensorFacts], about: dict[str, str]) -> None:
+        self._run = run
+        self._sensors = sensors
+        self._about = about
+
+    @property
+    def sensors(self) -> list[str]:
+        """Names of the sensors that were simulated."""
+        return sorted(self._run.tracks)
+
+    @property
+    def events(self) -> list[EventRow]:
+        """The rows of the event log: each field's first value, and each change."""
+        return [EventRow(*event.row) for event in events(self._run)]
+
+    def samples(self, sensor: str) -> dict[str, npt.NDArray[Any]]:
+        """Every update of a sensor: `time_s` (n,), `frame` (n,) and a column (n,) a field.
+
+        A number that was not measured is NaN. Raises AngenError for a sensor that was not
+        simulated.
+        """
+        track = self._run.tracks.get(sensor)
+        if track is None:
+            raise AngenError(
+                f"'{sensor}' was not simulated; there are {', '.join(self.sensors) or 'none'}"
+            )
+        found = {"time_s": np.array(track.times), "frame": np.array(track.frames)}
+        for field in track.kind.samples:
+            found[field.name] = np.array(track.columns[field.name], DTYPES[field.type])
+        return found
+
+    def to_pandas(self) -> Any:
+        """The events as a `pandas.DataFrame`: typed times, `value` as text and as `number`.
+
+        Raises AngenError where pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise AngenError(f"to_pandas needs pandas ({error}): pip install pandas") from None
+        log = make_log(events(self._run), self._sensors)
+        return pandas.DataFrame({name: values for name, (_, values) in event_columns(log).items()})
+
+    def write(
+        self, path: str | Path, format: str = "events", start: datetime | None = None
+    ) -> list[str]:
+        """Writes the run in a format of `angen convert`; `start` is what t = 0 stands for.
+
+        Returns what the format could not hold, a sentence each. Raises AngenError.
+        """
+        if format not in FORMATS:
+            raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
+        target, out = FORMATS[format], Path(path)
+        with raised_as_angen_error(OutputError, FormatError):
+            check_out(target, out)
+            if format == "events":
+                write_files({out: events_csv(self._run, start)})
+                return []
+            log = make_log(
+                events(self._run),
+                self._sensors,
+                start or DEFAULT_START,
+                about=self._about,
+                samples=self._run,
+            )
+            written = target.write(log)
+            if target.is_folder:
+                out.mkdir(exist_ok=True)
+            write_files(output_files(target, out, written))
+        return list(written.notes)

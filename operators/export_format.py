@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the recording in the format of another tool."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy.types import Context, Event, Operator
+
+from ..angen_addon.exports import Exports
+from ..angen_addon.output_files import Outputs
+from ..sensor_logic.files import OutputError
+from ..sensor_logic.formats import FORMATS
+from .export_options import ExportOptions, told
+from .recording import is_still_fresh
+
+ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
+
+
+class ANGEN_OT_export_format(ExportOptions, Operator):
+    bl_idname = "angen.export_format"
+    bl_label = "Export for Other Tools"
+    bl_description = "Write the recorded events as CASAS text, ROS 2 messages, for pyadlml …"
+
+    filepath: StringProperty(subtype="FILE_PATH")
+    format: EnumProperty(name="Format", items=ITEMS)
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        stem = Path(bpy.data.filepath).stem or "home"
+        self.filepath = str(Path(bpy.data.filepath).with_name(f"{stem} events"))
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> set[str]:
+        if not is_still_fresh(self, context):
+            return {"CANCELLED"}
+        try:
+            sensors, recording, start = self.chosen(context)
+            path = self._path()
+            exports = Exports([self.format], [path])
+            with Outputs() as outputs:
+                for text in exports.add_to(outputs, recording, sensors, start):
+                    self.report({"WARNING"}, text)
+                outputs.land()
+        except OutputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return told(self, str(path))
+
+    def _path(self) -> Path:
+        """What was typed, with the format's usual extension where it has none."""
+        path = Path(bpy.path.abspath(self.filepath))
+        return path if path.suffix else path.with_suffix(FORMATS[self.format].extension)
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_export_format,))

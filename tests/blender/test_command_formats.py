@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen simulate --format NAME --out PATH`: a run in the formats of other tools."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import bpy
+import pytest
+
+START = "2026-03-02T07:00:00"
+
+
+@pytest.fixture
+def home(world, tmp_path):
+    """A switch whose wall comes near at frame 13; with a room."""
+    wall = world.wall(0.2)
+    for frame, z in ((1, -0.2), (12, -0.2), (13, -0.02)):
+        wall.location.z = z
+        wall.keyframe_insert("location", frame=frame)
+    world.switch("Front door", update_rate=24.0)
+    bpy.data.objects["Front door"].angen_sensor.room = "hall"
+    path = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+@pytest.fixture
+def command(addon_part, capsys):
+    def run(*arguments):
+        capsys.readouterr()
+        status = addon_part("angen_addon.command_line").run_command([str(a) for a in arguments])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def test_a_run_is_written_in_several_formats_at_once(home, command, tmp_path) -> None:
+    status, out, _ = command(
+        "simulate", "--quiet", "--start", START,
+        "--format", "casas-csv", "--out", tmp_path / "log.csv",
+        "--format", "influx", "--out", tmp_path / "log.lp",
+        "--format", "pyadlml", "--out", tmp_path / "folder",
+    )  # fmt: skip
+    assert status == 0
+    assert out.startswith("time_s,frame,sensor")
+    assert (tmp_path / "log.csv").read_text() == "2026-03-02,07:00:00.500000,FrontDoor,CLOSE\n"
+    assert (tmp_path / "log.lp").read_text().splitlines() == [
+        r"optical_switch,sensor=Front\ door,room=hall open=true 1772434800000000000",
+        r"optical_switch,sensor=Front\ door,room=hall open=false 1772434800500000000",
+    ]
+    assert "Front door" in (tmp_path / "folder" / "device_map.csv").read_text()
+
+
+def test_versions_and_seed_go_with_the_log(home, command, tmp_path) -> None:
+    assert command("simulate", "--quiet", "--format", "xes", "--out", tmp_path / "log.xes")[0] == 0
+    text = (tmp_path / "log.xes").read_text(encoding="utf-8")
+    assert 'key="angen:home" value="home.blend"' in text
+    assert 'key="angen:seed" value="0"' in text
+    assert f'key="angen:versions.blender" value="{bpy.app.version_string}' in text
+
+
+def test_without_out_or_where_it_cannot_be_written_nothing_runs(home, command, tmp_path) -> None:
+    before = sorted(p.name for p in tmp_path.iterdir())
+    for arguments, words in (
+        (["--format", "xes"], ["1 --format", "0 --out"]),
+        (["--format", "word", "--out", "x"], ["word", "casas"]),
+        (["--format", "xes", "--out", tmp_path / "no" / "x"], ["does not exist"]),
+        (["--format", "xes", "--out", home], ["open file"]),
+        (["--format", "xes", "--out", "x", "--format", "ocel", "--out", "x"], ["both name x"]),
+        (["--format", "xes", "--out", "x", "--events", "x"], ["both name x"]),
+        (["--format", "pyadlml", "--out", home], ["is a file"]),
+    ):
+        status, out, err = command("simulate", "--quiet", *arguments)
+        assert (status, out) == (2, ""), arguments
+        assert err.count("\n") == 1, err
+        assert all(word in err for word in words), err
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+    assert not Path("x").exists()
+
+
+@pytest.mark.skipif(find_spec("pyarrow") is not None, reason="pyarrow is installed here")
+def test_a_missing_package_is_told_before_the_run(home, command, tmp_path) -> None:
+    out = tmp_path / "x.parquet"
+    status, _, err = command("simulate", "--quiet", "--format", "parquet", "--out", out)
+    assert status == 2
+    assert "pip install pyarrow" in err

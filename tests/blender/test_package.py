@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`import angen_sensors`, as an installed package has it, in processes of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import bpy
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+@pytest.fixture
+def home(world, tmp_path) -> Path:
+    """A wall a metre ahead of a detector, which moves from frame 12 on; a lit lamp."""
+    world.sensor("PIR", "PIR hall", update_rate=24.0, sweep="ALL")
+    wall = world.wall(1.0)
+    for frame, z in ((1, -1.0), (11, -1.0), (12, -1.5), (48, -3.0)):
+        wall.location.z = z
+        wall.keyframe_insert("location", frame=frame)
+    path = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Runs a script beside the home where the package is importable; returns what it printed."""
+    packages = tmp_path / "packages"
+    packages.mkdir()
+    packages.joinpath("angen_sensors").symlink_to(ROOT)
+
+    def run_script(script: str, status: int = 0) -> str:
+        path = tmp_path / "script.py"
+        path.write_text(script)
+        done = subprocess.run(
+            [sys.executable, path],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(packages)},
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == status, done.stderr
+        return done.stdout if status == 0 else done.stderr
+
+    return run_script
+
+
+def test_the_examples_of_the_docs_run_as_they_stand(home, run, tmp_path) -> None:
+    text = (ROOT / "docs" / "package.md").read_text(encoding="utf-8")
+    out = run("\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL)))
+    assert "PIR hall PIR  [0. 0. 0.]" in out
+    assert "0.000000 PIR door moved 0" in out
+    assert (tmp_path / "events.csv").read_text().startswith("time_s,frame,sensor")
+    assert (tmp_path / "events.mcap").read_bytes().startswith(b"\x89MCAP0\r\n")
+    assert (tmp_path / "with_sensor.blend").exists()
+
+
+def test_events_are_those_of_the_command_line(home, run, tmp_path) -> None:
+    command = [sys.executable, "-m", "angen_addon", "simulate", home, "--quiet"]
+    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    out = run(
+        "import angen_sensors\n"
+        "found = angen_sensors.open('home.blend').simulate()\n"
+        "found.write('same.csv')\n"
+        "for row in found.events: print(','.join(row))\n"
+    )
+    assert out.splitlines() == told.splitlines()[1:]
+    assert any(row.endswith("PIR hall,PIR,moved,1") for row in out.splitlines())
+    assert (tmp_path / "same.csv").read_bytes().decode().splitlines() == told.splitlines()
+
+
+def test_many_homes_and_runs_in_one_process_give_the_same(home, run) -> None:
+    out = run(
+        "import angen_sensors\n"
+        "found = set()\n"
+        "for _ in range(3):\n"
+        "    with angen_sensors.open('home.blend') as home:\n"
+        "        for _ in range(2):\n"
+        "            found.add(tuple(home.simulate().events))\n"
+        "print(len(found), len(found.pop()) > 2)\n"
+    )
+    assert out.split() == ["1", "True"]
+
+
+def test_it_works_in_a_thread_and_in_spawned_workers(home, run) -> None:
+    out = run(
+        "import multiprocessing, os, threading\n"
+        "import angen_sensors\n"
+        "def work(_=None):\n"
+        "    return angen_sensors.open('home.blend').simulate()\n"
+        "if __name__ == '__main__':\n"
+        "    with multiprocessing.get_context('spawn').Pool(2) as pool:\n"
+        "        found = [r.events for r in pool.map(work, range(3))]\n"
+        "    thread = threading.Thread(target=lambda: found.append(work().events))\n"
+        "    thread.start(); thread.join()\n"
+        "    print(len(found), all(f == found[0] for f in found), len(found[0]) > 2, flush=True)\n"
+        # Blender's module crashes where another thread than its own takes it down.
+        "    os._exit(0)\n"
+    )
+    assert out.split() == ["4", "True", "True"]
+
+
+def test_samples_are_columns_of_one_length(home, run) -> None:
+    out = run(
+        "import angen_sensors\n"
+        "found = angen_sensors.open('home.blend').simulate().samples('PIR hall')\n"
+        "print({len(c) for c in found.values()}, found['moved'].dtype, found['moved'].any())\n"
+        "print(found['time_s'][1] * 24, found['frame'][0])\n"
+    )
+    assert out.splitlines() == ["{48} bool True", "1.0 1.0"]
+
+
+def test_a_new_sensor_stands_and_looks_as_asked_for_and_is_saved(home, run, tmp_path) -> None:
+    run(
+        "import angen_sensors\n"
+        "home = angen_sensors.open('home.blend')\n"
+        "home.add('PIR', name='New', at=(1, 2, 3), look=(0, 1, 0)).range_max = 2.5\n"
+        "home.simulate(sensors=['New'])\n"
+        "home.save('saved.blend')\n"
+    )
+    out = run(
+        "import angen_sensors\n"
+        "new = angen_sensors.open('saved.blend').sensor('New')\n"
+        "print(new.pose.round(6).tolist(), new.range_max, new.kind)\n"
+    )
+    # It looks along its −Z, so +Y of the home; its own +Y is up.
+    pose = [[1.0, 0.0, 0.0, 1.0], [0.0, 0.0, -1.0, 2.0], [0.0, 1.0, 0.0, 3.0], [0.0, 0.0, 0.0, 1.0]]
+    assert out.strip().replace("-0.0,", "0.0,") == f"{pose} 2.5 PIR"
+
+
+def test_lengths_are_metres_whatever_the_unit_scale(world, run, tmp_path) -> None:
+    world.scene.unit_settings.scale_length = 0.01
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    out = run(
+        "import angen_sensors\n"
+        "home = angen_sensors.open('home.blend')\n"
+        "pir = home.add('PIR', at=(1, 2, 3))\n"
+        "pir.range_max = 3.0\n"
+        "print(pir.pose[:3, 3].round(4).tolist(), pir.range_max)\n"
+    )
+    assert out.strip() == "[1.0, 2.0, 3.0] 3.0"
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("angen_sensors.open('none.blend')", ["none.blend", "No such file"]),
+        ("angen_sensors.open('script.py')", ["script.py is not a blend file"]),
+        ("home.sensor('PIR hal')", ["'PIR hal'", "PIR hall"]),
+        ("home.add('SONAR')", ["SONAR", "PIR"]),
+        ("home.add('PIR', preset='HC')", ["HC", "HC_SR501"]),
+        ("home.add('PIR', at=(1, 2))", ["(1, 2)", "metres"]),
+        ("home.add('PIR', look=(0, 0, 0))", ["look=(0, 0, 0)"]),
+        ("setattr(home.sensor('PIR hall'), 'range_max', -1.0)", ["range_max", "PIR hall"]),
+        ("setattr(home.sensor('PIR hall'), 'reach', 1.0)", ["reach", "range_max"]),
+        ("setattr(home.sensor('PIR hall'), 'model', 'SONAR')", ["model", "SONAR"]),
+        ("setattr(home.sensor('PIR hall'), 'update_rate', 'fast')", ["update_rate"]),
+        ("home.simulate(frames=(5, 1))", ["frames 5 to 1"]),
+        ("home.simulate(sensors=['no'])", ["'no'"]),
+        ("home.simulate().samples('no')", ["'no'", "PIR hall"]),
+        ("home.simulate().write('x', format='word')", ["word", "casas"]),
+        ("home.simulate().write('none/x')", ["none", "does not exist"]),
+        ("(home.close(), home.sensors)", ["home.blend is closed"]),
+        ("(angen_sensors.open('home.blend'), home.sensors)", ["one home at a time"]),
+    ],
+)
+def test_errors_are_one_clear_line(home, run, line, words) -> None:
+    out = run(
+        "import angen_sensors\n"
+        "home = angen_sensors.open('home.blend')\n"
+        f"try:\n    {line}\n"
+        "except angen_sensors.AngenError as error:\n    print(error)\n"
+    )
+    assert out.count("\n") == 1, out
+    assert all(word in out for word in words), out
+
+
+def test_every_folder_of_the_package_is_installed() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    folders = {
+        path.parent.relative_to(ROOT).as_posix().replace("/", ".")
+        for top in ("angen_addon", "operators", "panels", "sensor_logic")
+        for path in (ROOT / top).rglob("__init__.py")
+    }
+    listed = project["tool"]["setuptools"]["packages"]
+    assert set(listed) == {"angen_sensors"} | {f"angen_sensors.{folder}" for folder in folders}
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
+    assert project["project"]["version"] == manifest["version"]

@@ -81,6 +81,7 @@ class Live:
         changed = [self._finish(station, step) for station in self._stations]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._light(depsgraph, scene.frame_current)
+        changed += self._show_again()
         if any(changed):
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
@@ -162,13 +163,19 @@ class Live:
         uid = station.sensor.uid
         number = station.schedule.last_update(step)
         last = self._last_update.get(uid)
-        if number == last:
+        if number == last and not self._is_ahead(station.sensor):
             return None
         follows = last is not None and number == last + 1 and station.schedule.step(number) == step
         if not follows:
             station.reset()
         self._last_update[uid] = number
         return number, follows
+
+    def _is_ahead(self, sensor: Sensor) -> bool:
+        """Whether its last reading is of a later frame than the present one, as where the playhead
+        went back between two updates: that frame may be of another world."""
+        published = self.readings.get(sensor.name)
+        return published is not None and self._frame is not None and published.frame > self._frame
 
     def _watch(self, due: list[Station], step: int, depsgraph: Any) -> None:
         """Lets those look that watch between their updates."""
@@ -264,6 +271,15 @@ class Live:
         """Shows what waited for this frame, if it is the next one; the same."""
         taken = self._waiting.pop(station.sensor.uid, None)
         return taken is not None and step == taken.step + 1 and self._show(taken)
+
+    def _show_again(self) -> list[bool]:
+        """Writes the last readings to outputs that say something else, as where keys of a bake were
+        removed; whether binary outputs changed."""
+        return [
+            outputs.show(station.sensor, published.reading.active, published.reading.value)
+            for station in self._stations
+            if (published := self.readings.get(station.sensor.name)) is not None
+        ]
 
     def _show(self, taken: Taken, frame: int | None = None) -> bool:
         """Publishes a reading, sensed at its update's frame unless at another one; whether the

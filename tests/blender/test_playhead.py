@@ -81,6 +81,17 @@ def test_a_live_reading_has_an_age_too(door):
 # Live
 
 
+def test_no_live_reading_is_of_a_later_frame(door):
+    """Scrubbed back between two updates: what was read at frame 20 is of an open door."""
+    door.scene.frame_set(20)
+    assert told().text.startswith("Open")
+    door.scene.frame_set(5)
+    assert told().text.startswith("Closed") and told().origin == "Live, read at frame 5"
+    assert not sensor().angen_sensor.active
+    door.scene.frame_set(12)
+    assert told().origin == "Live, read at frame 5", "forwards the same update stands"
+
+
 def test_an_edit_makes_live_readings_old(door):
     readings = part("panels.readings")
     door.scene.frame_set(20)
@@ -245,6 +256,20 @@ def test_unbake_removes_the_keys_and_nothing_else(door, fcurves):
     assert {c.data_path for c in fcurves(sensor())} == {"rotation_euler"}
     door.scene.frame_set(20)
     assert sensor().angen_sensor.active == told().text.startswith("Open")
+
+
+def test_after_unbake_drivers_read_what_is_live(door):
+    ops.simulate()
+    ops.bake_keyframes()
+    door.scene.frame_set(25)
+    leaf().animation_data_clear()
+    leaf().location = (0, 0, -0.02)
+    door.update()
+    door.scene.frame_set(26)
+    assert told().text.startswith("Closed") and sensor().angen_sensor.active, "keys say open"
+    ops.unbake_keyframes()
+    assert told().text.startswith("Closed") and not sensor().angen_sensor.active
+    assert sensor().angen_sensor.value == pytest.approx(0.015, abs=1e-3)
 
 
 def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):

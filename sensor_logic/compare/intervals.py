@@ -111,7 +111,7 @@ def _casas_changes(path: Path, known: dict[str, str]) -> Iterator[Row]:
 
 def _known_sensors(path: Path) -> dict[str, str]:
     """Name → quantity, by the file that `convert --format casas` writes beside its own."""
-    beside = path.with_name(f"{path.stem}.sensors.csv")
+    beside = path.with_name(f"{path.name}.sensors.csv")
     if not beside.is_file():
         return {}
     quantities = {

@@ -9,7 +9,7 @@ from ..report.svg import BLUE, ORANGE, coordinate, safe, shown_number
 from .intervals import Home
 from .statistics import Measure, Values
 
-PANEL_WIDTH, PANEL_HEIGHT, GAP, COLUMNS = 300.0, 190.0, 24.0, 4
+PANEL_WIDTH, PANEL_HEIGHT, GAP, COLUMNS = 300.0, 190.0, 40.0, 4
 COLOURS = (BLUE, ORANGE)
 POINTS = 200
 

@@ -33,6 +33,6 @@ def output_files(target: Format, out: Path, written: Written) -> dict[Path, str 
     if target.is_folder:
         return {out / name: content for name, content in written.files.items()}
     return {
-        out.with_name(f"{out.stem}{suffix}") if suffix else out: content
+        out.with_name(f"{out.name}{suffix}") if suffix else out: content
         for suffix, content in written.files.items()
     }

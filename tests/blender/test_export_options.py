@@ -106,7 +106,7 @@ def test_events_for_other_tools(home, tmp_path):
     start = "2026-03-01T08:00"
     ops.export_format(filepath=str(path), format="casas-csv", start=start)
     assert (tmp_path / "home.csv").read_text(encoding="utf-8") == ""  # nothing changes here
-    names = [row[1] for row in read(tmp_path / "home.sensors.csv")[1:]]
+    names = [row[1] for row in read(tmp_path / "home.csv.sensors.csv")[1:]]
     assert names == ["Back", "Front"]
     bpy.data.objects["Back"].select_set(True)
     ops.export_format(

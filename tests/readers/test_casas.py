@@ -16,7 +16,7 @@ def at(seconds: float) -> datetime:
 
 def ids(path) -> dict[tuple[str, str], str]:
     """(sensor, field) → its name in a CASAS file."""
-    with open(path.with_name(f"{path.stem}.sensors.csv"), newline="", encoding="utf-8") as file:
+    with open(path.with_name(f"{path.name}.sensors.csv"), newline="", encoding="utf-8") as file:
         return {(row["sensor"], row["field"]): row["id"] for row in csv.DictReader(file)}
 
 
@@ -59,7 +59,7 @@ def test_ids_tell_the_kinds_apart_and_the_second_file_keeps_names_and_states(wri
     assert prefixes["Lux", "lit"] == "L"
     assert prefixes["Lux", "illuminance_lux"] == "LS"
     assert len(set(found.values())) == len(found)
-    with open(path.with_name("log.sensors.csv"), newline="", encoding="utf-8") as file:
+    with open(path.with_name("log.txt.sensors.csv"), newline="", encoding="utf-8") as file:
         rows = {(row["sensor"], row["field"]): row for row in csv.DictReader(file)}
     assert rows[AWKWARD, "moved"]["room"] == "kitchen, small"
     assert rows["pir-hall", "moved"]["initial"] == "ON"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..sensor_logic.contact.island import PadForces
+from ..sensor_logic.contact.world import PadForces
 from ..sensor_logic.light import LightSample
 from . import state
 from .instances import Uid

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from .contact.island import PadForces
+    from .contact.world import PadForces
     from .light import LightSample
     from .sweep import Passes
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.contact import underside
-from ...sensor_logic.contact.island import Standing
+from ...sensor_logic.contact.world import Standing
 from .columns import Columns
 from .solids import Solid, Solids
 from .things import Thing

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.contact.island import Ground
 from ...sensor_logic.contact.shapes import perpendiculars
+from ...sensor_logic.contact.world import Ground
 from . import columns
 from .moments import Moment
 from .solids import Solid, Solids

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.contact.island import Key, Link
+from ...sensor_logic.contact.world import Key, Link
 
 X, Y, Z = 0, 1, 2
 # Axes along which each type gives forces, and about which it gives moments, in the space of the

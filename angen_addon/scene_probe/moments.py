@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.contact.island import Standing
+from ...sensor_logic.contact.world import Standing
 from .carried import Body, carried_body
 from .facts import Facts
 from .solids import Solids

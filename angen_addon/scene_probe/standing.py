@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.contact.feet import held_by_pads
-from ...sensor_logic.contact.island import Ground, Standing
 from ...sensor_logic.contact.underside import clustered, firmness, underside
+from ...sensor_logic.contact.world import Ground, Standing
 from . import columns
 from .carried import Body, parts_of, same_parts
 from .rays import NOTHING

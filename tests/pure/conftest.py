@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sensor_logic.contact.island import PadForces
+from sensor_logic.contact.world import PadForces
 from sensor_logic.light import LightSample
 from sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator

@@ -9,8 +9,9 @@ import pytest
 from sensor_logic.contact import shapes
 from sensor_logic.contact.balance import Load
 from sensor_logic.contact.covered import Contact
-from sensor_logic.contact.island import Link, Need, Node, Standing, pad_forces
+from sensor_logic.contact.pad_forces import pad_forces
 from sensor_logic.contact.patches import contact_patch
+from sensor_logic.contact.world import Link, Need, Node, Standing
 
 G = 9.81
 PAD = (1,)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sensor_logic.contact.island import PadForces, Partner
+from sensor_logic.contact.world import PadForces, Partner
 from sensor_logic.light import LightSample
 from sensor_logic.model import PadContact, Pose
 from sensor_logic.pressure import PressurePad, PressureParameters, pad_reading

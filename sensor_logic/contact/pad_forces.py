@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The forces on one pressure pad: the bodies that lean on it, and on each other, in balance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..model import Array
+from .balance import GROUND, Balance, Joint, Load, Points, balance
+from .covered import ALIGNED
+from .groups import Group, gaps, points_of, points_on_pad, shape_groups, standing_groups
+from .island import Island, acts, collect
+from .settling import Settled, height_between, settled
+from .world import Key, Link, Need, PadForces, Partner, World
+
+# Share of a body's need that may be left unexplained.
+RESIDUAL = 0.02
+# A body needs at least this share of its weight for its residual to be compared with.
+LEAST_NEED = 0.2
+# An animated body whose need is below this share of its weight is in free fall.
+LEAST_WEIGHT = 0.05
+# The same of all that the island's bodies need: what has no weight of its own passes on that.
+LEAST_SHARE = 1e-3
+# Of a body whose moments are soft, what is left of them counts this much.
+BLURRED = 0.1
+# m: weight that hovers this near to the side of a pad, or above it, could belong on it.
+BESIDE, ABOVE = 0.25, 2.0
+# Where joints this much softer and harder share the weight with the pad otherwise, it is unknown.
+SOFT_JOINT, HARD_JOINT = 1e-3, 1e3
+TINY = 1e-12
+SHARE_KNOWN = 0.02
+
+
+@dataclass
+class _Attempt:
+    """An island as it was found with some reach, and the forces in it."""
+
+    island: Island
+    groups: list[Group]
+    balance: Balance | None
+    residuals: dict[Key, float]
+    undecided: str = ""
+    unresolved: str = ""
+
+    @property
+    def worst(self) -> float:
+        return max(self.residuals.values(), default=0.0)
+
+
+def pad_forces(pad: Key, world: World) -> PadForces:
+    """The forces on the pad `pad`."""
+    problem = _unheld(pad, world)
+    if problem:
+        return PadForces(problem=problem, usable=False)
+    attempt = _attempt(pad, world, {}, 0)
+    if attempt.worst > RESIDUAL:
+        attempt = _wider(pad, world, attempt)
+    return _result(pad, world, attempt)
+
+
+def _unheld(pad: Key, world: World) -> str:
+    """A weight near the pad that nothing holds: it may belong on the pad."""
+    for key in world.hovering(pad, BESIDE, ABOVE):
+        need = world.need(key)
+        heavy = need.load.wrench[:3] @ world.up > LEAST_WEIGHT * need.mass * world.gravity
+        if heavy and not world.standing(key):
+            return f"nothing holds the weight of '{world.node(key).name}'"
+    return ""
+
+
+def _wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
+    """Bodies that the contacts do not explain may have touched between two frames: they are
+    looked for as far as they moved, now and in the frames beside."""
+    best = attempt
+    reach = {
+        key: 1.2 * world.need(key).reach
+        for key, residual in attempt.residuals.items()
+        if residual > RESIDUAL
+    }
+    for when in (0, 1, -1):
+        tried = _attempt(pad, world, reach, when)
+        if tried.worst < 0.9 * best.worst:
+            best = tried
+    return best
+
+
+def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Attempt:
+    island = collect(pad, world, reach, when)
+    groups = shape_groups(pad, island, world) + standing_groups(island, world)
+    if not island.bodies:
+        return _Attempt(island, groups, None, {})
+    order = {key: index for index, key in enumerate(island.bodies)}
+    loads = [_load(world.need(key), when) for key in island.bodies]
+    joints = [_joint(link, order, 1.0) for link in island.links]
+    lying = settled(loads, points_of(groups, order, world), gaps(groups), joints)
+    points = lying.points
+    found = balance(loads, points, joints)
+    whole = sum(float(np.linalg.norm(load.wrench[:3])) for load in loads)
+    least = max(LEAST_SHARE * whole, TINY)
+    residuals = {
+        key: _residual(world, key, found.missing[index], least) for key, index in order.items()
+    }
+    attempt = _Attempt(island, groups, found, residuals)
+    attempt.unresolved = _unresolved(pad, world, attempt, lying)
+    if island.links:
+        attempt.undecided = _undecided(pad, attempt, loads, points, order)
+    return attempt
+
+
+def _load(need: Need, when: int) -> Load:
+    return replace(need.load, centre=need.centres[1 + when])
+
+
+def _residual(world: World, key: Key, missing: Array, least: float) -> float:
+    """The share of a body's need, at least `least` newtons, that no contact explains. Of a carried
+    body, whose muscles give what its animation wants, only the weight counts."""
+    need = world.need(key)
+    least = max(LEAST_NEED * need.mass * world.gravity, least)
+    force = need.load.wrench[:3]
+    if world.node(key).carried:
+        return abs(float(missing[:3] @ world.up)) / max(abs(float(force @ world.up)), least)
+    moment = float(np.linalg.norm(missing[3:])) / need.load.size
+    if need.load.softness[3:].any():
+        moment *= BLURRED
+    left = float(np.linalg.norm(missing[:3])) + moment
+    return left / max(float(np.linalg.norm(force)), least)
+
+
+def _joint(link: Link, order: dict[Key, int], stiffness: float) -> Joint:
+    ends = [GROUND if key is None else order.get(key, GROUND) for key in (link.one, link.two)]
+    return Joint(ends[0], ends[1], link.place, link.forces, link.moments, stiffness)
+
+
+def _undecided(
+    pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
+) -> str:
+    """Whether it depends on the give of a joint how much the pad carries."""
+    on_pad = points_on_pad(pad, attempt.groups)
+    carried = [
+        np.abs(
+            balance(
+                loads,
+                points,
+                [_joint(link, order, stiffness) for link in attempt.island.links],
+            ).forces[on_pad]
+        ).sum()
+        for stiffness in (SOFT_JOINT, HARD_JOINT)
+    ]
+    if abs(carried[0] - carried[1]) <= SHARE_KNOWN * max(carried):
+        return ""
+    names = ", ".join(f"'{link.name}'" for link in attempt.island.links)
+    return f"statics cannot tell how much {names} carries"
+
+
+def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
+    """Whether the pad and what does not move beside it share a weight, though one of them is the
+    higher, by less than can be told."""
+    assert attempt.balance is not None
+    sides = []
+    start = 0
+    for group in attempt.groups:
+        part = slice(start, start := start + len(group.places))
+        pressed = float(np.linalg.norm(attempt.balance.forces[part], axis=1).sum())
+        for body, under, below, sign in (
+            (group.a, group.b, group.shapes[1:], 1.0),
+            (group.b, group.a, group.shapes[:1], -1.0),
+        ):
+            if below and acts(world.node(body), world).weighs:
+                sides.append((body, under, below[0], group, sign, part, pressed))
+    for body, under, shape, group, sign, part, pressed in sides:
+        for same, other, beside, along, turn, _, carried in sides if under == pad else ():
+            normal = sign * group.normals[0]
+            if same != body or other == pad or world.node(other).weighs:
+                continue
+            if turn * along.normals[0] @ normal < ALIGNED:
+                continue
+            step = height_between(shape, beside, group.places, normal)
+            shared = min(pressed, carried) > SHARE_KNOWN * max(pressed, carried)
+            if shared and found.level[part].max() < step < found.untold[part].max():
+                return (
+                    f"'{world.node(pad).name}' and '{world.node(other).name}' differ in height by "
+                    f"{1000.0 * step:.1g} mm, too little to tell how they share the weight of "
+                    f"'{world.node(body).name}': make the pad thicker, or level with it"
+                )
+    return ""
+
+
+def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
+    problems = [world.need(key).problem for key in attempt.island.bodies]
+    problems = [*problems, attempt.undecided, attempt.unresolved]
+    if attempt.balance is None:
+        return PadForces()
+    found: dict[Key, list[tuple[Array, Array]]] = {}
+    start = 0
+    for group in attempt.groups:
+        forces = attempt.balance.forces[start : start + len(group.places)]
+        start += len(group.places)
+        if group.a == pad:
+            found.setdefault(group.b, []).append((group.places, forces))
+        elif group.b == pad:
+            found.setdefault(group.a, []).append((group.places, -forces))
+    partners = []
+    for key, parts in found.items():
+        node = world.node(key)
+        places, forces = (np.concatenate(side) for side in zip(*parts, strict=True))
+        partners.append(Partner(node.name, node.objects, places, forces))
+    if attempt.worst > RESIDUAL:
+        worst = max(attempt.residuals, key=attempt.residuals.__getitem__)
+        problems.append(
+            f"the contacts of '{world.node(worst).name}' explain "
+            f"{max(0.0, 1.0 - attempt.worst):.0%} of its motion and weight"
+        )
+    elif not attempt.balance.settled:
+        problems.append("the contact forces did not settle")
+    problem = next((problem for problem in problems if problem), "")
+    bodies = len(attempt.island.bodies)
+    return PadForces(tuple(partners), attempt.worst, problem, not problem, bodies)

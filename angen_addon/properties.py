@@ -340,24 +340,22 @@ def _scene_properties() -> dict[str, Any]:
     }
 
 
-# The classes live from register() to unregister() only: Blender 4.2 as a Python module crashes
-# at exit where a property with an update function is still around.
-_classes: list[type] = []
+KIND_GROUPS = {
+    kind.attribute: _group_of(f"Angen{kind.parameters.__name__}", kind.parameters)
+    for kind in KINDS.values()
+}
+SENSOR, LOAD, WARMTH = _sensor_group(KIND_GROUPS), _load_group(), _warmth_group()
+_register_groups, _unregister_groups = bpy.utils.register_classes_factory(
+    (*KIND_GROUPS.values(), SENSOR, LOAD, WARMTH)
+)
 
 
 def register() -> None:
-    groups = {
-        kind.attribute: _group_of(f"Angen{kind.parameters.__name__}", kind.parameters)
-        for kind in KINDS.values()
-    }
-    sensor, load, warmth = _sensor_group(groups), _load_group(), _warmth_group()
-    _classes.extend((*groups.values(), sensor, load, warmth))
-    for cls in _classes:
-        bpy.utils.register_class(cls)
-    Object.angen_sensor = PointerProperty(type=sensor, override=OVERRIDABLE)
-    Object.angen_load = PointerProperty(type=load, override=OVERRIDABLE)
+    _register_groups()
+    Object.angen_sensor = PointerProperty(type=SENSOR, override=OVERRIDABLE)
+    Object.angen_load = PointerProperty(type=LOAD, override=OVERRIDABLE)
     for owner in WARM:
-        owner.angen_warmth = PointerProperty(type=warmth, override=OVERRIDABLE)
+        owner.angen_warmth = PointerProperty(type=WARMTH, override=OVERRIDABLE)
     Object.angen_ignored = BoolProperty(
         name="Ignored by sensors",
         description="No sensor sees this object, e.g. a marker of a room's volume",
@@ -377,7 +375,4 @@ def unregister() -> None:
         del owner.angen_warmth
     del Object.angen_load
     del Object.angen_sensor
-    while _classes:
-        cls = _classes.pop()
-        bpy.utils.unregister_class(cls)
-        cls.__annotations__.clear()
+    _unregister_groups()

@@ -224,21 +224,17 @@ def _group() -> type:
     return type("AngenTable", (PropertyGroup,), {"__annotations__": annotations})
 
 
-_register, _unregister = bpy.utils.register_classes_factory((ANGEN_UL_sensors, ANGEN_PT_table))
-# Lives from register() to unregister() only, as the classes in angen_addon/properties.py.
-_groups: list[type] = []
+TABLE = _group()
+_register, _unregister = bpy.utils.register_classes_factory(
+    (TABLE, ANGEN_UL_sensors, ANGEN_PT_table)
+)
 
 
 def register() -> None:
-    _groups.append(_group())
-    bpy.utils.register_class(_groups[0])
-    WindowManager.angen_table = PointerProperty(type=_groups[0])
     _register()
+    WindowManager.angen_table = PointerProperty(type=TABLE)
 
 
 def unregister() -> None:
-    _unregister()
     del WindowManager.angen_table
-    cls = _groups.pop()
-    bpy.utils.unregister_class(cls)
-    cls.__annotations__.clear()
+    _unregister()

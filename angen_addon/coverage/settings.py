@@ -83,12 +83,7 @@ def _group() -> type:
     }
     for name, label in (("height", "Height"), ("cell", "Cell"), ("mounting_height", "On Walls At")):
         annotations[in_units(name)] = length_in_units(name, label, "In the scene's own unit")
-    made = type(
-        "AngenCoverageSettings",
-        (PropertyGroup,),
-        {"__annotations__": annotations, "__doc__": "What coverage maps are made of"},
-    )
-    return made
+    return type("AngenCoverageSettings", (PropertyGroup,), {"__annotations__": annotations})
 
 
 def motion_of(identifier: str, height: float) -> Motion:

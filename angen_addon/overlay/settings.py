@@ -65,18 +65,14 @@ def _group() -> type:
     return type("AngenOverlay", (PropertyGroup,), {"__annotations__": annotations})
 
 
-# Lives from register() to unregister() only, as the classes in properties.py, which see.
-_classes: list[type] = []
+SETTINGS = _group()
 
 
 def register() -> None:
-    _classes.append(_group())
-    bpy.utils.register_class(_classes[0])
-    Scene.angen_overlay = PointerProperty(type=_classes[0])
+    bpy.utils.register_class(SETTINGS)
+    Scene.angen_overlay = PointerProperty(type=SETTINGS)
 
 
 def unregister() -> None:
     del Scene.angen_overlay
-    cls = _classes.pop()
-    bpy.utils.unregister_class(cls)
-    cls.__annotations__.clear()
+    bpy.utils.unregister_class(SETTINGS)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Processes that used the extension end, with the exit status that they should have, also where
-the open file has drivers that are Python, whose remains Blender's module does not survive."""
+the open file has drivers that are Python, whose remains Blender's module does not survive, and
+where something else of Python's, such as a function of a property, could outlive the end."""
 
 import subprocess
 import sys
@@ -31,6 +32,32 @@ if __name__ == "__main__":
     worker.join()
     sys.exit(worker.exitcode)
 """
+
+WITH_EXTENSION = """
+import sys
+sys.path.insert(0, {root!r})
+import bpy
+from angen_addon.standalone import load_extension
+extension = load_extension()
+extension.register()
+scene = bpy.context.scene
+thing = bpy.context.object
+"""
+SIMULATED = """
+thing.angen_sensor.kind = {kind!r}
+scene.frame_end = 3
+assert bpy.ops.angen.simulate() == {{"FINISHED"}}
+"""
+WAYS = {
+    "nothing": "",
+    "switched off": "extension.unregister()",
+    "off and on": "extension.unregister()\nextension.register()",
+    "light": SIMULATED.format(kind="LIGHT"),
+    "rigid bodies": "bpy.ops.rigidbody.object_add()" + SIMULATED.format(kind="PRESSURE"),
+    "undo": SIMULATED.format(kind="PIR")
+    + "bpy.ops.ed.undo_push()\nthing.location.x = 2\nbpy.ops.ed.undo_push()\nbpy.ops.ed.undo()",
+    "held": "held = [bpy, thing, thing.angen_sensor, type(scene.angen_coverage)]",
+}
 
 
 @pytest.fixture
@@ -77,6 +104,15 @@ def test_a_script_ends_with_its_own_status(driven, tmp_path, end, status):
     found, _, err = run(script, driven, cwd=tmp_path)
     assert found == status, err
     assert ("mine" in err) is (status == 1)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_script_ends_after(way, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(f"{WITH_EXTENSION.format(root=str(ROOT))}\n{WAYS[way]}\nsys.exit(3)\n")
+    status, out, err = run(script, cwd=tmp_path)
+    assert status == 3, out + err
+    assert "memory" not in out + err
 
 
 def test_a_worker_process_ends_as_it_should(driven, tmp_path):

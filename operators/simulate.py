@@ -84,6 +84,8 @@ class ANGEN_OT_simulate(Operator):
         # Where a script went to another scene meanwhile, the recording is not of this one.
         if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
             return
+        if early and self._leaves_as_is(scene):
+            return
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
             outputs.show_recorded(self._recording, context.view_layer, frame)
@@ -95,6 +97,21 @@ class ANGEN_OT_simulate(Operator):
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
         self.report({"INFO"}, f"{how} frames {first} to {last}: {self._updates()} updates")
+
+    def _leaves_as_is(self, scene: Any) -> bool:
+        """Whether a run that was stopped is worth less than what was recorded before: no frame is
+        done, or the earlier recording still holds and has all its frames."""
+        first, last = self._recording.frame_start, self._recording.frame_end
+        earlier = state.CACHE.recording(scene)
+        holds = earlier is not None and earlier.covers(first) and earlier.covers(last)
+        if last >= first and not holds:
+            return False
+        stays = "nothing is recorded" if state.CACHE.kept(scene) is None else "what was stays"
+        if holds and earlier is not None:
+            stays = f"frames {earlier.frame_start} to {earlier.frame_end} stay recorded"
+        done = "" if last >= first else " before the first frame was done"
+        self.report({"INFO"}, f"Stopped{done}: {stays}")
+        return True
 
     def _updates(self) -> int:
         return sum(len(track) for track in self._recording.tracks.values())

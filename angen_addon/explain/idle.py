@@ -16,7 +16,9 @@ from ...sensor_logic.quantities import typed
 from ..sensors import read_pose
 from ..station import evaluated_depsgraph
 from .facts import Explanation, quoted
+from .motion import SAME as CHANGED
 from .replay import Replay
+from .warm import WarmCause
 
 Facts = list[tuple[str, str]]
 # Blender units: what moves by less does not move.
@@ -64,11 +66,12 @@ def _motion(replay: Replay, index: int, found: Explanation) -> Facts:
                 f"the most is {share:.0%} of that",
             )
         ]
-    return [*facts, ("Nearest movement", _nearest_movement(replay, index))]
+    return [*facts, ("Nearest movement", _nearest_movement(replay, index, found))]
 
 
-def _nearest_movement(replay: Replay, index: int) -> str:
-    """What moves nearest to a motion detector since its update before, and why that is not seen."""
+def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
+    """What moves nearest to a motion detector since its update before, and why that is not seen,
+    or not enough."""
     if index == 0:
         return "not known at the first update"
     before, now = _bounds(replay, index - 1), _bounds(replay, index)
@@ -85,6 +88,8 @@ def _nearest_movement(replay: Replay, index: int) -> str:
     name = min(sorted(away), key=lambda n: away[n])
     told = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
     pir = replay.sensor.parameters
+    if name in _noticed(found):
+        return f"{told}: seen, but it changes too little, or too slowly"
     if away[name] > pir.range_max:
         return f"{told}: beyond the range max of {replay.lengths.typed(pir.range_max)}"
     if pir.model == "RANGE_SCAN":
@@ -98,6 +103,14 @@ def _nearest_movement(replay: Replay, index: int) -> str:
             )
         return f"{told}: hidden, between its rays, or not at the tilt that it looks at"
     return f"{told}: hidden, outside its zones, as warm as what is behind, or too slow"
+
+
+def _noticed(found: Explanation) -> set[str]:
+    """What changed anything that the detector measures."""
+    cause = found.cause
+    if isinstance(cause, WarmCause):
+        return {thing.name for thing in cause.things}
+    return {cause.culprit} if cause.change > CHANGED else set()
 
 
 def _switch(replay: Replay, index: int, found: Explanation) -> Facts:

@@ -3,6 +3,7 @@
 why."""
 
 from importlib import import_module
+from types import SimpleNamespace
 
 import bpy
 import pytest
@@ -289,6 +290,54 @@ def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):
 
 
 # Clear
+
+
+# A run that is stopped
+
+
+def run_of(steps):
+    """The recording of a run that is left after so many steps."""
+    recording = part("sensor_logic.recording").Recording()
+    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    run = part("angen_addon.simulation").simulate(bpy.context.scene, sensors, 1, 72, recording)
+    for _ in zip(range(steps), run, strict=False):
+        pass
+    run.close()
+    return recording
+
+
+def stop(recording):
+    """What the operator says when Esc ends the run that made `recording` so far."""
+    operator, said = part("operators.simulate").ANGEN_OT_simulate, []
+    stub = SimpleNamespace(_recording=recording, _scene_uid=bpy.context.scene.session_uid)
+    stub.report = lambda _, text: said.append(text)
+    stub._updates = lambda: operator._updates(stub)
+    stub._leaves_as_is = lambda scene: operator._leaves_as_is(stub, scene)
+    operator._end(stub, bpy.context, early=True)
+    return said
+
+
+def test_a_stopped_run_takes_no_recording_that_holds(door):
+    ops.simulate()
+    assert stop(run_of(2)) == ["Stopped: frames 1 to 72 stay recorded"]
+    door.scene.frame_set(60)
+    assert told().text.startswith("Closed") and told().origin == "Recorded at frame 49"
+
+
+def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
+    ops.simulate()
+    sensor().angen_sensor.update_rate = 24.0
+    recording = run_of(9)
+    assert stop(recording) == [f"Stopped, and recorded frames 1 to {recording.frame_end}: 9 updates"]
+    assert cache().recording(door.scene) is recording
+
+
+def test_a_run_that_is_stopped_in_its_first_frame_is_no_recording(door):
+    """As where the light of the first frame takes long: other sensors have read already."""
+    recording = run_of(9)
+    recording.frame_end = 0
+    assert stop(recording) == ["Stopped before the first frame was done: nothing is recorded"]
+    assert cache().kept(door.scene) is None
 
 
 def test_undo_brings_a_cleared_recording_back(door, tmp_path):

@@ -105,6 +105,28 @@ def test_the_nearest_movement_and_why_it_is_not_seen(world):
     assert "a range must change by more than 0.05 m: the most is 0% of that" in told
 
 
+def test_what_is_seen_moving_too_little_is_not_called_hidden(world):
+    creeping = world.box((1, 1, 1), at=(0, 0, -3), name="Creeping")
+    world.key(creeping, "location", {1: (0, 0, -3), 48: (0, 0, -2.5)})
+    activate(world.pir())
+    ops.simulate()
+    told = asked(20)
+    assert "'Creeping', 2.298 m away: seen, but it changes too little" in told
+    assert "hidden" not in told
+
+
+def test_nor_is_who_is_warm_and_too_weak_for_the_threshold(world):
+    person = world.box((0.4, 1.7, 0.3), at=(0, 0, -1.8), name="Person")
+    world.key(person, "location", {1: (-1.5, 0, -1.8), 48: (1.5, 0, -1.8)})
+    person.angen_warmth.use_temperature, person.angen_warmth.temperature = True, 23.0
+    world.box((6, 3, 0.1), at=(0, 0, -6), name="Wall")
+    activate(world.sensor("PIR", "pir", model="PYROELECTRIC"))
+    ops.simulate()
+    told = asked(25)
+    assert "changed the power" in told and "rays on it now" in told
+    assert "'Person', 1.650 m away: seen, but it changes too little" in told
+
+
 def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
     world.wall(0.012, name="Flag")
     activate(world.switch())

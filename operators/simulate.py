@@ -84,7 +84,7 @@ class ANGEN_OT_simulate(Operator):
         # Where a script went to another scene meanwhile, the recording is not of this one.
         if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
             return
-        if early and self._leaves_as_is(scene):
+        if (early or not self._has_a_frame()) and self._leaves_as_is(scene):
             return
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
@@ -98,18 +98,21 @@ class ANGEN_OT_simulate(Operator):
         how = "Stopped, and recorded" if early else "Recorded"
         self.report({"INFO"}, f"{how} frames {first} to {last}: {self._updates()} updates")
 
+    def _has_a_frame(self) -> bool:
+        return self._recording.frame_end >= self._recording.frame_start
+
     def _leaves_as_is(self, scene: Any) -> bool:
         """Whether a run that was stopped is worth less than what was recorded before: no frame is
         done, or the earlier recording still holds and has all its frames."""
         first, last = self._recording.frame_start, self._recording.frame_end
         earlier = state.CACHE.recording(scene)
         holds = earlier is not None and earlier.covers(first) and earlier.covers(last)
-        if last >= first and not holds:
+        if self._has_a_frame() and not holds:
             return False
         stays = "nothing is recorded" if state.CACHE.kept(scene) is None else "what was stays"
         if holds and earlier is not None:
             stays = f"frames {earlier.frame_start} to {earlier.frame_end} stay recorded"
-        done = "" if last >= first else " before the first frame was done"
+        done = "" if self._has_a_frame() else " before the first frame was done"
         self.report({"INFO"}, f"Stopped{done}: {stays}")
         return True
 

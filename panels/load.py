@@ -25,7 +25,8 @@ class _Weight:
         return context.object is not None and context.object.type in weights.BEARER_TYPES
 
     def draw_header_preset(self, context: Context) -> None:
-        if context.object.angen_load.mass > 0.0:
+        # In a narrow region it would stand in the panel's own name.
+        if context.object.angen_load.mass > 0.0 and has_name_column():
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
 
     def draw(self, context: Context) -> None:

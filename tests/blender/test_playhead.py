@@ -306,14 +306,15 @@ def run_of(steps):
     return recording
 
 
-def stop(recording):
-    """What the operator says when Esc ends the run that made `recording` so far."""
+def stop(recording, early=True):
+    """What the operator says when Esc, or an error, ends the run that made `recording` so far."""
     operator, said = part("operators.simulate").ANGEN_OT_simulate, []
     stub = SimpleNamespace(_recording=recording, _scene_uid=bpy.context.scene.session_uid)
     stub.report = lambda _, text: said.append(text)
     stub._updates = lambda: operator._updates(stub)
+    stub._has_a_frame = lambda: operator._has_a_frame(stub)
     stub._leaves_as_is = lambda scene: operator._leaves_as_is(stub, scene)
-    operator._end(stub, bpy.context, early=True)
+    operator._end(stub, bpy.context, early)
     return said
 
 
@@ -328,15 +329,20 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
     ops.simulate()
     sensor().angen_sensor.update_rate = 24.0
     recording = run_of(9)
-    assert stop(recording) == [f"Stopped, and recorded frames 1 to {recording.frame_end}: 9 updates"]
+    assert stop(recording) == [
+        f"Stopped, and recorded frames 1 to {recording.frame_end}: 9 updates"
+    ]
     assert cache().recording(door.scene) is recording
 
 
-def test_a_run_that_is_stopped_in_its_first_frame_is_no_recording(door):
+@pytest.mark.parametrize("early", [True, False])
+def test_a_run_that_ends_in_its_first_frame_is_no_recording(door, early):
     """As where the light of the first frame takes long: other sensors have read already."""
     recording = run_of(9)
     recording.frame_end = 0
-    assert stop(recording) == ["Stopped before the first frame was done: nothing is recorded"]
+    assert stop(recording, early) == [
+        "Stopped before the first frame was done: nothing is recorded"
+    ]
     assert cache().kept(door.scene) is None
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 
@@ -34,9 +35,27 @@ def main(arguments: list[str], program: str) -> int:
     except OSError as error:
         return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
     if options.json:
-        print(json.dumps(table.data(one, two, found), indent=1, ensure_ascii=False))
-    else:
-        sys.stdout.write(table.text(one, two, found))
+        return _say(json.dumps(table.data(one, two, found), indent=1, ensure_ascii=False) + "\n")
+    return _say(table.text(one, two, found))
+
+
+def _say(text: str) -> int:
+    """Writes to standard output; returns the exit status."""
+    if sys.stdout is None:
+        return _fail("standard output is closed", FAILED)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Names are UTF-8 whatever the terminal speaks.
+        sys.stdout.reconfigure(encoding="utf-8")
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        # What is left in it is not to be tried again at the end.
+        sys.stdout = None  # type: ignore[assignment]
+        if isinstance(error, BrokenPipeError):
+            # Who reads our output had enough, as `head` does.
+            return FAILED
+        return _fail(f"cannot write to standard output: {error.strerror}", FAILED)
     return DONE
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -156,3 +157,36 @@ def test_a_missing_log_is_told(tmp_path) -> None:
     status, _, err = compare(tmp_path / "none", tmp_path / "none")
     assert status == 2
     assert "cannot read" in err and str(tmp_path / "none") in err
+
+
+@pytest.mark.parametrize("options", ["", "--json"])
+@pytest.mark.parametrize(
+    ("stream", "status", "says"),
+    [
+        (">&-", 1, "angen: standard output is closed\n"),
+        (">/dev/full", 1, "angen: cannot write to standard output: No space left on device\n"),
+        ("| head -c 1 >/dev/null", 0, ""),
+        ("2>&- >/dev/full", 1, ""),
+    ],
+)
+def test_standard_output_that_takes_nothing(tmp_path, options, stream, status, says):
+    if "full" in stream and not Path("/dev/full").exists():
+        pytest.skip("has no /dev/full")
+    path = log(tmp_path, [(0, "PIR hall", 0), (5, "PIR hall", 1), (9, "PIR hall", 0)])
+    command = f"{sys.executable} -m angen_addon compare {path} {path} {options} {stream}"
+    done = subprocess.run(["sh", "-c", command], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (status, says)
+
+
+def test_names_are_utf_8_whatever_the_terminal_speaks(tmp_path):
+    rows = [(0, "PIR hall", 0), (5, "PIR hall", 1), (9, "PIR hall", 0)]
+    path = log(tmp_path, rows, "Küche.csv")
+    for options in ([], ["--json"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "angen_addon", "compare", str(path), str(path), *options],
+            cwd=ROOT,
+            capture_output=True,
+            env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        )
+        assert done.returncode == 0, done.stderr
+        assert "Küche" in done.stdout.decode()

@@ -102,14 +102,19 @@ def room_names(text: str) -> tuple[str, ...]:
     return tuple(name for name in (part.strip() for part in text.split(",")) if name)
 
 
-SETTINGS = _group()
+# Alive from register() to unregister() only: Blender 4.2 as a Python module crashes at exit where
+# a property with functions of ours is still around.
+_groups: list[type] = []
 
 
 def register() -> None:
-    bpy.utils.register_class(SETTINGS)
-    Scene.angen_coverage = PointerProperty(type=SETTINGS)
+    _groups.append(_group())
+    bpy.utils.register_class(_groups[0])
+    Scene.angen_coverage = PointerProperty(type=_groups[0])
 
 
 def unregister() -> None:
     del Scene.angen_coverage
-    bpy.utils.unregister_class(SETTINGS)
+    cls = _groups.pop()
+    bpy.utils.unregister_class(cls)
+    cls.__annotations__.clear()

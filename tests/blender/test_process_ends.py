@@ -130,3 +130,12 @@ def test_a_test_session_ends_as_it_should(driven, tmp_path):
     status, out, err = run(*arguments, cwd=tmp_path)
     assert status == 0, out + err
     assert "1 passed" in out
+
+
+@pytest.mark.parametrize("name", ["pressure", "light", "light_control"])
+def test_sample_blends_are_built_with_status_zero(tmp_path, name):
+    """`make sample` stops at the first script that ends in a crash."""
+    script, out = ROOT / "sample_blends" / f"build_{name}.py", tmp_path / f"{name}.blend"
+    done = subprocess.run([sys.executable, str(script), "--out", str(out)], check=False)
+    assert done.returncode == 0
+    assert out.exists()

@@ -1,0 +1,344 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Holds every number that the window shows of a recorded home against the exported CSV files.
+
+    blender -b home.blend --python scripts/shown_numbers.py -- EVENTS.csv SAMPLES_FOLDER [REPORT.csv]
+
+The files are what Export Events and Export Samples wrote of the recording in the home; without
+them they are exported first, into EVENTS.csv and SAMPLES_FOLDER. At many frames the panels, the
+table, the labels and Explain are drawn by their own functions into a layout that notes the texts;
+each number and each state in these is compared with the row of the CSV that holds at that frame,
+to half of the last digit that is shown. What a text leaves out although the CSV has it counts as a
+difference. Prints how many were compared and each that differs; exits with 1 if any does. In a
+window it waits until the file that SHOWN_WHEN names exists, and writes the status into it.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import bpy
+
+ADDON = "bl_ext.user_default.angen_sensors"
+EVERY = 400
+# Of each sensor, so many of its events are visited, and as many explained as the second tells.
+EVENTS_VISITED, EVENTS_EXPLAINED = 8, 2
+NUMBER = re.compile(
+    r"(?P<number>-?\d+(?:\.\d+)?) ?(?P<unit>% of threshold|%|lx|N\b|°|MΩ|kΩ|Ω|cm\b|m\b|V\b|s ago)"
+)
+FACTORS = {"MΩ": 1e6, "kΩ": 1e3, "cm": 0.01, "°": math.radians(1.0), "% of threshold": 0.01}
+# Which column of a sensor's samples a unit speaks of.
+COLUMNS = {
+    "PIR": {"°": "angle_rad", "% of threshold": "signal"},
+    "OPTICAL_SWITCH": {"m": "range_m", "cm": "range_m"},
+    "PRESSURE": {"N": "force_n", "Ω": "resistance_ohm", "V": "voltage_v"},
+    "LIGHT": {"%": "luminance_percent", "lx": "illuminance_lux"},
+}
+STATES = {
+    "PIR": ("moved", "Motion", "Still"),
+    "OPTICAL_SWITCH": ("open", "Open", "Closed"),
+    "PRESSURE": ("pressed", "Pressed", "Free"),
+    "LIGHT": ("lit", "Lit", "Dark"),
+}
+# The facts of Explain that are readings; a detector's are ranges of single rays, which no log has.
+EXPLAINED = {
+    "OPTICAL_SWITCH": ("Now", "Before"),
+    "PRESSURE": ("Force", "Before"),
+    "LIGHT": ("Reading", "Before"),
+}
+
+
+class Row(NamedTuple):
+    """What was compared: `shown` is the text, `csv` what it should tell."""
+
+    frame: float
+    sensor: str
+    place: str
+    shown: str
+    csv: str
+    same: bool
+
+
+class Noted:
+    """A layout that notes the texts of what is drawn into it."""
+
+    def __init__(self, texts: list[str]) -> None:
+        object.__setattr__(self, "texts", texts)
+
+    def __setattr__(self, name: str, value: Any) -> None: ...
+
+    def label(self, text: str = "", **_: Any) -> None:
+        self.texts.append(text)
+
+    def operator(self, idname: str, text: str = "", **_: Any) -> Any:
+        self.texts.append(text)
+        return SimpleNamespace()
+
+    def prop(self, *_: Any, **__: Any) -> None: ...
+
+    def panel(self, *_: Any, **__: Any) -> tuple[Noted, Noted]:
+        return self, self
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *_, **__: self
+
+
+def part(name: str) -> Any:
+    return import_module(f"{ADDON}.{name}")
+
+
+class Log:
+    """The exported files: the samples of each sensor, and its events."""
+
+    def __init__(self, events: Path, samples: Path) -> None:
+        with open(events, newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.events: dict[str, list[dict[str, str]]] = defaultdict(list)
+        for row in rows:
+            self.events[row["sensor"]].append(row)
+        names = part("sensor_logic.files").file_names(self.events)
+        self.samples: dict[str, list[dict[str, str]]] = {}
+        for sensor, name in names.items():
+            with open(samples / name, newline="", encoding="utf-8") as file:
+                self.samples[sensor] = list(csv.DictReader(file))
+
+    def at(self, sensor: str, frame: float) -> dict[str, str]:
+        return [row for row in self.samples[sensor] if float(row["frame"]) <= frame + 1e-4][-1]
+
+    def event_frames(self, sensor: str, kind: str) -> list[float]:
+        """Where a state changed, or, where none ever did, a measured value."""
+        numbers = {"force_n", "luminance_percent", "illuminance_lux"}
+        first = float(self.samples[sensor][0]["frame"])
+        later = [row for row in self.events[sensor] if float(row["frame"]) > first]
+        states = {float(row["frame"]) for row in later if row["field"] not in numbers}
+        return sorted(states or {float(row["frame"]) for row in later})
+
+    def last_told(self, sensor: str, frame: float) -> float:
+        return max(
+            float(row["frame"]) for row in self.events[sensor] if float(row["frame"]) <= frame
+        )
+
+
+class Comparison:
+    def __init__(self, log: Log) -> None:
+        self.log = log
+        self.rows: list[Row] = []
+
+    def note(self, frame: float, sensor: Any, place: str, shown: str, csv: str, same: bool) -> None:
+        self.rows.append(Row(frame, sensor.name, place, shown, csv, same))
+
+    def text(self, frame: float, sensor: Any, place: str, text: str, at: dict[str, str]) -> None:
+        """State and numbers of a reading; a reading without any must have none in the CSV."""
+        kind = sensor.kind.identifier
+        field, active, idle = STATES[kind]
+        word = text.split(",")[0]
+        if word in (active, idle):
+            wanted = active if at[field] == "1" else idle
+            self.note(frame, sensor, place, word, wanted, word == wanted)
+        found = list(NUMBER.finditer(text))
+        for match in found:
+            self.measured(frame, sensor, place, match, at)
+        if not found and word not in (active, idle):
+            self.note(frame, sensor, place, text, "a reading", at.get("valid") == "0")
+
+    def measured(self, frame: float, sensor: Any, place: str, match: Any, at: Any) -> None:
+        unit, number = match["unit"], match["number"]
+        if unit == "s ago":
+            render = bpy.context.scene.render
+            value = (frame - float(at["frame"])) * render.fps_base / render.fps
+        else:
+            column = COLUMNS[sensor.kind.identifier].get(unit.strip("kM") if "Ω" in unit else unit)
+            told = at.get(column or "", "")
+            if not told:
+                self.note(frame, sensor, place, match[0], "nothing", False)
+                return
+            value = float(told) / FACTORS.get(unit, 1.0)
+        self.number(frame, sensor, place, match[0], number, value)
+
+    def number(
+        self, frame: float, sensor: Any, place: str, shown: str, number: str, value: float
+    ) -> None:
+        """`number` as it is written may be off by half of its last digit; its sign too, where
+        strength alone is told."""
+        digits = len(number.partition(".")[2])
+        value = abs(value) if "threshold" in shown else value
+        # Three digits are told of a resistance, with or without a point.
+        least = 10.0 ** (len(number) - 3) if "Ω" in shown and "." not in number else 1.0
+        room = 0.5 * (least if least > 1.0 else 10.0**-digits) * (1 + 1e-6) + 1e-9
+        self.note(frame, sensor, place, shown, f"{value:.6g}", abs(float(number) - value) <= room)
+
+    def equal(self, frame: float, sensor: Any, place: str, shown: Any, csv: Any) -> None:
+        self.note(frame, sensor, place, str(shown), str(csv), shown == csv)
+
+
+def compare_frame(found: Comparison, sensors: list[Any], frame: int) -> None:
+    """All that is shown at a frame, sensor by sensor."""
+    context = bpy.context
+    context.scene.frame_set(frame)
+    for sensor in sensors:
+        at = found.log.at(sensor.name, frame)
+        context.view_layer.objects.active = sensor.object
+        seen = part("panels.readings").shown(sensor, context.scene)
+        for place, text in (*table_texts(sensor), *label_texts(sensor, seen)):
+            found.text(frame, sensor, place, text, at)
+        compare_panel(found, sensor, frame, at)
+        compare_events(found, sensor, frame)
+
+
+def table_texts(sensor: Any) -> Iterator[tuple[str, str]]:
+    context = bpy.context
+    for place, width in (("table", 250), ("wide table", 400)):
+        texts: list[str] = []
+        region = SimpleNamespace(width=width)
+        scale = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+        around = SimpleNamespace(
+            region=region, preferences=scale, scene=context.scene, view_layer=context.view_layer
+        )
+        cls = part("panels.table").ANGEN_UL_sensors
+        cls.draw_item(None, around, Noted(texts), None, sensor.object, 0, None, "")
+        # Name, in a wide one room, reading; and the button of the active row.
+        yield place, [text for text in texts if text][-1]
+
+
+def label_texts(sensor: Any, seen: Any) -> Iterator[tuple[str, str]]:
+    texts = part("angen_addon.overlay.labels")._texts
+    for place, full in (("label", False), ("full label", True)):
+        yield place, texts(bpy.context, (None, seen, sensor.name), full)[1]
+
+
+def panel_texts(module: str, panel: str) -> list[str]:
+    texts: list[str] = []
+    getattr(part(module), panel).draw(SimpleNamespace(layout=Noted(texts)), bpy.context)
+    return [text for text in texts if text]
+
+
+def compare_panel(found: Comparison, sensor: Any, frame: int, at: dict[str, str]) -> None:
+    """Active Sensor: the reading, its frame, and a pad's in full."""
+    texts = panel_texts("panels.active_sensor", "ANGEN_PT_active_sensor")
+    reading = texts.index(sensor.name) + 1
+    # What the menu of presets is called stands between.
+    where = next(n for n in range(reading, len(texts)) if texts[n].startswith("Recorded at"))
+    found.text(frame, sensor, "panel", texts[where - 1], at)
+    found.equal(frame, sensor, "panel", float(texts[where].split()[-1]), float(at["frame"]))
+    # Of two equal names the first counts: titles of sections follow.
+    after = dict(reversed(list(zip(texts[where + 1 :], texts[where + 2 :], strict=False))))
+    if sensor.kind.identifier != "PRESSURE":
+        return
+    names = ", ".join(filter(None, at["partners"].split(";"))) or "–"
+    found.equal(frame, sensor, "Pressed By", after["Pressed By"], names)
+    for axis, column in (("X", "cop_x_m"), ("Y", "cop_y_m")):
+        match = re.search(rf"{axis} (-?[\d.]+) cm", after["Centre"])
+        if match is None or not at[column]:
+            found.equal(frame, sensor, "Centre", after["Centre"], "–" if not at[column] else "")
+        else:
+            value = 100.0 * float(at[column])
+            found.number(frame, sensor, "Centre", match[0], match[1], value)
+    for name in ("Resistor", "Output"):
+        if at.get("resistance_ohm" if name == "Resistor" else "voltage_v"):
+            found.text(frame, sensor, name, after[name], at)
+    found.equal(frame, sensor, "ADC", after["Output"].split("ADC ")[-1], at["adc"])
+
+
+def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
+    """Events: how many have passed, and which one can be explained."""
+    texts = panel_texts("panels.events", "ANGEN_PT_events")
+    count = re.match(r"(\d+) of (\d+) events passed", texts[0])
+    frames = found.log.event_frames(sensor.name, sensor.kind.identifier)
+    shown = (int(count[1]), int(count[2])) if count else ()
+    found.equal(frame, sensor, "events", shown, (sum(f <= frame for f in frames), len(frames)))
+    told = next((text for text in texts if text.startswith("Explain ")), "")
+    last = found.log.last_told(sensor.name, frame)
+    found.equal(frame, sensor, "event", float(told.rpartition("Frame ")[2] or "nan"), last)
+
+
+def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
+    """What Explain says of the event at a frame: what was measured, and which updates it names."""
+    context, memory = bpy.context, part("angen_addon.explain").MEMORY
+    context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
+    context.view_layer.objects.active = sensor.object
+    bpy.ops.angen.explain("EXEC_DEFAULT")
+    recording = part("angen_addon.state").CACHE.recording(context.scene)
+    track = recording.track_of(sensor.uid)
+    told = memory.recall(recording, sensor.uid, track.at(frame + 1e-4))
+    at = found.log.at(sensor.name, frame)
+    if told is None:
+        found.equal(frame, sensor, "Explain", "nothing", "an explanation")
+        return
+    field, active, idle = STATES[sensor.kind.identifier]
+    word = re.split(r"\W", told.headline)[0]
+    found.equal(frame, sensor, "Explain", word, active if at[field] == "1" else idle)
+    for name, text in told.facts:
+        moment = re.search(r"frame ([\d.]+) \((-?[\d.]+) s\)", text)
+        row = found.log.at(sensor.name, float(moment[1])) if moment else at
+        if moment is not None:
+            found.equal(frame, sensor, name, float(moment[1]), float(row["frame"]))
+            found.number(frame, sensor, name, moment[0], moment[2], float(row["time_s"]))
+        if name in EXPLAINED.get(sensor.kind.identifier, ()):
+            # The reading comes first; a threshold or a place may follow.
+            number = NUMBER.search(text)
+            assert number is not None, text
+            found.measured(frame, sensor, f"Explain, {name}", number, row)
+
+
+def visited(log: Log, sensors: Iterable[Any], scene: Any) -> list[int]:
+    frames = set(range(scene.frame_start, scene.frame_end + 1, EVERY)) | {scene.frame_end}
+    for sensor in sensors:
+        events = log.event_frames(sensor.name, sensor.kind.identifier)
+        for frame in events[:: max(1, len(events) // EVENTS_VISITED)]:
+            # The frame before tells the state before.
+            frames |= {math.ceil(frame), max(math.ceil(frame) - 1, scene.frame_start)}
+    return sorted(frames)
+
+
+def main(events: Path, samples: Path, report: Path | None = None) -> int:
+    scene = bpy.context.scene
+    if not events.exists():
+        bpy.ops.angen.export_events(filepath=str(events))
+        bpy.ops.angen.export_samples(directory=str(samples.parent), folder=samples.name)
+    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    found = Comparison(Log(events, samples))
+    for frame in visited(found.log, sensors, scene):
+        compare_frame(found, sensors, frame)
+    for sensor in sensors:
+        for frame in found.log.event_frames(sensor.name, "")[:EVENTS_EXPLAINED]:
+            compare_explained(found, sensor, frame)
+    if report is not None:
+        with open(report, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([Row._fields, *found.rows])
+    wrong = [row for row in found.rows if not row.same]
+    for row in wrong[:50]:
+        print("differs:", *row[:5], sep=" | ")
+    print(f"compared {len(found.rows)}, differing {len(wrong)}")
+    return 1 if wrong else 0
+
+
+def once_told(arguments: list[Path], told: Path) -> float | None:
+    """In a window: compares in this process once the file `told` is there, which then says how it
+    went."""
+    if not told.exists():
+        return 1.0
+    told.write_text(str(main(*arguments)), encoding="utf-8")
+    return None
+
+
+def run() -> None:
+    given = [Path(text).absolute() for text in sys.argv[sys.argv.index("--") + 1 :]]
+    told = os.environ.get("SHOWN_WHEN")
+    if told:
+        bpy.app.timers.register(partial(once_told, given, Path(told)))
+    else:
+        sys.exit(main(*given))
+
+
+if __name__ == "__main__":
+    run()

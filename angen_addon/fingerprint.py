@@ -152,7 +152,8 @@ def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
         if names is not None:
             group = getattr(sensor.settings, sensor.kind.attribute)
             for text in (getattr(group, name) for name in names):
-                yield text.as_string() if text is not None else ""
+                if text is not None:
+                    yield text.as_string()
 
 
 def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:

@@ -10,7 +10,16 @@ import bpy
 
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
-from .fingerprint import Fingerprint, digest_of, is_looked_at, key_of, surroundings, take, warmth_of
+from .fingerprint import (
+    SHOWN,
+    Fingerprint,
+    digest_of,
+    is_looked_at,
+    key_of,
+    surroundings,
+    take,
+    warmth_of,
+)
 from .portable import portable
 from .sensors import Sensor, all_sensors
 
@@ -38,6 +47,8 @@ class Kept:
         self._changed: dict[str, str] = {}
         # Animated things that the user moved: they are back in place at the next frame.
         self._touched: dict[str, str] = {}
+        # How many the file had when that was looked at last.
+        self._objects = len(bpy.data.objects)
         self._elsewhere = False
         self._renamed: dict[str, str] = {}
 
@@ -52,7 +63,13 @@ class Kept:
             return "it is not known whether the scene is still the same"
         # A sensor's name is in the log, and decides its noise.
         names = [f"'{then}' is called '{now}'" for now, then in self._renamed.items()]
-        names += (self._changed | self._touched).values()
+        changed = self._changed | self._touched
+        if any(text.endswith(("(new)", "(gone)")) for text in changed.values()):
+            # That tells what else is shown.
+            changed.pop(SHOWN, None)
+        # Objects, which users know by name, before their meshes.
+        keys = sorted(changed, key=lambda key: not key.startswith("Object "))
+        names += dict.fromkeys(changed[key] for key in keys)
         if not names:
             return ""
         more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
@@ -137,7 +154,13 @@ class Kept:
     def _note_surroundings(self, scene: Any, depsgraph: Any) -> None:
         layer = scene.view_layers[depsgraph.view_layer.name]
         self._note_names(layer)
-        self._compare(surroundings(scene, layer, self.fingerprint.light, self._renamed))
+        around = surroundings(scene, layer, self.fingerprint.light, self._renamed)
+        before, self._objects = self._objects, len(bpy.data.objects)
+        if before != self._objects and self.fingerprint.difference(SHOWN, around[SHOWN]):
+            # An object came or went: only a look at everything tells which.
+            now = take(scene, depsgraph, self.fingerprint.light, self._renamed)
+            self._changed = self.fingerprint.differences(now)
+        self._compare(around)
 
     def _note_names(self, view_layer: Any) -> None:
         """Which of the recorded sensors have another name now."""

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Holds every number that the window shows of a recorded home against the exported CSV files.
 
-    blender -b home.blend --python scripts/shown_numbers.py -- EVENTS.csv SAMPLES_FOLDER [REPORT.csv]
+    blender -b home.blend --python scripts/shown_numbers.py -- EVENTS.csv SAMPLES [REPORT.csv]
 
 The files are what Export Events and Export Samples wrote of the recording in the home; without
-them they are exported first, into EVENTS.csv and SAMPLES_FOLDER. At many frames the panels, the
-table, the labels and Explain are drawn by their own functions into a layout that notes the texts;
-each number and each state in these is compared with the row of the CSV that holds at that frame,
-to half of the last digit that is shown. What a text leaves out although the CSV has it counts as a
-difference. Prints how many were compared and each that differs; exits with 1 if any does. In a
-window it waits until the file that SHOWN_WHEN names exists, and writes the status into it.
+them they are exported first, into the file EVENTS.csv and the folder SAMPLES. At many frames the
+panels, the table, the labels and Explain are drawn by their own functions into a layout that notes
+the texts; each number and each state in these is compared with the row of the CSV that holds at
+that frame, to half of the last digit that is shown. What a text leaves out although the CSV has it
+counts as a difference. Prints how many were compared and each that differs; exits with 1 if any
+does. In a window it waits until the file that SHOWN_WHEN names exists, and writes the status into
+it.
 """
 
 from __future__ import annotations
@@ -310,8 +311,8 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
     for frame in visited(found.log, sensors, scene):
         compare_frame(found, sensors, frame)
     for sensor in sensors:
-        for frame in found.log.event_frames(sensor.name, "")[:EVENTS_EXPLAINED]:
-            compare_explained(found, sensor, frame)
+        for event in found.log.event_frames(sensor.name, "")[:EVENTS_EXPLAINED]:
+            compare_explained(found, sensor, event)
     if report is not None:
         with open(report, "w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([Row._fields, *found.rows])
@@ -325,7 +326,7 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
 def once_told(arguments: list[Path], told: Path) -> float | None:
     """In a window: compares in this process once the file `told` is there, which then says how it
     went."""
-    if not told.exists():
+    if not told.exists() or told.stat().st_size:
         return 1.0
     told.write_text(str(main(*arguments)), encoding="utf-8")
     return None

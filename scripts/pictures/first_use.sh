@@ -1,38 +1,84 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# A new user's first half hour, by mouse and keyboard, with a picture of each step; at its end every
-# number that the window shows is held against the files that were exported in it:
+# A new user's first half hour, by mouse and keyboard, with a picture of each step, and every number
+# that the window shows held against the files that were exported in it:
 #   sh scripts/pictures/first_use.sh BLENDER WIDTHxHEIGHT ZIP OUT
-# BLENDER is the program (4.3 and 5.2 were tried), ZIP what `make zip` wrote, OUT a folder for the
-# pictures, events, samples, the report and what was compared. Needs Xvfb, xdotool and ImageMagick's
-# `import`. The places that the mouse goes to are told from the window's right and upper edge, as
-# Blender lays its sidebar out, so that they hold for every size from 1280x720 on.
+# BLENDER is the program (4.3 and 5.2 are known to go), ZIP what `make zip` wrote, OUT a folder for
+# pictures, exported files and what was compared. Needs Xvfb, xdotool and ImageMagick's `import`.
+# The mouse goes to places told from the right and upper edges, as Blender lays out its sidebar: at
+# any size from 1280x720 on. Ends with the status of the comparison.
 set -eu
 blender=$1 size=$2 zip=$3 out=$4
 w=${size%x*} h=${size#*x}
 home=$(mktemp -d)
 export BLENDER_USER_RESOURCES="$home" DISPLAY=":${SCREEN:-87}" SHOWN_WHEN="$home/compare"
 mkdir -p "$out"
-cp sample_blends/angen.blend "$home/home.blend"
+cp "${HOME_BLEND:-sample_blends/angen.blend}" "$home/home.blend"
 "$blender" --command extension install-file -r user_default -e "$zip" >"$out/blender.log" 2>&1
-
 Xvfb "$DISPLAY" -screen 0 "${size}x24" +extension GLX -nolisten tcp >/dev/null 2>&1 &
-screen=$!
+screen=$! window=
 trap 'kill $window $screen 2>/dev/null; rm -rf "$home"' EXIT
-sleep 1
-at() { xdotool mousemove "$1" "$2"; sleep 0.4; }
-click() { at "$1" "$2"; xdotool click 1; sleep 0.8; }
-# From the right edge; a panel is alone open once its header is clicked with Ctrl held.
-right() { click $((w - $1)) "$2"; }
-alone() { at $((w - $1)) "$2"; xdotool keydown ctrl click 1; sleep 0.3; xdotool keyup ctrl; sleep 0.8; }
-key() { for k in "$@"; do xdotool key "$k"; sleep 0.6; done; }
-view() { at $((w / 4)) $((h / 2)); }
-picture() { sleep "${2:-0.7}"; import -window root "$out/$1.png"; echo "$1"; }
+sleep 2
+# The sidebar's tabs; the middle of its panels; where the timeline's frames stand.
+tabs=$((w * 815 / 1000)) middle=$((w * 815 / 1000 - 142)) frames=$((h - h * 28 / 360 + 17))
+# Blender 5 has one more tab above.
+case $("$blender" --version | head -1) in *" 4."*) tab=254 ;; *) tab=330 ;; esac
+
 open() {
     "$blender" -p 0 0 "$w" "$h" --no-window-focus "$home/home.blend" --python-expr 'import bpy
 bpy.context.preferences.view.show_splash = False' --python scripts/shown_numbers.py \
-        -- "$out/home.csv" "$out/samples" "$out/compared.csv" >>"$out/blender.log" 2>&1 &
+        -- "$home/home.csv" "$home/home samples" "$out/compared.csv" >>"$out/blender.log" 2>&1 &
     window=$!
-    sleep 14
+    sleep 12
+    settle
     view
+    click "$tabs" "$tab"
 }
+# Until the window shows the same twice: on a busy machine that takes a while.
+settle() {
+    last='' n=0
+    while [ $n -lt 30 ]; do
+        sleep 0.4
+        now=$(import -window root -depth 8 rgb:- | cksum)
+        [ "$now" != "$last" ] || return 0
+        last=$now n=$((n + 1))
+    done
+}
+at() { xdotool mousemove $(($1 - 4)) "$2"; sleep 0.2; xdotool mousemove "$1" "$2"; settle; }
+click() { at "$1" "$2"; xdotool mousedown 1; sleep 0.2; xdotool mouseup 1; settle; }
+panel() { click $((middle + $1)) "$2"; }
+key() { for k in "$@"; do xdotool key "$k"; settle; done; }
+view() { at $((w / 5)) $((h / 2)); }
+text() { xdotool type --delay 80 "$1"; settle; }
+# A file browser's window takes the place and the name that it offers.
+accept() { at $((w / 2)) $((h / 2)); key Return; }
+picture() { sleep "${2:-1}"; import -window root "$out/$1.png"; }
+
+open; picture 01_opened
+view; key shift+a; text "motion detector on"; key Return; at $((w * 495 / 1000)) $((h * 352 / 1000))
+picture 02_placing
+click $((w * 495 / 1000)) $((h * 352 / 1000)); picture 03_placed 5
+view; key ctrl+z; sleep 1
+panel 0 128; text "PIR hall"; key Return; panel -30 184
+click $((w * 16 / 100)) "$frames"; picture 04_scrubbed 2
+view; key shift+alt+Right shift+alt+Right shift+alt+Right; picture 05_third_event
+panel -70 381; panel 0 518; picture 06_explained 3
+panel -70 381
+panel -70 515; accept; picture 07_events_written
+panel 0 515; accept
+panel 85 515; accept; picture 08_report_written 3
+panel -60 541; picture 09_baked 2
+view; key ctrl+z; sleep 1
+key g x; text 0.5; key Return; picture 10_stale 4
+view; key ctrl+z; picture 11_undone 3
+key ctrl+s; sleep 3
+kill "$window"; wait "$window" || true
+open; picture 12_reopened
+: >"$SHOWN_WHEN"
+for _ in $(seq 120); do sleep 2; [ ! -s "$SHOWN_WHEN" ] || break; done
+picture 13_compared
+panel 0 438; picture 14_simulating 14
+view; key Escape; picture 15_stopped 3
+cp -r "$home"/home.csv "$home"/home.html "$home/home samples" "$out"
+grep -E "^(differs|compared)" "$out/blender.log" || true
+exit "$(cat "$SHOWN_WHEN")"

@@ -193,13 +193,21 @@ EDITS = {
     hide: "what is shown or hidden",
     show: "what is shown or hidden",
     disable: "'shelf'",
-    add: "what is shown or hidden",
-    remove: "what is shown or hidden",
+    add: "'new' (new)",
+    remove: "'shelf' (gone)",
     unparent: "'lamp'",
     rename_sensor: "'Front door' is called 'Back door'",
     driver: "'shelf'",
     exclude: "what is shown or hidden",
 }
+
+
+def test_a_new_sensor_is_named_as_what_changed(home):
+    """Nobody touched the scene's settings, nor hid anything."""
+    ops.sensor_add(kind="PIR")
+    name = bpy.context.object.name
+    assert f"'{name}' (new)" in stale()
+    assert "settings" not in stale() and "hidden" not in stale()
 
 
 @pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit.__name__)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from datetime import datetime
+from typing import Any
 
 import bpy
 
@@ -78,6 +79,22 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         action="store_true",
         help="open the file as one that you trust: its drivers and scripts may run Python",
     )
+    run = _of_runs(every)
+    _add_simulate(verbs, run)
+    listing = verbs.add_parser("list", parents=[every], help="the sensors and their parameters")
+    listing.add_argument("--json", action="store_true", help="for programs")
+    _add_check(verbs, run)
+    _add_explain(verbs, every)
+    doctor = verbs.add_parser(
+        "doctor", parents=[every], help="what makes the home's sensors read nonsense"
+    )
+    doctor.add_argument("--json", action="store_true", help="for programs")
+    add_verbs(verbs, path, every)
+    return parser
+
+
+def _of_runs(every: Parser) -> Parser:
+    """What all verbs take that simulate."""
     run = Parser(add_help=False, parents=[every])
     run.add_argument(
         "--frames",
@@ -95,32 +112,35 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     run.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
+    return run
 
-    one = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
-    one.add_argument(
+
+def _add_simulate(verbs: Any, run: Parser) -> None:
+    verb = verbs.add_parser("simulate", parents=[run], help="write what the sensors report")
+    verb.add_argument(
         "--events", type=path, metavar="FILE.csv", help="event log (default: standard output)"
     )
-    one.add_argument(
+    verb.add_argument(
         "--report",
         type=path,
         metavar="FILE.html",
         help="timeline, floor plan and figures to read and print; FILE.svg: the pictures alone",
     )
-    one.add_argument(
+    verb.add_argument(
         "--samples", type=path, metavar="DIR", help="every update, a CSV file a sensor"
     )
-    one.add_argument(
+    verb.add_argument(
         "--start",
         type=_start,
         metavar="ISO-TIME",
         help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
     )
-    one.add_argument(
+    verb.add_argument(
         "--spreadsheet",
         action="store_true",
         help="CSV for a spreadsheet: names that it would take for formulas get a leading '",
     )
-    one.add_argument(
+    verb.add_argument(
         "--format",
         action="append",
         default=[],
@@ -129,25 +149,24 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help=f"also in the format of another tool, to the --out that follows it; may be given "
         f"again: {', '.join(FORMATS)}",
     )
-    one.add_argument(
+    verb.add_argument(
         "--out", action="append", default=[], type=path, metavar="PATH", help="of --format"
     )
-    one.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
-    one.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
+    verb.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
+    verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
 
-    two = verbs.add_parser("list", parents=[every], help="the sensors and their parameters")
-    two.add_argument("--json", action="store_true", help="for programs")
 
-    three = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
-    three.add_argument("expected", type=path, metavar="EXPECTED.csv")
-    three.add_argument(
+def _add_check(verbs: Any, run: Parser) -> None:
+    verb = verbs.add_parser("check", parents=[run], help="simulate and compare with an event log")
+    verb.add_argument("expected", type=path, metavar="EXPECTED.csv")
+    verb.add_argument(
         "--tolerance",
         type=_tolerance,
         default=0.0,
         metavar="X",
         help="largest difference of numbers that is none (default 0)",
     )
-    three.add_argument(
+    verb.add_argument(
         "--time-tolerance",
         type=_tolerance,
         default=0.0,
@@ -155,29 +174,25 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         help="largest difference of an event's time that is none (default 0)",
     )
 
-    four = verbs.add_parser(
+
+def _add_explain(verbs: Any, every: Parser) -> None:
+    verb = verbs.add_parser(
         "explain", parents=[every], help="which object made a sensor report its last event"
     )
-    four.add_argument("--sensor", required=True, metavar="NAME", help="the sensor")
-    four.add_argument(
+    verb.add_argument("--sensor", required=True, metavar="NAME", help="the sensor")
+    verb.add_argument(
         "--time",
         type=_tolerance,
         required=True,
         metavar="SECONDS",
         help="its last event at or before this time, as in the event log, is explained",
     )
-    four.add_argument(
+    verb.add_argument(
         "--now",
         action="store_true",
         help="what it reads at this time instead, and what would have to change where that is "
         "nothing",
     )
-    four.add_argument(
+    verb.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
-    five = verbs.add_parser(
-        "doctor", parents=[every], help="what makes the home's sensors read nonsense"
-    )
-    five.add_argument("--json", action="store_true", help="for programs")
-    add_verbs(verbs, path, every)
-    return parser

@@ -109,15 +109,7 @@ def surroundings(
     scene: Any, view_layer: Any, light: bool, renamed: Renamed = NONE_RENAMED
 ) -> dict[str, str]:
     """Digests of the scene's own settings and of what is shown; cheap."""
-    own: list[Any] = [
-        setting_facts(scene, part, names)
-        for part, names in (
-            (scene, [*OF_SCENE, *own_settings()]),
-            (scene.render, OF_RENDER),
-            (scene.unit_settings, OF_UNITS),
-        )
-    ]
-    own += [animation_facts(scene), custom_facts(scene)]
+    own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
     own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(all_sensors(view_layer)))]
     shown = [
@@ -129,7 +121,19 @@ def surroundings(
     return {SCENE: digest(own, renamed), SHOWN: digest([sorted(shown), layers])}
 
 
-def own_settings() -> list[str]:
+def scene_facts(scene: Any) -> list[Any]:
+    """The scene's settings that readings depend on, without what is animated of them."""
+    return [
+        setting_facts(scene, part, names)
+        for part, names in (
+            (scene, [*OF_SCENE, *_own_settings()]),
+            (scene.render, OF_RENDER),
+            (scene.unit_settings, OF_UNITS),
+        )
+    ]
+
+
+def _own_settings() -> list[str]:
     """Names of the scene's settings that readings depend on: every one that the extension defines,
     so that a new one counts unless somebody says that it does not."""
     return sorted(

@@ -12,16 +12,13 @@ import numpy as np
 
 from .digests import Facts, animation_facts, part_facts, setting_facts, weights_of
 from .fingerprint import (
-    OF_RENDER,
-    OF_SCENE,
-    OF_UNITS,
     SCENE,
     SHOWN,
     digest,
     harmless_cameras,
     is_looked_at,
     key_of,
-    own_settings,
+    scene_facts,
     surroundings,
 )
 
@@ -39,16 +36,8 @@ SHAPED = {"CURVE", "CURVES", "FONT", "META", "SURFACE"}
 def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
     """Digests by the keys of a fingerprint."""
     layer = scene.view_layers[depsgraph.view_layer.name]
-    own = [
-        setting_facts(scene, part, names)
-        for part, names in (
-            (scene, [*OF_SCENE, *own_settings()]),
-            (scene.render, OF_RENDER),
-            (scene.unit_settings, OF_UNITS),
-        )
-    ]
     found = {
-        SCENE: digest([own, animation_facts(scene)]),
+        SCENE: digest([scene_facts(scene), animation_facts(scene)]),
         SHOWN: surroundings(scene, layer, light=False)[SHOWN],
     }
     originals = [evaluated.original for evaluated in depsgraph.ids]

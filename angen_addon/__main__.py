@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import traceback
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
+from .console import note, tell
 from .leaving import leave_hard
 from .opening import open_file, unreadable
 from .quiet import fill_closed_streams, standard_output_silenced
@@ -40,7 +40,7 @@ def main(arguments: list[str]) -> int:
         file, options = Path(options[0]), options[1:]
         problem = unreadable(file)
         if problem:
-            tell(f"angen: {problem}\n")
+            note(problem)
             return 2
     with standard_output_silenced():
         import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
@@ -52,16 +52,9 @@ def main(arguments: list[str]) -> int:
         options = [option for option in options if option != TRUSTED]
         problem = open_file(file, trusted) if file else ""
     if problem:
-        tell(f"angen: {problem}\n")
+        note(problem)
         return 2
     return int(command_line.run_command(verb + options, PROGRAM))
-
-
-def tell(text: str) -> None:
-    """On standard error, where it is open."""
-    with contextlib.suppress(OSError, ValueError):
-        sys.stderr.write(text)
-        sys.stderr.flush()
 
 
 def command() -> NoReturn:
@@ -73,7 +66,7 @@ def command() -> NoReturn:
     except SystemExit as stop:
         status = int(stop.code or 0)
     except KeyboardInterrupt:
-        tell("angen: interrupted; nothing was written\n")
+        note("interrupted; nothing was written")
     except BaseException:
         traceback.print_exc()
     finally:

@@ -9,32 +9,33 @@ from typing import Any
 from .animation import is_animated
 from .instances import with_instanced
 from .scene_probe.solids import SURFACE_TYPES
-
-# Of several pads with the same problem, so many are named.
-NAMED = 3
+from .wording import Advice, named, uncapped
 
 
-def warm_up(sensor: Any, scene: Any) -> str:
+def warm_up(sensor: Any, scene: Any) -> Advice | None:
     """What the user is told of a motion detector that the animation ends too early for."""
     seconds = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = scene.frame_end + 1 - scene.frame_start
     length = frames * scene.render.fps_base / scene.render.fps
     if seconds < length:
-        return ""
-    return (
+        return None
+    return Advice(
         f"Its warm-up time of {seconds:g} s outlasts the animation of {length:.3g} s: it reports "
-        "nothing. Set it to 0 for a detector that has long been on"
+        "nothing",
+        "Set it to 0 for a detector that has long been on",
     )
 
 
-def without_surface(obj: Any) -> str:
-    """Why nothing can press on the object; empty where something can."""
+def without_surface(obj: Any) -> Advice | None:
+    """What the user is told of a pad that nothing can press on."""
     kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
     if obj.type not in SURFACE_TYPES:
-        return f"it has no surface that anything could press on ({kind}): use a mesh object"
+        return Advice(
+            f"It has no surface that anything could press on ({kind})", "Use a mesh object"
+        )
     if obj.type == "MESH" and not obj.modifiers and not obj.data.polygons:
-        return "its mesh has no faces that anything could press on: give it some"
-    return ""
+        return Advice("Its mesh has no faces that anything could press on", "Give it some")
+    return None
 
 
 def is_simulated(obj: Any) -> bool:
@@ -69,68 +70,68 @@ def simulated_bodies(scene: Any) -> Iterator[Any]:
             yield obj
 
 
-def sinks(pad: Any, scene: Any) -> str:
+def sinks(pad: Any, scene: Any) -> Advice | None:
     """What the user is told of a pad that heavier bodies press through what is below it."""
     bodies = list(simulated_bodies(scene))
     if pad not in bodies:
-        return ""
+        return None
     heavier = [b for b in bodies if b != pad and b.rigid_body.mass > pad.rigid_body.mass]
     if not heavier:
-        return ""
+        return None
     worst = max(heavier, key=lambda body: body.rigid_body.mass)
-    return (
+    return Advice(
         f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier ones, "
-        f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg). Make it passive, or remove its "
-        "rigid body"
+        f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg)",
+        "Make it passive, or remove its rigid body",
     )
 
 
-def weightless(pad: Any, scene: Any, view_layer: Any) -> str:
+def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
     """What the user is told where nothing could ever press on the pad."""
     if any(body != pad for body in simulated_bodies(scene)):
-        return ""
+        return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
-        return ""
-    return (
-        "Nothing in this scene has a weight. Make something an active rigid body, or give an "
-        "animated person or thing a mass: Physics tab, Weight on Sensors"
+        return None
+    return Advice(
+        "Nothing in this scene has a weight",
+        "Make something an active rigid body, or give an animated person or thing a mass: "
+        "Physics tab, Weight on Sensors",
     )
 
 
-def of_several(told: dict[str, str]) -> str:
-    """One line for what is to be told of several pads, by their names: the first of them, how many
-    there are, and the text; where the texts differ, that of the first."""
+def of_several(told: dict[str, Advice]) -> str:
+    """One line for the same advice to several pads, by their names: how many there are, the first
+    of their names, and the text; where the texts differ, that of the first."""
     names = list(told)
-    text = told[names[0]]
-    text = f"{text[0].lower()}{text[1:]}"
+    text = uncapped(told[names[0]].text)
     if len(names) == 1:
         return f"'{names[0]}': {text}"
-    first = ", ".join(f"'{name}'" for name in names[:NAMED])
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     of_first = "of the first: " if len(set(told.values())) > 1 else ""
-    return f"{len(names)} pads ({first}{more}): {of_first}{text}"
+    return f"{len(names)} pads ({named(names, 3)}): {of_first}{text}"
 
 
-def outdated_cache(scene: Any) -> str:
+def outdated_cache(scene: Any) -> Advice | None:
     """What the user is told where the simulated poses are those before an edit."""
     world = scene.rigidbody_world
     if not any(simulated_bodies(scene)) or not world.point_cache.is_outdated:
-        return ""
-    return (
-        "The rigid-body cache is out of date, live readings are not valid: play from frame "
-        f"{world.point_cache.frame_start}, or simulate the sensors, which does so by itself"
+        return None
+    return Advice(
+        "The rigid-body cache is out of date, live readings are not valid",
+        f"Play from frame {world.point_cache.frame_start}, or simulate the sensors, which does so "
+        "by itself",
     )
 
 
-def short_cache(scene: Any) -> str:
+def short_cache(scene: Any) -> Advice | None:
     """What the user is told where the physics stops before the scene does."""
     if not any(simulated_bodies(scene)):
-        return ""
+        return None
     cache = scene.rigidbody_world.point_cache
     if cache.frame_end >= scene.frame_end:
-        return ""
+        return None
     way_out = "Delete its bake, set its end and bake again" if cache.is_baked else "Set its end"
-    return (
+    return Advice(
         f"The rigid-body cache ends at frame {cache.frame_end}, the scene at {scene.frame_end}: "
-        f"readings after it are not valid. {way_out}: Scene tab, Rigid Body World, Cache"
+        "readings after it are not valid",
+        f"{way_out}: Scene tab, Rigid Body World, Cache",
     )

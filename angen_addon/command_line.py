@@ -26,6 +26,7 @@ from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.recording import Recording
 from . import advice, bake, state, warmth
 from .arguments import parse
+from .console import note
 from .coverage import command as coverage
 from .describe import describe
 from .doctor import command as doctor
@@ -36,12 +37,13 @@ from .kept import keep
 from .lacking import lacking
 from .leaving import leave_hard
 from .output_files import Outputs, check_outputs
-from .progress import ProgressLine, note
+from .progress import ProgressLine
 from .quiet import fill_closed_streams, standard_output_silenced
 from .report import check_name, report_text
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
 from .station import ends_before_time
+from .wording import uncapped
 
 SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -181,21 +183,21 @@ def _tell_of_off(sensors: list[Sensor]) -> None:
 def _tell_of_warmth(sensors: list[Sensor]) -> None:
     """Says what keeps pyroelectric detectors from feeling what their user expects."""
     found = warmth.pyroelectric(simulated(sensors))
-    text = warmth.nothing_warm(bpy.context.view_layer) if found else ""
-    if text:
-        note(f"{text[0].lower()}{text[1:]}")
+    cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
+    if cold:
+        note(uncapped(cold.text))
     for sensor in found:
-        text = warmth.too_slow(sensor)
-        if text:
-            note(f"'{sensor.name}': {text[0].lower()}{text[1:]}")
+        slow = warmth.too_slow(sensor)
+        if slow:
+            note(f"'{sensor.name}': {uncapped(slow.text)}")
 
 
 def _tell_of_warm_up(sensors: list[Sensor]) -> None:
     """Says which detectors the animation ends too early for."""
     for sensor in simulated(sensors):
-        text = advice.warm_up(sensor, bpy.context.scene)
-        if text:
-            note(f"'{sensor.name}': {text[0].lower()}{text[1:]}")
+        late = advice.warm_up(sensor, bpy.context.scene)
+        if late:
+            note(f"'{sensor.name}': {uncapped(late.text)}")
 
 
 def _tell_of_pads(sensors: list[Sensor]) -> None:
@@ -207,12 +209,12 @@ def _tell_of_pads(sensors: list[Sensor]) -> None:
         lambda pad: advice.sinks(pad.object, scene),
         lambda pad: advice.weightless(pad.object, scene, view_layer),
     ):
-        told = {pad.name: text for pad in pads if (text := ask(pad))}
+        told = {pad.name: found for pad in pads if (found := ask(pad))}
         if told:
             note(advice.of_several(told))
-    short = advice.short_cache(scene) if pads else ""
+    short = advice.short_cache(scene) if pads else None
     if short:
-        note(short)
+        note(short.text)
 
 
 def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:

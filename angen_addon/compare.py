@@ -12,6 +12,7 @@ from ..sensor_logic.compare.intervals import read
 from ..sensor_logic.compare.statistics import measures
 from ..sensor_logic.files import OutputError, check_folder, write_files
 from ..sensor_logic.formats.source import SourceError
+from .console import note
 from .parser import Parser, path
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -60,7 +61,7 @@ def _say(text: str) -> int:
 
 
 def _fail(text: str, status: int) -> int:
-    sys.stderr.write(f"angen: {text}\n")
+    note(text)
     return status
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
@@ -20,6 +19,7 @@ from ..sensor_logic.formats.source import (
     read_log_events,
     start_of,
 )
+from .console import note
 from .parser import Parser, path
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -38,16 +38,16 @@ def main(arguments: list[str], program: str) -> int:
             options.out.mkdir(exist_ok=True)
         write_files(files)
     except (SourceError, OutputError, FormatError) as error:
-        _tell(str(error))
+        note(str(error))
         return BAD_INPUT if isinstance(error, SourceError) else FAILED
     except OSError as error:
-        _tell(f"cannot read {error.filename}: {error.strerror}")
+        note(f"cannot read {error.filename}: {error.strerror}")
         return BAD_INPUT
     except OverflowError:
-        _tell("the log's dates run beyond the year 9999: give an earlier --start")
+        note("the log's dates run beyond the year 9999: give an earlier --start")
         return BAD_INPUT
-    for note in written.notes:
-        _tell(note)
+    for text in written.notes:
+        note(text)
     return DONE
 
 
@@ -65,7 +65,7 @@ def _read(options: argparse.Namespace) -> Log:
     events, start = read_log_events(options.events, start)
     if start is None:
         start = DEFAULT_START
-        _tell(f"the log begins at {start.isoformat()}: --start says when it did")
+        note(f"the log begins at {start.isoformat()}: --start says when it did")
     activities = read_activities(options.activities, start) if options.activities else []
     return make_log(events, sensors, start, activities, about)
 
@@ -113,8 +113,3 @@ def _parser(program: str) -> Parser:
         help="the home's, such as Europe/Stockholm, with its daylight saving (default: none)",
     )
     return parser
-
-
-def _tell(text: str) -> None:
-    if sys.stderr is not None:
-        sys.stderr.write(f"angen: {text}\n")

@@ -11,9 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-# s: who works on a step that takes longer is not waited for.
+# s: a step of work that goes on for longer after Ctrl-C is ended with the process.
 PATIENCE_S = 0.7
-
 
 SIGNALS = {
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -21,11 +20,11 @@ SIGNALS = {
 
 
 class Interrupt:
-    """As a context, takes note of Ctrl-C and the like: an exception would be lost where it strikes
-    in a frame handler.
+    """A context in which Ctrl-C and the like are taken note of, and `check` raises: Blender would
+    swallow an exception that is raised in a frame handler.
 
-    The second one strikes at once. `leave` ends the process, where work that is `watched` takes no
-    notice of the first.
+    A second Ctrl-C raises at once. `leave` ends the process where work that is `watched` does not
+    come to its next `check` in time.
     """
 
     def __init__(self, leave: Callable[[], None]) -> None:

@@ -22,8 +22,8 @@ from .fingerprint import (
 )
 from .portable import portable
 from .sensors import Sensor, all_sensors
+from .wording import listed
 
-NAMED = 3
 HERE = tuple(bpy.app.version[:2])
 
 
@@ -72,8 +72,7 @@ class Kept:
         names += dict.fromkeys(changed[key] for key in keys)
         if not names:
             return ""
-        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-        return f"changed since: {', '.join(names[:NAMED])}{more}"
+        return f"changed since: {listed(names, 3)}"
 
     def verify(self, scene: Any, depsgraph: Any) -> None:
         """Looks at everything; to be called after undo and load, and before results leave."""

@@ -14,8 +14,8 @@ from ..sensor_logic.kinds import KINDS
 from . import state
 from .animation import all_animated
 from .sensors import all_sensors, simulated
+from .wording import named
 
-NAMED = 4
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
 FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"
 
@@ -135,10 +135,3 @@ def _standing_drivers() -> Iterator[Lack]:
     if failed:
         text = f"drivers fail, so what they move stands still: {named(failed)}"
         yield text, "mend or remove them"
-
-
-def named(names: list[str]) -> str:
-    """The first few, in quotes."""
-    more = len(names) - NAMED
-    told = ", ".join(f"'{name}'" for name in names[:NAMED])
-    return f"{told} and {more} more" if more > 0 else told

@@ -12,8 +12,8 @@ from typing import NoReturn
 
 
 def leave_hard(status: int) -> NoReturn:
-    """Without taking anything down, in which Blender's module crashes or hangs where drivers ran
-    Python; what was said is told, and what Blender itself would take away is removed."""
+    """Flushes what was said, removes Blender's temporary folder and ends the process. Nothing is
+    taken down, as Blender's module crashes or hangs in that where drivers ran Python."""
     bpy = sys.modules.get("bpy")
     folder = Path(bpy.app.tempdir) if bpy is not None else None
     # Of this session alone, not that of all programs.

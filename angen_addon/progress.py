@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import sys
 import time
 from collections import deque
 from typing import TextIO
 
+from .console import tell
 from .simulation import Progress
 
 TERMINAL_INTERVAL_S = 0.2
@@ -112,16 +111,3 @@ class ProgressLine:
             f"({seconds / elapsed:.0f} times real time), {updates} updates\n",
             self._stream,
         )
-
-
-def note(text: str) -> None:
-    """A line for the user, out of the way of the events on standard output."""
-    tell(f"angen: {' '.join(text.split())}\n")
-
-
-def tell(text: str, stream: TextIO | None = None) -> None:
-    """Writes to `stream`, or standard error. Where that is closed, or its disk is full, there is
-    nobody to tell, and the results do not depend on it."""
-    with contextlib.suppress(OSError, ValueError):
-        (stream or sys.stderr).write(text)
-        (stream or sys.stderr).flush()

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 
 def fill_closed_streams() -> None:
-    """Puts nothing at all where standard input, output or error is closed, as by `>&-`: else the
-    next file that is opened would be written to in its place."""
+    """Opens the null device in place of standard input, output or error that is closed, as by
+    `>&-`: else the next file that is opened would take its number, and get what is printed."""
     for handle in range(3):
         try:
             os.fstat(handle)

@@ -25,7 +25,7 @@ class Cache:
     the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
     what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
-    `findings` what the doctor found, None before he looked.
+    `findings` what the doctor found, None before it was asked.
     """
 
     def __init__(self) -> None:

@@ -23,8 +23,8 @@ _unregister: Callable[[], None] | None = None
 
 
 def expect(unregister: Callable[[], None]) -> None:
-    """Has it all let go at the end of the process, while there is Python; also of the file that is
-    open then, if the extension is off by that time. In a Blender program there is no need."""
+    """Has `unregister` called, and the open file closed, before Python ends; the file also where
+    the extension is off by then. A Blender program does so by itself."""
     global _unregister
     if not bpy.app.binary_path:
         if _unregister is None:

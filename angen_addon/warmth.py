@@ -13,6 +13,7 @@ from .scene_probe.solids import SURFACE_TYPES
 from .scene_probe.warmth import collection_parents, inherited_warmth
 from .sensors import Sensor
 from .weights import chain
+from .wording import Advice
 
 # Materials with one of these in their name are bare skin.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")
@@ -101,21 +102,23 @@ def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
     ]
 
 
-def nothing_warm(view_layer: Any) -> str:
+def nothing_warm(view_layer: Any) -> Advice | None:
     """What the user is told where a pyroelectric detector has nothing to feel."""
     if next(warm_things(view_layer), None) is not None:
-        return ""
-    return (
+        return None
+    return Advice(
         "Nothing in the scene has a temperature: everything is as warm as the room, and no "
-        "movement is felt. Select the person, then Physics tab, Temperature, Set Usual, Person"
+        "movement is felt",
+        "Select the person, then Physics tab, Temperature, Set Usual, Person",
     )
 
 
-def too_slow(sensor: Sensor) -> str:
+def too_slow(sensor: Sensor) -> Advice | None:
     """What the user is told where the updates are too far apart for the signal."""
     if sensor.settings.update_rate >= ENOUGH_RATE:
-        return ""
-    return (
+        return None
+    return Advice(
         f"At {sensor.settings.update_rate:g} updates a second the signal of a walker is up to "
-        "10 % too low: set the update rate to the frame rate"
+        "10 % too low",
+        "Set the update rate to the frame rate",
     )

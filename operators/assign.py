@@ -10,6 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice import without_surface
+from ..angen_addon.wording import uncapped
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from .add import KIND_ITEMS
 
@@ -37,7 +38,7 @@ class ANGEN_OT_sensor_assign(Operator):
         obj.angen_sensor.kind = self.kind
         problem = without_surface(obj)
         if self.kind == "PRESSURE" and problem:
-            self.report({"WARNING"}, f"'{obj.name}': {problem}")
+            self.report({"WARNING"}, f"'{obj.name}': {uncapped(problem.text)}")
         else:
             self.report({"INFO"}, f"'{obj.name}' is a sensor: {kind.label}")
         return {"FINISHED"}

@@ -37,8 +37,8 @@ class Opening:
 class Leaf:
     """A closed leaf. `corner` is its free upper corner, on the face that looks `out`; `edge` runs
     level from the hinge to the free edge. Unit vectors; sizes in units of the scene. `hand`: LEFT
-    or RIGHT where its hinge was said to be there from whichever side it opens to; `guessed`: as
-    nothing else tells it."""
+    or RIGHT where the hinge is to be on that side, seen from where the leaf opens to; `guessed`:
+    nothing tells the hand."""
 
     corner: Vector
     edge: Vector
@@ -126,8 +126,8 @@ def _chain(obj: Any) -> list[Any]:
 
 
 def _hinge(obj: Any, middle: Vector, edge: Vector, width: float) -> Vector | None:
-    """The origin, of the leaf or of what it hangs on, that lies at an edge of it; None: of none
-    does, as of a box that was made a door."""
+    """The origin, of the leaf or of what it hangs on, that lies at an edge of it; None where none
+    does, as with a box that was made a door."""
     for owner in _chain(obj):
         origin = owner.matrix_world.translation
         away = abs((middle - origin).dot(edge)) / width

@@ -7,7 +7,7 @@ import time
 
 # s: long enough for a few redraws a second at most, and short enough for Esc.
 LEAST, MOST = 0.25, 0.75
-# Of the time that Blender took last, to draw what changed: it may cost a tenth.
+# A slice lasts this many times as long as Blender's last turn, so that drawing costs a tenth.
 TIMES = 9.0
 
 

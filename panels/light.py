@@ -8,6 +8,7 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.sensors import Sensor
+from ..angen_addon.wording import capital
 from .lines import draw_lines
 from .readings import Shown
 
@@ -16,4 +17,4 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
     """The note of the last live reading, if there is one: closed forms do not model everything."""
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:
-        draw_lines(layout, note[0].upper() + note[1:], "INFO")
+        draw_lines(layout, capital(note), "INFO")

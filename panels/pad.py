@@ -24,26 +24,26 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
     pad, scene = sensor.object, context.scene
     problem = advice.without_surface(pad)
     if problem:
-        draw_lines(layout, problem[0].upper() + problem[1:], "ERROR")
+        draw_lines(layout, problem.text, "ERROR")
         return
     if seen.fields is not None:
         _draw_reading(layout, seen.fields, lengths_of(scene))
-    outdated = "" if seen.recorded else advice.outdated_cache(scene)
+    outdated = None if seen.recorded else advice.outdated_cache(scene)
     if outdated:
-        draw_lines(layout, outdated, "ERROR")
+        draw_lines(layout, outdated.text, "ERROR")
     elif seen.problem:
         not_yet = seen.problem == NOT_YET
         draw_lines(layout, _not_yet(seen) if not_yet else _not_valid(seen), seen.icon)
     sinks = advice.sinks(pad, scene)
     if sinks:
-        box = draw_lines(layout, sinks, "ERROR")
+        box = draw_lines(layout, sinks.text, "ERROR")
         box.row().prop(pad.rigid_body, "type", expand=True)
     weightless = advice.weightless(pad, scene, context.view_layer)
     if weightless:
-        draw_lines(layout, weightless, "ERROR")
+        draw_lines(layout, weightless.text, "ERROR")
     short = advice.short_cache(scene)
     if short:
-        box = draw_lines(layout, short, "ERROR")
+        box = draw_lines(layout, short.text, "ERROR")
         box.prop(scene.rigidbody_world.point_cache, "frame_end", text="Cache End")
 
 

@@ -18,7 +18,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
     """Each advice with its way out."""
     late = advice.warm_up(sensor, context.scene)
     if late:
-        box = draw_lines(layout, late, "INFO")
+        box = draw_lines(layout, late.text, "INFO")
         if not sensor.holders:
             button = box.operator("wm.context_set_float", text="Set to 0 s", icon="CHECKMARK")
             button.data_path, button.value = "object.angen_sensor.pir.warm_up_time", 0.0

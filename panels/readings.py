@@ -14,6 +14,7 @@ from ..angen_addon import playhead, state
 from ..angen_addon.playhead import Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
+from ..angen_addon.wording import capital
 from ..sensor_logic.model import Reading
 from ..sensor_logic.output_timing import waiting
 from ..sensor_logic.pressure import NOT_YET
@@ -111,7 +112,7 @@ def _warming_up(sensor: Sensor, told: Told, scene: Any) -> tuple[str, str, str] 
     warm_up = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = told.frame - scene.frame_start
     text = waiting(warm_up, 0.0, frames * scene.render.fps_base / scene.render.fps)
-    return (text[:1].upper() + text[1:], NOT_SURE, "Warm-up") if text else None
+    return (capital(text), NOT_SURE, "Warm-up") if text else None
 
 
 def state_text(sensor: Sensor, reading: Reading, lengths: Any) -> str:

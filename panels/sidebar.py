@@ -8,6 +8,7 @@ from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon import state
 from ..angen_addon.kept import HERE, version_text
+from ..angen_addon.wording import capital
 from .lines import draw_lines, draw_property
 
 SHOWN_LACKS = 3
@@ -78,7 +79,7 @@ def draw_lacking(layout: UILayout) -> None:
     if not lacks:
         return
     for text in lacks[:SHOWN_LACKS]:
-        draw_lines(layout, f"{text[0].upper()}{text[1:]}", "ERROR")
+        draw_lines(layout, capital(text), "ERROR")
     if len(lacks) > SHOWN_LACKS:
         layout.label(text=f"and {len(lacks) - SHOWN_LACKS} more, as `angen list` tells")
     row = layout.row(align=True)

@@ -116,9 +116,9 @@ def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> N
         return
     cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
     if cold:
-        draw_lines(layout, cold, "INFO")
+        draw_lines(layout, cold.text, "INFO")
     if slow:
-        _draw_rate(draw_lines(layout, slow, "INFO"), context.scene)
+        _draw_rate(draw_lines(layout, slow.text, "INFO"), context.scene)
     layout.operator(ANGEN_OT_lens_table.bl_idname, icon="TEXT")
 
 

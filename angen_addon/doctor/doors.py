@@ -12,7 +12,8 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ..animation import motion_paths
 from ..instances import chain
-from .examined import Examined, Found, named
+from ..wording import named
+from .examined import Examined, Found
 
 WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)
 # What is called after a door and is none.
@@ -53,7 +54,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
             bad.append(leaf.name)
     if bad:
         yield (
-            f"Doors without a hinge, whose origin is in their middle: {named(bad)}",
+            f"Doors without a hinge, whose origin is in their middle: {named(sorted(bad))}",
             "Put the 3D cursor on the hinge's edge, then Object, Set Origin, Origin to 3D Cursor; "
             "or Fit Door with Switch, which finds the hinge",
         )
@@ -72,7 +73,7 @@ def standing_still(home: Examined) -> Iterator[Found]:
     ]
     if watched and not any(any(motion_paths(part)) for leaf in watched for part in chain(leaf)):
         yield (
-            f"No door with a switch is animated: {named(leaf.name for leaf in watched)}",
+            f"No door with a switch is animated: {named(sorted(leaf.name for leaf in watched))}",
             "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",
         )
 

@@ -15,8 +15,6 @@ from ..plan.home import Home
 from ..scene_probe.solids import SURFACE_TYPES
 from ..sensors import Sensor, all_sensors, simulated, unit_scale
 
-NAMED = 4
-
 
 class Finding(NamedTuple):
     """`check` names the check that found it; `text` what is wrong, in a sentence; `mend` the way
@@ -72,20 +70,3 @@ class Examined:
 # What a check yields: what is wrong, and the way to mend it.
 Found = tuple[str, str]
 Check = Callable[[Examined], Iterable[Found]]
-
-
-def named(things: Iterable[str]) -> str:
-    """Names in quotes, the first few of many."""
-    names = sorted(dict.fromkeys(things))
-    more = len(names) - NAMED
-    told = ", ".join(f"'{name}'" for name in names[:NAMED])
-    return f"{told} and {more} more" if more > 0 else told
-
-
-def parted(text: str) -> Found:
-    """A sentence as what is wrong and the way to mend it, with which it ends."""
-    for mark in (". ", "; ", ": "):
-        wrong, found, mend = text.rpartition(mark)
-        if found:
-            return wrong, f"{mend[0].upper()}{mend[1:]}"
-    return text, "Find it (File, External Data, Find Missing Files), or remove what needs it"

@@ -7,13 +7,14 @@ from collections import Counter
 from collections.abc import Iterator
 
 from .. import lacking
+from ..wording import capital
 from .examined import Examined, Found
 
 
 def lacks(home: Examined) -> Iterator[Found]:
     """Missing libraries and files, drivers that stand still, sensors of unknown kinds."""
     for text, mend in lacking.lacks(home.view_layer, bool(home.of_kind("LIGHT"))):
-        yield f"{text[0].upper()}{text[1:]}", f"{mend[0].upper()}{mend[1:]}"
+        yield capital(text), capital(mend)
 
 
 def same_names(home: Examined) -> Iterator[Found]:

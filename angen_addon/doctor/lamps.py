@@ -9,7 +9,8 @@ from typing import Any
 from ..animation import curves, is_animated
 from ..scene_probe.light_engine import why_no_eevee
 from ..scene_probe.light_scene import is_portal
-from .examined import Examined, Found, named
+from ..wording import named
+from .examined import Examined, Found
 
 # W of light: no lamp of a home sends out so much; what a lamp draws is some times what it sends.
 MOST_WATTS = 50.0

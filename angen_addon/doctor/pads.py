@@ -9,7 +9,8 @@ import numpy as np
 
 from .. import advice
 from ..scene_probe.rays import NOTHING
-from .examined import Examined, Found, parted
+from ..wording import uncapped
+from .examined import Examined, Found
 
 BUNDLE = -41
 # m: with nothing within this below it, a pad hangs in the air.
@@ -19,13 +20,13 @@ GAP = 0.05
 def advised(home: Examined) -> Iterator[Found]:
     """Pads that nothing can press on, or that sink."""
     for pad in home.of_kind("PRESSURE"):
-        for text in (
+        for told in (
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
             advice.weightless(pad.object, home.scene, home.view_layer),
         ):
-            if text:
-                yield parted(f"'{pad.name}': {text[0].lower()}{text[1:]}")
+            if told:
+                yield f"'{pad.name}': {uncapped(told.wrong)}", told.mend
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
@@ -54,6 +55,4 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 def caches(home: Examined) -> Iterator[Found]:
     """A rigid-body cache that is too short, or of the scene before an edit."""
     if home.of_kind("PRESSURE"):
-        for text in (advice.short_cache(home.scene), advice.outdated_cache(home.scene)):
-            if text:
-                yield parted(text)
+        yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))

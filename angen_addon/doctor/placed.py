@@ -11,13 +11,14 @@ import numpy as np
 from ...sensor_logic.model import Array
 from .. import warmth
 from ..animation import action_curves
-from ..overlay.sight import sight_of
 from ..scene_probe.rays import NOTHING
 from ..scene_probe.solids import Solid
 from ..sensors import Sensor, SensorError
+from ..sight import sight_of
 from ..simulation import frames_to_step_from
 from ..station import Station, clock_of
-from .examined import Examined, Found, named
+from ..wording import named
+from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43
 # m: what is met from within on two opposite sides nearer than this together is a wall.
@@ -26,7 +27,7 @@ THICKEST = 0.6
 MOST_FACES = 200
 # Of a sensor's rays, so many meet something too near where it is built in, or against a wall.
 BLOCKED = 0.25
-# Of what only detectors of warmth do not care.
+# Datablocks whose animation moves nothing.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
 LOOKING = ("PIR", "OPTICAL_SWITCH", "LIGHT")
@@ -152,7 +153,6 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
 def nothing_warm(home: Examined) -> Iterator[Found]:
     """Detectors of warmth where nobody is warm, or that look too seldom."""
     found = warmth.pyroelectric(home.sensors)
-    text = warmth.nothing_warm(home.view_layer) if found else ""
-    if text:
-        wrong, _, mend = text.rpartition(". ")
-        yield f"{wrong} ({named(s.name for s in found)})", mend
+    told = warmth.nothing_warm(home.view_layer) if found else None
+    if told:
+        yield f"{told.wrong} ({named(s.name for s in found)})", told.mend

@@ -11,7 +11,8 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ..scene_probe.rays import NOTHING
 from ..scene_probe.solids import SURFACE_TYPES
-from .examined import Examined, Found, named
+from ..wording import named
+from .examined import Examined, Found
 
 # m: no home is larger than the first, with half of its things larger than the second; none is
 # smaller than the third.
@@ -99,7 +100,8 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
     ]
     if hidden:
         yield (
-            f"Hidden from the viewport but rendered, so that no sensor meets it: {named(hidden)}",
+            "Hidden from the viewport but rendered, so that no sensor meets it: "
+            f"{named(sorted(hidden))}",
             "Show it (eye or monitor icon in the Outliner, of its collection too), or hide it from "
             "renders as well (camera icon)",
         )
@@ -116,7 +118,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
                 bare.append(obj.name)
     if bare:
         yield (
-            f"No faces, so that every ray passes: {named(bare)}",
+            f"No faces, so that every ray passes: {named(sorted(bare))}",
             "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if it is a mark",
         )
 

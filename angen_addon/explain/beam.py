@@ -9,7 +9,8 @@ import numpy as np
 
 from ...sensor_logic.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
 from ...sensor_logic.quantities import Lengths
-from .facts import Explanation, at_frame, quoted
+from ..wording import quoted
+from .facts import Explanation, at_frame
 from .replay import Replay
 
 RANGE_TOLERANCE = 1e-6

@@ -35,13 +35,5 @@ class Explanation:
         return "\n".join(lines) + "\n"
 
 
-def quoted(name: str) -> str:
-    return f"'{name}'"
-
-
 def at_frame(frame: float, time: float) -> str:
     return f"frame {format_frame(frame)} ({time:.3f} s)"
-
-
-def capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

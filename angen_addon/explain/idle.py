@@ -15,7 +15,8 @@ from ...sensor_logic.output_timing import waiting
 from ...sensor_logic.quantities import typed
 from ..sensors import read_pose
 from ..station import evaluated_depsgraph
-from .facts import Explanation, quoted
+from ..wording import capital, quoted
+from .facts import Explanation
 from .motion import SAME as CHANGED
 from .replay import Replay
 from .warm import WarmCause
@@ -34,7 +35,7 @@ def with_what_is_missing(replay: Replay, index: int, found: Explanation) -> Expl
     facts = MISSING[kind](replay, index, found) if found.cause is not None else []
     held = _waiting(replay, index) if kind == "PIR" else ""
     if held:
-        headline = f"{held[:1].upper()}{held[1:]}. {headline}"
+        headline = f"{capital(held)}. {headline}"
         facts.insert(0, ("Output", held))
     return replace(found, headline=headline, facts=(*facts, *found.facts))
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...sensor_logic.kinds import Field
-from .facts import Explanation, at_frame, quoted
+from ..wording import quoted
+from .facts import Explanation, at_frame
 from .lamps import LampShare, LightParts, light_parts
 from .replay import Replay
 

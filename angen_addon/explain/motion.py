@@ -13,7 +13,8 @@ import numpy as np
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.pir import PirParameters, fan_directions
 from ...sensor_logic.quantities import Lengths
-from .facts import Explanation, at_frame, quoted
+from ..wording import quoted
+from .facts import Explanation, at_frame
 from .replay import Replay
 
 # A range that changed by less than this, in m, without the noise, did not change.

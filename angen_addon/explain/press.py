@@ -12,7 +12,8 @@ from ...sensor_logic.partner_names import split
 from ...sensor_logic.pressure import PressureParameters, pad_reading
 from ...sensor_logic.quantities import Lengths, typed
 from ..units import centre_text
-from .facts import Explanation, at_frame, capital, quoted
+from ..wording import capital, quoted
+from .facts import Explanation, at_frame
 from .replay import Replay
 
 # Of the recorded force, or of a newton where that is less.

@@ -14,7 +14,8 @@ from ...sensor_logic.pir import PirParameters
 from ...sensor_logic.pyroelectric.detector import threshold_of, zones_of
 from ...sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
 from ...sensor_logic.pyroelectric.zones import zone_rays
-from .facts import Explanation, quoted
+from ..wording import quoted
+from .facts import Explanation
 from .replay import Replay
 
 # s: what the elements felt earlier than this the amplifier has mostly forgotten.

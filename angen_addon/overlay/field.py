@@ -19,10 +19,10 @@ from ..animation import is_animated
 from ..live import live_of
 from ..scene_probe.rays import RayCaster
 from ..sensors import Sensor, SensorError, all_sensors, unit_scale
+from ..sight import Rays, Sight, sight_of
 from ..station import Station
 from .figures import Figure, figure_of, surface_outline, sweep_figure
 from .movers import Movers
-from .sight import Rays, Sight, sight_of
 from .sweep import NO_TILTS, Sweep
 from .views import four_views, zones
 

@@ -9,7 +9,7 @@ Point = tuple[float, float]
 # Left, low, right, high.
 Rect = tuple[float, float, float, float]
 
-# Of a marker's distance to its own label: nearer than this it is to no other's.
+# A label stays this many times as far from other markers as from its own.
 APART = 2.0
 # Where labels may stand, from the marker: sideways, upwards, in the order they are tried.
 SIDES = ((1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1))

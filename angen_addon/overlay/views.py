@@ -12,7 +12,7 @@ import numpy as np
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.pyroelectric.detector import SIGHT, zones_of
 from ..scene_probe.light_views import NEAREST_CLIP, WALLS, WIDEST
-from .sight import Rays
+from ..sight import Rays
 
 # In turn, after the axis.
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))

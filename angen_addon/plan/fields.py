@@ -14,9 +14,9 @@ from ...sensor_logic.pyroelectric.detector import zones_of
 from ...sensor_logic.pyroelectric.zones import Zone
 from ...sensor_logic.report.facts import Placed
 from ..instances import Uid
-from ..overlay.sight import Rays, Sight, sight_of
 from ..overlay.views import four_views
 from ..sensors import Sensor
+from ..sight import Rays, Sight, sight_of
 from ..station import Station, clock_of
 from .home import Home
 

@@ -2,7 +2,7 @@
 """Weight that a pad should feel, but that ends in something without a mass which lies on the pad.
 
 A floor carries whoever stands on it, however thin it is. A rug, a mattress or a board on the pad
-would pass the weight on to it: how much of it, nobody knows who does not know what it weighs.
+would pass the weight on to it, and without its mass nobody can tell how much.
 """
 
 from __future__ import annotations

@@ -477,7 +477,7 @@ def test_an_outdated_cache_is_told(physics):
     bpy.data.objects["box"].location.x += 0.01
     physics.update()
     assert physics.scene.rigidbody_world.point_cache.is_outdated
-    assert "play from frame 1" in drawn("ANGEN_PT_physics").text
+    assert "Play from frame 1" in drawn("ANGEN_PT_physics").text
     ops.simulate()
     assert "out of date" not in drawn("ANGEN_PT_physics").text
 

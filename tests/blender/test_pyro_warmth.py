@@ -360,17 +360,18 @@ def test_nothing_warm_is_told(world, addon_part):
     body = man(world)
     view_layer = world.bpy.context.view_layer
     world.update()
-    assert warmth.nothing_warm(view_layer) == ""
+    assert warmth.nothing_warm(view_layer) is None
     body.angen_warmth.use_temperature = False
-    assert warmth.nothing_warm(view_layer).startswith("Nothing in the scene has a temperature: ")
+    told = warmth.nothing_warm(view_layer)
+    assert told.wrong.startswith("Nothing in the scene has a temperature: ")
     collection = world.bpy.data.collections.new("heaters")
     world.scene.collection.children.link(collection)
     collection.objects.link(body)
     world.update()
     set_warmth(collection, 50.0)
-    assert warmth.nothing_warm(view_layer) == ""
+    assert warmth.nothing_warm(view_layer) is None
     body.angen_ignored = True
-    assert warmth.nothing_warm(view_layer) != ""
+    assert warmth.nothing_warm(view_layer) is not None
 
 
 def test_a_person_in_one_click(world):

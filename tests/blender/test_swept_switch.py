@@ -496,7 +496,7 @@ def test_triangles_are_sorted_once_while_instances_move(world, swept, addon_part
 
 def test_its_beam_is_shown_and_planned_as_unswept(world, swept, addon_part):
     """The overlay and the floor plan ask for rays where there are no probes."""
-    sight = addon_part("angen_addon.overlay.sight").sight_of
+    sight = addon_part("angen_addon.sight").sight_of
     station = addon_part("angen_addon.station")
     seen = []
     for name, on in (("switch", True), ("unswept", False)):

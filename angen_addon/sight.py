@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.model import Array, Pose
-from ..station import Station
+from ..sensor_logic.model import Array, Pose
+from .station import Station
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class _Asked:
 
 def sight_of(station: Station, depsgraph: Any) -> Sight | None:
     """What the sensor looks with at the depsgraph's frame: all rays that its model ever casts with
-    these parameters; none of a pad, of a light sensor and of a lens, for which see views.py. None
-    while it is switched off. Raises SensorError.
+    these parameters; none of a pad, of a light sensor and of a lens, for which see
+    overlay/views.py. None while it is switched off. Raises SensorError.
 
     The model senses once, where nothing is met; a detector with all tilts at once, which are those
     that its saw-tooth takes in turn.

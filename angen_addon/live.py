@@ -75,14 +75,15 @@ class Live:
             return
         due = [(s, *update) for s in self._stations if (update := self._due(s, step))]
         pads = [station.sensor for station, _, _ in due if station.sensor.kind.motion]
-        self._probes.look(depsgraph, scene.frame_current, pads)
+        frame = scene.frame_current if pads or self._motion_matters(step) else None
+        self._probes.look(depsgraph, frame, pads)
         self.looked_at = scene.frame_current
         self._watch([s for s, _, _ in due], step, depsgraph)
         changed = [self._finish(station, step) for station in self._stations]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._light(depsgraph, scene.frame_current)
         changed += self._show_again()
-        if any(changed):
+        if any(changed) and outputs.are_driven():
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
 
@@ -145,7 +146,9 @@ class Live:
             except SensorError as error:
                 self.problems[sensor.name] = str(error)
             else:
-                self._stations.append(Station(sensor, clock))
+                station = Station(sensor, clock)
+                station.heed(self._probes)
+                self._stations.append(station)
                 if sensor.kind.light and sensor.name in before:
                     # It is told as old until the light is measured.
                     self.readings[sensor.name] = before[sensor.name]
@@ -176,6 +179,15 @@ class Live:
         went back between two updates: that frame may be of another world."""
         published = self.readings.get(sensor.name)
         return published is not None and self._frame is not None and published.frame > self._frame
+
+    def _motion_matters(self, step: int) -> bool:
+        """Whether a sensor that needs the motion has an update at this step or beside it."""
+        schedules = [s.schedule for s in self._stations if s.sensor.kind.motion]
+        return any(
+            schedule.step(schedule.last_update(beside)) == beside
+            for schedule in schedules
+            for beside in range(max(step - 1, 0), step + 2)
+        )
 
     def _watch(self, due: list[Station], step: int, depsgraph: Any) -> None:
         """Lets those look that watch between their updates."""

@@ -44,8 +44,9 @@ class Seen:
 
     `matrix`: its place in the world; `rays` and their `ranges`, in Blender units, both None where
     it does not look; `outline` (n, 3): of a pad; `figure`, to be made anew where None, and `extra`,
-    what changes with every update; `made`: the version of the field that the figure is from, and
-    `calm`: for how many looks it has been the same; `problem`: why it cannot sense.
+    what changes with every update, of which `scans` are the tilts by themselves; `made`: the
+    version of the field that the figure is from, and `calm`: for how many looks it has been the
+    same; `problem`: why it cannot sense.
     """
 
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
@@ -63,6 +64,7 @@ class Seen:
         self.number: int | None = None
         self.figure: Figure | None = None
         self.extra: Figure | None = None
+        self.scans: dict[range, Figure] = {}
         self.made = self.calm = 0
         self._parts: dict[int, tuple[Array, Array, Array]] = {}
         self.problem = ""
@@ -74,7 +76,7 @@ class Seen:
         self.matrix, self.parameters, self.pose = before.matrix, before.parameters, before.pose
         self.rays, self.ranges, self.outline = before.rays, before.ranges, before.outline
         self.figure, self.extra, self.problem = before.figure, before.extra, before.problem
-        self.made, self.calm = before.made, before.calm
+        self.made, self.calm, self.scans = before.made, before.calm, before.scans
         self.sweep, self.stale, self._parts = before.sweep, before.stale, before._parts
 
     def aim(self, rays: Rays | None) -> None:
@@ -257,7 +259,7 @@ class Field:
             seen.figure = figure_of(seen, self.metres)
             self.version += 1
             seen.made, seen.calm = self.version, 0
-            seen.extra = None
+            seen.extra, seen.scans = None, {}
         if scans and (due or seen.extra is None):
             seen.extra = sweep_figure(seen, self.metres)
             self.extras += 1

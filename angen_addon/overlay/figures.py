@@ -136,12 +136,28 @@ def _jumps(seen: Any, ranges: Array) -> NDArray[np.bool_]:
 
 def sweep_figure(seen: Any, metres: float) -> Figure:
     """The tilt that a detector scans now, and its rays that saw something move."""
+    sweep = seen.sweep
+    if sweep.tilts not in seen.scans:
+        seen.scans[sweep.tilts] = _scanned(seen, metres)
+    scanned: Figure = seen.scans[sweep.tilts]
+    lit = sweep.lit
+    if lit is None or lit.shape != (seen.rays.rows, len(seen.ranges) // seen.rays.rows):
+        return scanned
+    starts, ends, _ = _ends(seen, metres)
+    figure = Figure(dict(scanned.lines), dict(scanned.fills))
+    figure.add("lit", _pairs(starts[lit], ends[lit]))
+    both = lit[:, :-1] & lit[:, 1:]
+    figure.fill("lit", _triangles(starts[:, :-1][both], ends[:, :-1][both], ends[:, 1:][both]))
+    return figure
+
+
+def _scanned(seen: Any, metres: float) -> Figure:
+    """The tilt that is scanned now, where there are others."""
     figure = Figure()
     starts, ends, met = _ends(seen, metres)
-    sweep = seen.sweep
-    if len(sweep.tilts) < len(ends) and ends.shape[1] > 1:
+    tilts = list(seen.sweep.tilts)
+    if len(tilts) < len(ends) and ends.shape[1] > 1:
         ranges = seen.ranges.reshape(met.shape)
-        tilts = list(sweep.tilts)
         starts_now, ends_now, jump = starts[tilts], ends[tilts], _jumps(seen, ranges)[tilts]
         first, last = _straight(ends_now, ~jump, metres)
         figure.add("now", _pairs(ends_now[:, :-1][first], ends_now[:, 1:][last]))
@@ -150,11 +166,6 @@ def sweep_figure(seen: Any, metres: float) -> Figure:
             "now",
             _triangles(starts_now[:, :-1][first], ends_now[:, :-1][first], ends_now[:, 1:][last]),
         )
-    lit = sweep.lit
-    if lit is not None and lit.shape == ends.shape[:2]:
-        figure.add("lit", _pairs(starts[lit], ends[lit]))
-        both = lit[:, :-1] & lit[:, 1:]
-        figure.fill("lit", _triangles(starts[:, :-1][both], ends[:, :-1][both], ends[:, 1:][both]))
     return figure
 
 

@@ -541,6 +541,27 @@ def test_places_on_the_screen(addon_part):
     assert np.isnan(found[2]).all()
 
 
+def test_a_tilt_is_drawn_as_it_is_and_made_anew_only_where_something_moved(
+    world, field, addon_part
+):
+    figures = addon_part("angen_addon.overlay.figures")
+    world.pir(rays=9, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
+    wall = world.wall(3.0, size=40.0)
+    world.key(wall, "location", {10: (0, 0, -3.0), 16: (0, 0, -2.0)})
+    drawn = {}
+    for frame in range(1, 25):
+        seen = of(field(frame), "pir")
+        kept, seen.scans = seen.scans, {}
+        fresh = figures.sweep_figure(seen, 1.0)
+        seen.scans = kept
+        for now, then in ((seen.extra.lines, fresh.lines), (seen.extra.fills, fresh.fills)):
+            assert now.keys() == then.keys()
+            assert all(np.array_equal(now[name], then[name]) for name in now), frame
+        drawn[frame] = seen.extra
+    assert drawn[8] is drawn[6] and drawn[24] is drawn[22]
+    assert drawn[8].lines["now"].mean() != drawn[24].lines["now"].mean()
+
+
 # Off, and in the background
 
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.contact.feet import held_by_pads
-from ...sensor_logic.contact.underside import clustered, firmness, underside
+from ...sensor_logic.contact.underside import clustered, firmness, looks_up, underside
 from ...sensor_logic.contact.world import Ground, Standing
 from . import columns
 from .carried import Body, parts_of, same_parts
 from .rays import NOTHING
-from .solids import Solids
+from .solids import Solid, Solids
 from .things import GROUND, Key, Thing, Things
 
 Array = np.typing.NDArray[np.float64]
@@ -118,7 +118,7 @@ def _look_below(
             version = int(solids.version[row]), tolerance
             known = body.below.get(solid.number)
             if known is None or known[0] != version:
-                far = down.meet(surfaces.of(depsgraph, solid, metres))
+                far = down.meet(_upper_side(depsgraph, surfaces, things, solid, up, metres))
                 known = body.below[solid.number] = version, far
             nearer = known[1] < ranges
             ranges[nearer], met[nearer] = known[1][nearer], solid.number
@@ -141,6 +141,26 @@ def _look_below(
         )
     below = samples.points - up * np.where(firm > 0.0, gaps, 0.0)[:, None]
     return _by_support(solids, things, samples.points, below, areas, met)
+
+
+def _upper_side(
+    depsgraph: Any,
+    surfaces: columns.Surfaces,
+    things: Things,
+    solid: Solid,
+    up: Array,
+    metres: float,
+) -> columns.Triangles:
+    """What of a solid others can lie on: not the underside of what has a weight and an inside. A
+    cushion would else hang on the person who is sunk into it."""
+    found = surfaces.of(depsgraph, solid, metres)
+    other = things.by_key.get(things.of_solid[solid.number])
+    if other is None or not other.carried:
+        return found
+    if not other.is_closed([part.geometry.triangles(depsgraph) for part in other.surfaces]):
+        return found
+    chosen = looks_up(found.corners, up)
+    return columns.Triangles(found.corners[chosen], found.lo[chosen], found.hi[chosen])
 
 
 def _room_above(body: Body, points: Array, up: Array) -> Array:

@@ -128,6 +128,15 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
     return Samples(*gathered(found[kept], share[kept], spacing))
 
 
+def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
+    """Which (n,) of the triangles (n, 3, 3) of a surface with an inside do not look down: others
+    can lie on these alone. Which side is outside, the sign of the volume tells."""
+    places = _by_axis(triangles)
+    facing = up @ _cross(places[1] - places[0], places[2] - places[0])
+    upward: npt.NDArray[np.bool_] = facing >= 0.0 if _volume(places) >= 0.0 else facing <= 0.0
+    return upward
+
+
 def _volume(places: Array) -> float:
     """Six times the volume within triangles given by axis, (3, 3, n)."""
     about = places - places.mean(axis=(0, 2))[:, None]

@@ -24,7 +24,7 @@ PAD, LYING = ((0.31, 0.26, 0.006), (0, 0.385, 0.306)), ((0.385, 0.345, 0.079), (
 
 
 def sofa(physics):
-    """As the sample home's: a pad on a frame, and a cushion of 2.5 kg that lies on the pad alone."""
+    """As the sample home's: a pad on a frame, and a cushion of 2.5 kg on the pad alone."""
     physics.frames(4)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     physics.solid("frame", (0.9, 0.4, 0.1), (0, 0.4, 0.2))

@@ -83,7 +83,7 @@ def test_the_sofa_knows_all_weights_as_the_person_sits_down_and_gets_up(home):
         assert not any(columns["problem"])
         forces.append(list(columns["force_n"]))
     assert forces[0][0] < 100 < 300 < forces[0][-1] < 700
-    # All that is above, 74.5 kg, but for what feet and arm rest carry: on her feet 37 N and less, by
-    # a balance of the elastic layers below her mesh, worked out apart. The README tells this figure.
+    # All that is above, 74.5 kg, but for what feet and arm rest carry: on her feet at most 37 N, by
+    # a balance of elastic layers below her mesh, worked out apart. The README tells this figure.
     assert forces[1] == pytest.approx([697.0] * len(forces[1]), abs=2.0)
     assert forces[2][0] > 300 > 100 > forces[2][-1]

@@ -41,10 +41,6 @@ def steps() -> Iterator[None]:
     sensor = bpy.data.objects[name]
     sensor.select_set(True)
     bpy.context.view_layer.objects.active = sensor
-    for obj in bpy.data.objects:
-        # In a picture from above there is no ceiling.
-        if "eiling" in obj.name:
-            obj.hide_set(True)
     space.shading.color_type = "MATERIAL"
     space.shading.show_cavity = True
     space.overlay.show_floor = False

@@ -18,8 +18,8 @@ from .examined import Examined, Found
 # smaller than the third.
 LARGE, LARGE_THINGS = 100.0, 8.0
 SMALL, SMALL_THINGS = 3.0, 0.1
-# m: how large a home is about.
-USUAL = 12.0
+# m: how large a home is about, and half of the things in it.
+USUAL, USUAL_THING = 12.0, 1.0
 # m: what is longer and thinner than this, and higher than that, is a wall; where nothing is higher
 # than the last, nobody walks upright between them.
 WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
@@ -52,7 +52,7 @@ def scale(home: Examined) -> Iterator[Found]:
     yield (
         f"The home is too {much}: {_length(whole)} from end to end, and half of its things are "
         f"{'larger' if large else 'smaller'} than {_length(things)}",
-        _other_unit(home.metres, things, large),
+        _other_unit(home.metres, whole, things, large),
     )
 
 
@@ -73,10 +73,9 @@ def _length(metres: float) -> str:
     return f"{metres:.3g} m" if metres >= 0.1 else f"{metres * 1000:.3g} mm"
 
 
-def _other_unit(metres: float, things: float, large: bool) -> str:
+def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
     if large:
-        # Half of the things in a home are about so large.
-        unit = min(UNITS, key=lambda name: abs(math.log(things * UNITS[name])))
+        unit = min(UNITS, key=lambda name: _unlikely(whole * UNITS[name], things * UNITS[name]))
         return (
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
             "Units), or scale all of it down by that and apply the scale"
@@ -86,6 +85,11 @@ def _other_unit(metres: float, things: float, large: bool) -> str:
         f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale all of it up "
         f"{factor:g} times and apply the scale"
     )
+
+
+def _unlikely(whole: float, things: float) -> float:
+    """How far a home of this length, with half of its things below that one, is from usual."""
+    return math.log(whole / USUAL) ** 2 + math.log(things / USUAL_THING) ** 2
 
 
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:

@@ -200,6 +200,13 @@ def test_a_home_in_centimetres_is_told_with_its_unit_scale(home, examine):
     assert "scale" not in {finding.check for finding in examine()}
 
 
+def test_a_bare_home_in_centimetres_is_told_so_too(world, examine):
+    world.box((800, 800, 250), name="Room")
+    world.sensor("PIR", "Detector")
+    (found,) = [finding for finding in examine() if finding.check == "scale"]
+    assert "drawn in centimetres, set Unit Scale to 0.01" in found.mend
+
+
 def test_a_tiny_home_is_told(home, examine):
     home.scene.unit_settings.scale_length = 0.01
     found = {finding.check: finding for finding in examine()}

@@ -26,6 +26,8 @@ WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
 UPRIGHT = 2.4
 # Metres in what files are often drawn in.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
+# Files in these are rarer than in metric units: by so much the size must speak for them.
+RARE = {"inches": 1.5, "feet": 1.5}
 BUNDLE = -40
 WAYS = 600
 # Of all ways from a sensor, so many lead out of a home that is open somewhere: an open door or a
@@ -75,7 +77,7 @@ def _length(metres: float) -> str:
 
 def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
     if large:
-        unit = min(UNITS, key=lambda name: _unlikely(whole * UNITS[name], things * UNITS[name]))
+        unit = min(UNITS, key=lambda name: _unlikely(name, whole, things))
         return (
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
             "Units), or scale all of it down by that and apply the scale"
@@ -87,9 +89,11 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
     )
 
 
-def _unlikely(whole: float, things: float) -> float:
-    """How far a home of this length, with half of its things below that one, is from usual."""
-    return math.log(whole / USUAL) ** 2 + math.log(things / USUAL_THING) ** 2
+def _unlikely(unit: str, whole: float, things: float) -> float:
+    """How far a home drawn in this unit, of that length and with half of its things below the other
+    one, is from a usual home."""
+    size = math.log(whole * UNITS[unit] / USUAL) ** 2
+    return size + math.log(things * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
 
 
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:

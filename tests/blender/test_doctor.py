@@ -201,10 +201,17 @@ def test_a_home_in_centimetres_is_told_with_its_unit_scale(home, examine):
 
 
 def test_a_bare_home_in_centimetres_is_told_so_too(world, examine):
-    world.box((800, 800, 250), name="Room")
+    room = world.box((800, 800, 250), name="Room")
     world.sensor("PIR", "Detector")
     (found,) = [finding for finding in examine() if finding.check == "scale"]
     assert "drawn in centimetres, set Unit Scale to 0.01" in found.mend
+    for scale, told in ((10.0, "millimetres, set Unit Scale to 0.001"), (0.6, "inches")):
+        room.scale = (scale, scale, scale)
+        if told == "inches":
+            for number in range(3):
+                world.box((40, 20, 30), at=(50 * number, 0, 0), name="Chair")
+        (found,) = [finding for finding in examine() if finding.check == "scale"]
+        assert told in found.mend
 
 
 def test_a_tiny_home_is_told(home, examine):

@@ -87,7 +87,7 @@ class Solids:
         self.heard = 0
         self._touched_at: dict[int, int] = {}
         self._forgot_at = 0
-        self._listed = np.empty(0, np.int32)
+        self._listed: list[int] = []
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
@@ -145,11 +145,11 @@ class Solids:
     def sync(self, depsgraph: Any) -> None:
         """Brings the solids to the depsgraph's present state."""
         self.syncs += 1
-        listed = np.empty(len(depsgraph.objects), np.int32)
-        depsgraph.objects.foreach_get("session_uid", listed)
+        # Pointers, for what is evaluated has no session uid: it is 0.
+        listed = [evaluated.as_pointer() for evaluated in depsgraph.objects]
         if (
             self._must_list
-            or not np.array_equal(listed, self._listed)
+            or listed != self._listed
             or (self._instancing and (self._touched or self._reshaped))
         ):
             self._list(depsgraph)

@@ -63,7 +63,7 @@ def test_each_view_looks_where_it_should(world, wall):
     batch = part("light_kept").Batch(
         world.scene, bpy.context.view_layer, module.Views, together, 64
     )
-    (found,), _ = kept.light(batch)
+    (found,), _ = part("light_picture").finished(kept.light(batch))
     kept.close()
     assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
 

@@ -132,6 +132,7 @@ def test_a_test_session_ends_as_it_should(driven, tmp_path):
     assert "1 passed" in out
 
 
+@pytest.mark.skipif(bpy.app.version >= (5, 0), reason="sample blends are built with Blender 4.2")
 @pytest.mark.parametrize("name", ["pressure", "light", "light_control"])
 def test_sample_blends_are_built_with_status_zero(tmp_path, name):
     """`make sample` stops at the first script that ends in a crash."""

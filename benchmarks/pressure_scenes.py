@@ -158,7 +158,7 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
     bpy.context.view_layer.update()
     clock = clock_of(scene)
     stations = [Station(sensor, clock) for sensor in all_sensors(bpy.context.view_layer)]
-    pads = [station.sensor.object for station in stations]
+    pads = [station.sensor for station in stations]
     probes = Probes(scene)
     probes.serve(station.sensor for station in stations)
     done = Followed({pad.name: Track() for pad in pads}, [], {})

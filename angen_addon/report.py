@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -20,9 +19,9 @@ from ..sensor_logic.report.svg import shown_number
 from . import plan
 from .lacking import lacking
 from .sensors import Sensor, decimal, read_parameters, simulated
+from .version import extension_version
 
 PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
-MANIFEST = Path(__file__).resolve().parent.parent / "blender_manifest.toml"
 
 
 def check_name(path: Path, what: str) -> None:
@@ -126,6 +125,6 @@ def _shown(value: Any, spec: Spec, unit: str) -> str:
 
 
 def _made_by() -> str:
-    version = tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
+    version = extension_version()
     blender = ".".join(map(str, bpy.app.version[:2]))
     return f"Made by Ängen Sensors {version} in Blender {blender}."

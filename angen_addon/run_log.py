@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
@@ -18,8 +17,7 @@ from ..sensor_logic.formats.source import make_log
 from ..sensor_logic.recording import Recording
 from .describe import parameters_of
 from .sensors import Sensor
-
-MANIFEST = Path(__file__).resolve().parent.parent / "blender_manifest.toml"
+from .version import extension_version
 
 
 def log_of_run(
@@ -43,7 +41,6 @@ def about(scene: Any) -> dict[str, str]:
     if bpy.data.filepath and path.is_file():
         found["home"] = path.name
         found["digest"] = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
-    manifest = tomllib.loads(MANIFEST.read_text(encoding="utf-8"))
-    found["versions.angen_sensors"] = manifest["version"]
+    found["versions.angen_sensors"] = extension_version()
     found["versions.blender"] = bpy.app.version_string
     return found

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from mathutils import Matrix, Vector
 
 from ...operators.add import new_sensor
-from ...operators.preset import apply, find_preset
+from ...operators.preset import find_preset
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.parameters import specs
@@ -115,7 +115,7 @@ class HomeSensor:
                 check(sensor)
             except (TypeError, ValueError) as error:
                 raise AngenError(f"'{sensor.name}': {name}: {error}") from None
-            except Exception:
+            except SensorError:
                 setattr(group, name, before)
                 raise
 
@@ -190,8 +190,6 @@ class Home:
             raise AngenError(error.args[0]) from None
         matrix = _placed(at, look, unit_scale(bpy.context.scene))
         obj = new_sensor(bpy.context, kind, chosen_preset, name)
-        if chosen_preset is not None:
-            apply(obj, chosen_preset)
         obj.matrix_world = matrix
         bpy.context.view_layer.update()
         return HomeSensor(self, obj.name)

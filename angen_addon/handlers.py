@@ -15,7 +15,7 @@ from bpy.app.handlers import persistent
 from . import digests, lacking, overlay, playhead, recording_store, resting, state
 from .fingerprint import SHADING
 from .live import live_of
-from .scene_probe import light_scene
+from .scene_probe.light.scene import remove_left
 
 
 @persistent
@@ -90,7 +90,7 @@ def before_load(*_: Any) -> None:
 
 @persistent
 def after_load(*_: Any) -> None:
-    light_scene.remove_left()
+    remove_left()
     recording_store.restore()
     _look_again()
     _show_recorded()
@@ -107,7 +107,7 @@ def before_undo(*_: Any) -> None:
 
 @persistent
 def after_undo(*_: Any) -> None:
-    light_scene.remove_left()
+    remove_left()
     _look_again()
     _show_recorded()
     if bpy.context.scene is not None:

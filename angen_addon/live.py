@@ -17,7 +17,7 @@ from ..sensor_logic.model import Reading
 from . import outputs, state
 from .instances import Uid
 from .probes import Probes
-from .scene_probe.light import LightRequest
+from .scene_probe.light.probe import LightRequest
 from .scene_probe.solids import Solids
 from .sensors import Sensor, SensorError, all_sensors, check, simulated
 from .station import Station, Taken

@@ -14,9 +14,9 @@ from ..sensor_logic.light import LightSample
 from . import state
 from .instances import Uid
 from .scene_probe.bodies import Bodies
-from .scene_probe.light import LightError, LightRequest, measure_direct, measuring
-from .scene_probe.light_kept import KeptScenes
-from .scene_probe.light_signature import LightSignature
+from .scene_probe.light.kept import KeptScenes
+from .scene_probe.light.probe import LightError, LightRequest, measure_direct, measuring
+from .scene_probe.light.signature import LightSignature
 from .scene_probe.rays import RayCaster
 from .scene_probe.reference_rays import SceneRayCaster
 from .scene_probe.sweep import Sweeper

@@ -15,7 +15,7 @@ from ..sensor_logic.noise import generator
 from ..sensor_logic.sweep import Passes
 from .animation import is_animated, stays
 from .probes import Probes
-from .scene_probe.light import LightRequest
+from .scene_probe.light.probe import LightRequest
 from .scene_probe.moments import gravity_of
 from .scene_probe.sweep import TOLERANCE, Beam, Moment
 from .sensors import (

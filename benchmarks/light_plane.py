@@ -13,9 +13,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe import light
-from angen_sensors.angen_addon.scene_probe.light import LightRequest
-from angen_sensors.angen_addon.scene_probe.light_kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light import probe
+from angen_sensors.angen_addon.scene_probe.light.kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
 from mathutils import Vector
 
 from .common import open_home, spread
@@ -50,7 +50,7 @@ def _requests(plane: float, samples: int) -> list[LightRequest]:
 
 
 def _measured(requests: Sequence[LightRequest], kept: KeptScenes | None = None) -> Any:
-    return light.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
+    return probe.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
 
 
 def _reading(plane: float, samples: int) -> dict[str, Any]:

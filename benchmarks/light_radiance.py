@@ -16,12 +16,12 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe import light
-from angen_sensors.angen_addon.scene_probe.light import LightRequest
-from angen_sensors.angen_addon.scene_probe.light_face import face_size
-from angen_sensors.angen_addon.scene_probe.light_lamps import lamps_of
-from angen_sensors.angen_addon.scene_probe.light_scene import Housings, shown_objects
-from angen_sensors.angen_addon.scene_probe.light_surfaces import Surfaces, glows, is_clear
+from angen_sensors.angen_addon.scene_probe.light import probe
+from angen_sensors.angen_addon.scene_probe.light.faces import face_size
+from angen_sensors.angen_addon.scene_probe.light.lamps import lamps_of
+from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
+from angen_sensors.angen_addon.scene_probe.light.scene import Housings, shown_objects
+from angen_sensors.angen_addon.scene_probe.light.surfaces import Surfaces, glows, is_clear
 from angen_sensors.sensor_logic.photometry import luminance
 
 from .ray_layer import HOME
@@ -135,7 +135,7 @@ def _requests() -> list[LightRequest]:
 def _ours(requests: list[LightRequest], samples: int) -> list[float]:
     asked = [LightRequest(**{**r.__dict__, "samples": samples}) for r in requests]
     layer = bpy.context.view_layer
-    found = light.measure(bpy.context.scene, layer, asked, efficacy=1.0)
+    found = probe.measure(bpy.context.scene, layer, asked, efficacy=1.0)
     return [float(found[r.name].illuminance_lux or 0.0) for r in requests]
 
 

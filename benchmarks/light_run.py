@@ -12,9 +12,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe import light, light_engine
-from angen_sensors.angen_addon.scene_probe.light import LightRequest
-from angen_sensors.angen_addon.scene_probe.light_kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light import engine, probe
+from angen_sensors.angen_addon.scene_probe.light.kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
 
 from .light_speed import number
 from .ray_layer import HOME
@@ -69,7 +69,7 @@ def _requests(method: str, samples: int) -> list[LightRequest]:
 
 
 def _values(requests: list[LightRequest], kept: KeptScenes) -> Any:
-    found = light.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
+    found = probe.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
     return np.array([number(found[r.name]) for r in requests])
 
 
@@ -91,10 +91,10 @@ def _run(
 
 def _true(frames: list[int], method: str, paths: int) -> tuple[Any, float]:
     """Means over seeds (frames, sensors), and their relative noise, rms."""
-    seed, found, requests = light_engine.SEED, [], _requests(method, paths)
+    seed, found, requests = engine.SEED, [], _requests(method, paths)
     try:
         for turn in range(SEEDS):
-            light_engine.SEED = 2000 + turn
+            engine.SEED = 2000 + turn
             kept = KeptScenes()
             values = []
             for frame in frames:
@@ -103,7 +103,7 @@ def _true(frames: list[int], method: str, paths: int) -> tuple[Any, float]:
             kept.close()
             found.append(values)
     finally:
-        light_engine.SEED = seed
+        engine.SEED = seed
     mean = np.maximum(np.mean(found, axis=0), 1e-9)
     spread = np.std(found, axis=0, ddof=1) / np.sqrt(SEEDS) / mean
     return mean, float(np.sqrt(np.mean(spread**2)))

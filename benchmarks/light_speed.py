@@ -12,10 +12,10 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe import light, light_engine
-from angen_sensors.angen_addon.scene_probe.light import LightRequest
-from angen_sensors.angen_addon.scene_probe.light_kept import KeptScenes
-from angen_sensors.angen_addon.scene_probe.light_signature import LightSignature
+from angen_sensors.angen_addon.scene_probe.light import engine, probe
+from angen_sensors.angen_addon.scene_probe.light.kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
+from angen_sensors.angen_addon.scene_probe.light.signature import LightSignature
 from angen_sensors.angen_addon.scene_probe.solids import Solids
 
 from .ray_layer import HOME
@@ -37,15 +37,15 @@ def measure(method: str, reference_samples: int, rounds: int) -> dict[str, Any]:
     asked = _requests(max(COUNTS), method)
     true, noise = _reference(asked, reference_samples)
     rows = []
-    for engine, samples in [("CYCLES", samples) for samples in SAMPLES] + [("DIRECT", 1)]:
+    for by, samples in [("CYCLES", samples) for samples in SAMPLES] + [("DIRECT", 1)]:
         for count in COUNTS:
-            part = [_with(r, engine=engine, samples=samples) for r in asked[:count]]
-            found, cost = _scrubbed(part) if engine == "DIRECT" else _timed(part, rounds)
+            part = [_with(r, engine=by, samples=samples) for r in asked[:count]]
+            found, cost = _scrubbed(part) if by == "DIRECT" else _timed(part, rounds)
             error = np.abs(found / true[:count] - 1.0)
             rows.append(
                 {
                     "method": method,
-                    "engine": engine,
+                    "engine": by,
                     "samples": samples,
                     "sensors": count,
                     "ms_a_sensor": cost / count,
@@ -103,7 +103,7 @@ def number(sample: Any) -> float:
 
 
 def _values(requests: Sequence[LightRequest], kept: KeptScenes | None = None) -> Any:
-    found = light.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
+    found = probe.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
     return np.array([number(found[r.name]) for r in requests])
 
 
@@ -136,7 +136,7 @@ def _scrubbed(requests: Sequence[LightRequest]) -> tuple[Any, float]:
         depsgraph = bpy.context.evaluated_depsgraph_get()
         solids.sync(depsgraph)
         start = time.perf_counter()
-        found = light.measure_direct(solids, depsgraph, requests)
+        found = probe.measure_direct(solids, depsgraph, requests)
         costs.append(time.perf_counter() - start)
         first = first or found
     bpy.app.handlers.frame_change_post.remove(note)
@@ -147,13 +147,13 @@ def _scrubbed(requests: Sequence[LightRequest]) -> tuple[Any, float]:
 def _reference(requests: Sequence[LightRequest], samples: int) -> tuple[Any, float]:
     """Means over seeds, and their relative noise (median over the sensors)."""
     many = [_with(r, engine="CYCLES", samples=samples) for r in requests]
-    seed, found = light_engine.SEED, []
+    seed, found = engine.SEED, []
     try:
         for number in range(REFERENCE_SEEDS):
-            light_engine.SEED = 1000 + number
+            engine.SEED = 1000 + number
             found.append(_values(many))
     finally:
-        light_engine.SEED = seed
+        engine.SEED = seed
     mean = np.mean(found, axis=0)
     spread = np.std(found, axis=0, ddof=1) / np.sqrt(REFERENCE_SEEDS)
     return np.maximum(mean, 1e-9), float(np.median(spread / np.maximum(mean, 1e-9)))

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..animation import curves, is_animated
-from ..scene_probe.light_engine import why_no_eevee
-from ..scene_probe.light_scene import is_portal
+from ..scene_probe.light.engine import why_no_eevee
+from ..scene_probe.light.scene import is_portal
 from ..wording import named
 from .examined import Examined, Found
 

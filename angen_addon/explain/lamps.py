@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.photometry import luminance
-from ..scene_probe.light_direct import Direct
-from ..scene_probe.light_face import face_size
-from ..scene_probe.light_forms import shine
-from ..scene_probe.light_instances import light_housings
-from ..scene_probe.light_lamps import Lamp, lamps_of
-from ..scene_probe.light_rays import LightRays
+from ..scene_probe.light.closed_forms import shine
+from ..scene_probe.light.direct import Direct
+from ..scene_probe.light.faces import face_size
+from ..scene_probe.light.instances import light_housings
+from ..scene_probe.light.lamps import Lamp, lamps_of
+from ..scene_probe.light.shadow_rays import LightRays
 
 Array = NDArray[np.float64]
 

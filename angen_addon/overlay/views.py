@@ -11,7 +11,7 @@ import numpy as np
 
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.pyroelectric.detector import SIGHT, zones_of
-from ..scene_probe.light_views import NEAREST_CLIP, WALLS, WIDEST
+from ..scene_probe.light.eevee import NEAREST_CLIP, WALLS, WIDEST
 from ..sight import Rays
 
 # In turn, after the axis.

@@ -28,14 +28,14 @@ def facing(normal: Any, at: Any = (0, 0, 0)) -> np.ndarray:
 def request(name: str = "sensor", matrix: Any = None, **asked: Any) -> Any:
     """Illuminance of a face that looks up from the origin, unless told otherwise."""
     pose = facing(UP) if matrix is None else matrix
-    return part("light").LightRequest(name, pose, **{"method": "ILLUMINANCE", **asked})
+    return part("light.probe").LightRequest(name, pose, **{"method": "ILLUMINANCE", **asked})
 
 
 def measure(*requests: Any, efficacy: float = 1.0) -> dict[str, Any]:
     """With an efficacy of 1 an illuminance is an irradiance in W/m²."""
     bpy.context.view_layer.update()
     scene, layer = bpy.context.scene, bpy.context.view_layer
-    return dict(part("light").measure(scene, layer, requests, efficacy))
+    return dict(part("light.probe").measure(scene, layer, requests, efficacy))
 
 
 def preview(*requests: Any) -> dict[str, Any]:
@@ -43,7 +43,7 @@ def preview(*requests: Any) -> dict[str, Any]:
     bpy.context.view_layer.update()
     solids, depsgraph = part("solids").Solids(), bpy.context.evaluated_depsgraph_get()
     solids.sync(depsgraph)
-    return dict(part("light").measure_direct(solids, depsgraph, requests, 1.0))
+    return dict(part("light.probe").measure_direct(solids, depsgraph, requests, 1.0))
 
 
 def lux(*requests: Any) -> Any:

@@ -231,7 +231,7 @@ def test_far_from_the_origin_it_is_right(world, figure, engine, far):
 
 
 def test_too_far_from_the_origin_is_refused(world):
-    with pytest.raises(part("light").LightError, match="nearer to the origin"):
+    with pytest.raises(part("light.probe").LightError, match="nearer to the origin"):
         lux(request(matrix=facing((0, 0, 1), (2e5, 0, 0))))
 
 
@@ -247,7 +247,7 @@ def test_the_preview_says_what_it_does_not_model(world):
 
 
 def test_polygon_formula_against_a_fine_sum():
-    polygon_irradiance = part("light_forms").polygon_irradiance
+    polygon_irradiance = part("light.closed_forms").polygon_irradiance
     corners = np.array([(-1, -1, -0.5), (1, -1, 1), (1, 1, 1), (-1, 1, -0.5)], float)
     u, v = ((np.arange(400) + 0.5) / 200 - 1 for _ in range(2))
     x, y = np.meshgrid(u, v)

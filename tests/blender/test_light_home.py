@@ -24,7 +24,7 @@ def home(addon):
 
 def sensors(**asked):
     return [
-        part("light").LightRequest(o.name, np.array(o.matrix_world, np.float64), **asked)
+        part("light.probe").LightRequest(o.name, np.array(o.matrix_world, np.float64), **asked)
         for o in bpy.context.scene.objects
         if o.angen_sensor.kind == "LIGHT"
     ]

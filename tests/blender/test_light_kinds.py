@@ -177,9 +177,9 @@ from angen_addon.standalone import load_extension
 extension = load_extension()
 extension.register()
 import numpy as np
-from angen_sensors.angen_addon.scene_probe import light
-asked = [light.LightRequest(m, np.eye(4), m, samples=1) for m in ("ILLUMINANCE", "FOUR_WALL")]
-light.measure(bpy.context.scene, bpy.context.view_layer, asked)
+from angen_sensors.angen_addon.scene_probe.light import probe
+asked = [probe.LightRequest(m, np.eye(4), m, samples=1) for m in ("ILLUMINANCE", "FOUR_WALL")]
+probe.measure(bpy.context.scene, bpy.context.view_layer, asked)
 extension.unregister()
 print("MEASURED")
 """

@@ -26,7 +26,9 @@ def scrub():
     def follow(_, depsgraph):
         solids.note(depsgraph, edited=False)
         solids.sync(depsgraph)
-        found.append(part("light").measure_direct(solids, depsgraph, list(ASKED), efficacy=1.0))
+        found.append(
+            part("light.probe").measure_direct(solids, depsgraph, list(ASKED), efficacy=1.0)
+        )
 
     bpy.app.handlers.frame_change_post.append(follow)
     yield found

@@ -32,7 +32,7 @@ def room(world):
 
 @pytest.fixture
 def scenes():
-    found = part("light_kept").KeptScenes(MANY)
+    found = part("light.kept").KeptScenes(MANY)
     yield found
     found.close()
 
@@ -55,7 +55,7 @@ def numbers(found):
 
 def in_a_run(kept, method="ILLUMINANCE"):
     scene, layer = bpy.context.scene, bpy.context.view_layer
-    return numbers(part("light").measure(scene, layer, sensors(FEW, method), 1.0, kept))
+    return numbers(part("light.probe").measure(scene, layer, sensors(FEW, method), 1.0, kept))
 
 
 def plain(samples, method="ILLUMINANCE"):
@@ -136,7 +136,7 @@ CHANGES = {
 def test_no_change_makes_a_reading_wrong(room, scenes, what):
     """Against so many paths that they hardly err, and against a reading without a reference."""
     CHANGES[what]()
-    engine, errors, without = part("light_engine"), [], []
+    engine, errors, without = part("light.engine"), [], []
     try:
         for frame in range(1, 10):
             bpy.context.scene.frame_set(frame)
@@ -161,7 +161,7 @@ def test_a_reading_is_the_same_whatever_was_read_before(room, scenes):
     key_lamp(frames=(1, 40), energies=(1.0, 9.0))
     bpy.context.scene.frame_set(30)
     alone = in_a_run(scenes)
-    other = part("light_kept").KeptScenes(MANY)
+    other = part("light.kept").KeptScenes(MANY)
     for frame in (1, 7, 40, 30):
         bpy.context.scene.frame_set(frame)
         again = in_a_run(other)
@@ -173,12 +173,12 @@ def test_other_sensors_do_not_count(room, scenes):
     scene, layer = bpy.context.scene, bpy.context.view_layer
     scene.frame_set(20)
     first = sensors(FEW)[:1]
-    alone = numbers(part("light").measure(scene, layer, first, 1.0, scenes))
+    alone = numbers(part("light.probe").measure(scene, layer, first, 1.0, scenes))
     assert in_a_run(scenes)[0] == alone[0]
 
 
 def test_without_more_paths_than_its_own_a_reading_is_as_it_was(room):
-    kept = part("light_kept").KeptScenes(FEW)
+    kept = part("light.kept").KeptScenes(FEW)
     bpy.context.scene.frame_set(9)
     assert (in_a_run(kept) == plain(FEW)).all()
     kept.close()
@@ -241,7 +241,7 @@ def test_the_dark_has_no_noise_of_the_light_before(room, scenes, darken):
 
 def test_corrections_fit_the_light():
     """As much as in the reference where there is as much light or more; below, in proportion."""
-    corrected = part("light_reference").corrected
+    corrected = part("light.reference").corrected
     light, few = np.array([0.0, 1.0, 4.0, 5.0, 1.0]), np.array([4.0, 4.0, 4.0, 4.0, 0.0])
     many = np.array([2.0, 2.0, 2.0, 2.0, np.nan])
     assert corrected(light, few, many).tolist() == [0.0, 0.5, 2.0, 3.0, 1.0]
@@ -309,7 +309,7 @@ def test_a_reference_holds_nothing_of_the_frame_it_was_made_at(room, scenes, cha
     change()
     bpy.context.scene.frame_set(9)
     alone = in_a_run(scenes)
-    other = part("light_kept").KeptScenes(MANY)
+    other = part("light.kept").KeptScenes(MANY)
     for frame in (1, 4, 9):
         bpy.context.scene.frame_set(frame)
         again = in_a_run(other)
@@ -327,7 +327,7 @@ def test_lamps_with_nodes_are_read_as_by_many_paths(room, scenes):
 
 def made(monkeypatch):
     """How many scenes of references are made."""
-    reference, found = part("light_reference").ReferenceScene, []
+    reference, found = part("light.reference").ReferenceScene, []
     enter = reference.__enter__
     monkeypatch.setattr(reference, "__enter__", lambda self: found.append(enter(self)) or self)
     return found
@@ -347,7 +347,7 @@ def test_more_pictures_than_are_kept_do_not_trace_many_paths_again(room, scenes,
     requests = [request(f"of {FEW + n}", facing((0, 1, 0)), samples=FEW + n) for n in range(6)]
     for frame in (1, 5, 9):
         scene.frame_set(frame)
-        part("light").measure(scene, layer, requests, 1.0, scenes)
+        part("light.probe").measure(scene, layer, requests, 1.0, scenes)
     assert len(found) == 12 and scenes.states == 6
 
 
@@ -391,7 +391,7 @@ def test_a_sensor_that_moves_makes_no_references(room, monkeypatch, how):
 
 def test_a_reference_stands_at_the_first_frame(room, scenes, monkeypatch):
     """While it is rendered, and afterwards; nothing of that reaches the user's scene."""
-    picture, frames = part("light_picture").Picture, []
+    picture, frames = part("light.picture").Picture, []
     pixels = picture.pixels
 
     def spied(self):
@@ -418,7 +418,7 @@ def test_a_zone_within_a_group_is_what_goes_through_frames(room):
     outer.nodes.new("GeometryNodeGroup").node_tree = inner
     modifier = objects("screen").modifiers.new("nodes", "NODES")
     modifier.node_group = outer
-    with_it = part("light_reference").ReferenceScene
+    with_it = part("light.reference").ReferenceScene
     shown = []
     for zone in (False, True):
         if zone:
@@ -450,7 +450,7 @@ def test_suns_lamps_and_glowing_things_add_up(room):
     lamp(room, "SUN", at=(0, 0, 9), energy=2.0, angle=0.1)
     bpy.context.scene.frame_set(1)
     true = plain(16 * MANY)
-    scenes = part("light_kept").KeptScenes(8 * MANY)
+    scenes = part("light.kept").KeptScenes(8 * MANY)
     assert in_a_run(scenes) == pytest.approx(true, rel=0.03)
     scenes.close()
     for off in ("point", "area", "sun"):
@@ -475,11 +475,11 @@ def test_a_portal_needs_a_world(room, scenes):
 def test_what_departs_far_from_the_reference_is_looked_at_more_closely(room, monkeypatch, few):
     """By few paths 16 times as many are still fewer than the reference's, or are as many."""
     CHANGES["a screen's glow"]()
-    layer, engine, kept = bpy.context.view_layer, part("light_engine"), part("light_kept")
+    layer, engine, kept = bpy.context.view_layer, part("light.engine"), part("light.kept")
     closer, looked = kept.KeptScenes._closer, []
 
     def read(paths, scenes=None):
-        found = part("light").measure(bpy.context.scene, layer, sensors(paths), 1.0, scenes)
+        found = part("light.probe").measure(bpy.context.scene, layer, sensors(paths), 1.0, scenes)
         return numbers(found)
 
     def read_in_a_run():
@@ -514,7 +514,7 @@ def test_what_departs_far_from_the_reference_is_looked_at_more_closely(room, mon
 def test_many_that_depart_share_a_picture_and_read_the_same(room, monkeypatch, few):
     """However many depart, scenes are handed to Cycles once and not again at each update."""
     CHANGES["a screen's glow"]()
-    kept, made = part("light_kept"), []
+    kept, made = part("light.kept"), []
     layer, scene = bpy.context.view_layer, bpy.context.scene
     enter = kept.LightScene.__enter__
     monkeypatch.setattr(kept, "departs", lambda light, few: True)
@@ -526,7 +526,7 @@ def test_many_that_depart_share_a_picture_and_read_the_same(room, monkeypatch, f
         for frame in (1, 2, 3):
             scene.frame_set(frame)
             before = len(made)
-            taken = part("light").measure(scene, layer, sensors(few), 1.0, scenes)
+            taken = part("light.probe").measure(scene, layer, sensors(few), 1.0, scenes)
             found[at_most].append(numbers(taken))
             assert frame == 1 or len(made) == before
         scenes.close()

@@ -146,7 +146,7 @@ def test_undo_after_a_run_to_a_step_made_amid(room):
 
 def test_doors_that_open_views_make_one_reference_a_state(world, monkeypatch):
     """Not one each time, and no more scenes are kept than a few."""
-    kept, reference = part("light_kept"), part("light_reference").ReferenceScene
+    kept, reference = part("light.kept"), part("light.reference").ReferenceScene
     room = world.box((8, 8, 4), name="room")
     room.data.materials.append(material(0.7, name="paint"))
     lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)

@@ -6,7 +6,7 @@ import math
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import probes, resting, state
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import light
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
 from bl_ext.user_default.angen_sensors.panels import readings
 
@@ -35,7 +35,7 @@ def lamp(world):
 
 def counted(monkeypatch):
     calls = []
-    measure = light.measuring
+    measure = probe.measuring
 
     def spy(*arguments):
         calls.append(arguments)

@@ -82,7 +82,7 @@ PREVIEWED = ("point", "spot", "area", "sun and sky")
 
 
 def asked(engine):
-    request = part("light").LightRequest
+    request = part("light.probe").LightRequest
     return [
         request(
             o.name,

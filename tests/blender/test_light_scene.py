@@ -190,7 +190,7 @@ def test_other_sensors_do_not_matter_to_the_bit(world):
 
 
 def test_even_those_that_want_the_same_pixel(world):
-    pixel_of = part("light_picture").pixel_of
+    pixel_of = part("light.picture").pixel_of
     seen = {}
     pair = None
     for i in range(100_000):
@@ -299,7 +299,7 @@ def test_so_does_one_that_fails(busy, monkeypatch):
     def fail(path):
         raise OSError(f"no space left for {path}")
 
-    monkeypatch.setattr(part("exr"), "read_rgb", fail)
+    monkeypatch.setattr(part("light.exr"), "read_rgb", fail)
     with pytest.raises(OSError, match="no space"):
         measure(*ALL_WAYS)
     assert everything(world) == before
@@ -322,5 +322,5 @@ def test_hundreds_of_measurements_leave_nothing_and_do_not_crash(world):
 
 
 def test_two_of_one_name_are_refused(world):
-    with pytest.raises(part("light").LightError, match="same name"):
+    with pytest.raises(part("light.probe").LightError, match="same name"):
         measure(request("a"), request("a"))

@@ -22,7 +22,7 @@ class Watch:
     """Asks the signature at each frame, as a run does; told by handlers, as the extension is."""
 
     def __init__(self):
-        self.signature = part("light_signature").LightSignature()
+        self.signature = part("light.signature").LightSignature()
 
     def at_frame(self, _scene, depsgraph):
         self.signature.note(depsgraph)
@@ -172,7 +172,7 @@ def test_a_person_that_stands_still_is_no_change(room, watch):
 
 
 def test_what_is_asked_is_part_of_it(room):
-    signature = part("light_signature").LightSignature()
+    signature = part("light.signature").LightSignature()
     layer, depsgraph = bpy.context.view_layer, room.update()
     assert signature.changed(layer, depsgraph, "one")
     assert not signature.changed(layer, depsgraph, "one")
@@ -280,7 +280,7 @@ def two_and_a_meter():
 
 @pytest.fixture
 def kept(room):
-    scenes = part("light_kept").KeptScenes()
+    scenes = part("light.kept").KeptScenes()
     yield scenes
     scenes.close()
 
@@ -289,7 +289,7 @@ def both_at(frame, kept):
     """What both read at a frame, with and without what was kept."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     scene.frame_set(frame)
-    with_kept = part("light").measure(scene, layer, two_and_a_meter(), 1.0, kept)
+    with_kept = part("light.probe").measure(scene, layer, two_and_a_meter(), 1.0, kept)
     alone = measure(*two_and_a_meter())
     assert dict(with_kept) == alone, frame
     return tuple(s.luminance_percent or s.illuminance_lux for s in alone.values())
@@ -328,7 +328,7 @@ def test_drivers_people_and_sub_frames(room, kept):
     assert len(set(found)) == 5
     scene, layer = bpy.context.scene, bpy.context.view_layer
     scene.frame_set(3, subframe=0.5)
-    assert dict(part("light").measure(scene, layer, two_and_a_meter(), 1.0, kept)) == measure(
+    assert dict(part("light.probe").measure(scene, layer, two_and_a_meter(), 1.0, kept)) == measure(
         *two_and_a_meter()
     )
 
@@ -356,6 +356,6 @@ def test_nothing_is_left(room, kept):
     before = [len(getattr(bpy.data, name)) for name in names]
     for frame in (1, 5, 7):
         scene.frame_set(frame)
-        part("light").measure(scene, layer, two_and_a_meter(), 1.0, kept)
+        part("light.probe").measure(scene, layer, two_and_a_meter(), 1.0, kept)
     kept.close()
     assert before == [len(getattr(bpy.data, name)) for name in names]

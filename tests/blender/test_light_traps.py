@@ -39,13 +39,13 @@ def read(reference=MANY, layer=None):
     """Readings of both methods, in a run."""
     scene, layer = bpy.context.scene, layer or bpy.context.view_layer
     layer.update()
-    kept = part("light_kept").KeptScenes(reference)
+    kept = part("light.kept").KeptScenes(reference)
     asked = [
         request("lux", facing((0, 1, 0), (0.3, -1, 0.2)), samples=FEW),
         request("walls", facing((1, 0, 0), (-0.7, 1, 0)), method="FOUR_WALL", samples=FEW),
     ]
     try:
-        return dict(part("light").measure(scene, layer, asked, 1.0, kept))
+        return dict(part("light.probe").measure(scene, layer, asked, 1.0, kept))
     finally:
         kept.close()
 
@@ -296,13 +296,13 @@ def test_whole_frames_after_sub_frames(room):
     """Kept scenes stand where new ones do."""
     key(objects("point").data, "energy", (1.0, 40.0))
     scene, layer = room.scene, bpy.context.view_layer
-    kept = part("light_kept").KeptScenes(MANY)
+    kept = part("light.kept").KeptScenes(MANY)
     asked = [request("lux", facing((0, 1, 0), (0.3, -1, 0.2)), samples=FEW)]
     for frame in (3.25, 3.75, 4.0, 3.5, 3.0, 3.0):
         scene.frame_set(int(frame), subframe=frame % 1)
-        found = part("light").measure(scene, layer, asked, 1.0, kept)
-        fresh = part("light_kept").KeptScenes(MANY)
-        assert found == part("light").measure(scene, layer, asked, 1.0, fresh), frame
+        found = part("light.probe").measure(scene, layer, asked, 1.0, kept)
+        fresh = part("light.kept").KeptScenes(MANY)
+        assert found == part("light.probe").measure(scene, layer, asked, 1.0, fresh), frame
         fresh.close()
     kept.close()
 

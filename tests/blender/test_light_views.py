@@ -57,13 +57,13 @@ def test_each_view_looks_where_it_should(world, wall):
     walls(world, *radiances)
     world.update()
     asked = request(matrix=UPRIGHT)
-    kept = part("light_kept").KeptScenes()
-    module = part("light_walls")
+    kept = part("light.kept").KeptScenes()
+    module = part("light.four_walls")
     together = {0: module.Seen(asked, ())}
-    batch = part("light_kept").Batch(
+    batch = part("light.kept").Batch(
         world.scene, bpy.context.view_layer, module.Views, together, 64
     )
-    (found,), _ = part("light_picture").finished(kept.light(batch))
+    (found,), _ = part("light.picture").finished(kept.light(batch))
     kept.close()
     assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
 
@@ -113,9 +113,9 @@ def test_a_white_wall_under_a_lamp(world):
 
 
 def test_eevee_is_refused_with_a_reason_where_it_cannot_run(world, monkeypatch):
-    engine = part("light_engine")
+    engine = part("light.engine")
     monkeypatch.setattr(engine, "_why_no_eevee_in_background", lambda: "no GPU; choose Cycles")
-    with pytest.raises(part("light").LightError, match="choose Cycles"):
+    with pytest.raises(part("light.probe").LightError, match="choose Cycles"):
         look(engine="EEVEE")
 
 

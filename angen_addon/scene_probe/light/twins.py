@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 from mathutils import Matrix
 
-from .light_surfaces import glows
+from .surfaces import glows
 
 # Tiny and out of the way: the bounds of the scene hardly grow.
 PLACE, SCALE = (0.0, 0.0, -10.0), 1e-6

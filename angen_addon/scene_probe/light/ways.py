@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_scene import Housings, is_left_out
-from .light_surfaces import is_clear
+from .scene import Housings, is_left_out
+from .surfaces import is_clear
 
 Array = NDArray[np.float64]
 

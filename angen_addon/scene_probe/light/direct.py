@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_face import face_size
-from .light_forms import FAR, frame, shine, spread_points
-from .light_instances import light_housings
-from .light_lamps import lamps_of
-from .light_rays import LightRays
-from .light_scene import shown_objects
-from .light_unmodelled import constant_world, unmodelled
-from .solids import Solids
+from ..solids import Solids
+from .closed_forms import FAR, frame, shine, spread_points
+from .faces import face_size
+from .instances import light_housings
+from .lamps import lamps_of
+from .scene import shown_objects
+from .shadow_rays import LightRays
+from .unmodelled import constant_world, unmodelled
 
 Array = NDArray[np.float64]
 SKY_RAYS = 64

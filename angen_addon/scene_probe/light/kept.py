@@ -15,10 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from . import light_engine
-from .light_frozen import Simulated
-from .light_picture import Seen, Steps
-from .light_reference import (
+from . import engine
+from .frozen import Simulated
+from .picture import Seen, Steps
+from .reference import (
     Found,
     Lamps,
     Part,
@@ -29,7 +29,7 @@ from .light_reference import (
     looks_at_frame,
     states_of_lamps,
 )
-from .light_scene import LightScene, contents, quietly
+from .scene import LightScene, contents, quietly
 
 Array = NDArray[np.float64]
 FIRST_PICTURE, CLOSER_LOOK = "Cycles takes the scene in", "a closer look at the light"
@@ -78,7 +78,7 @@ class Batch:
     def _taken_in(self, light_scene: LightScene, samples: int) -> Takes:
         light_scene.__enter__()
         try:
-            light_engine.set_up(light_scene.scene, "CYCLES")
+            engine.set_up(light_scene.scene, "CYCLES")
             light_scene.scene.render.use_persistent_data = True
             return self.takes(light_scene, self.together, samples)
         except BaseException:

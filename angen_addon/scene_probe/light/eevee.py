@@ -15,8 +15,8 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from . import exr
-from .light_colour import to_rec709
-from .light_face import face, face_size, white
+from .colour import to_rec709
+from .faces import face, face_size, white
 
 Array = NDArray[np.float64]
 WALLS = 4

@@ -14,11 +14,11 @@ from typing import Any
 
 import bpy
 
-from ..quiet import standard_output_silenced
-from .light_frozen import Simulated, frozen
-from .light_instances import Instances
-from .light_twins import twins
-from .light_values import own_properties
+from ...quiet import standard_output_silenced
+from .frozen import Simulated, frozen
+from .instances import Instances
+from .twins import twins
+from .values import own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_nodes import Nodes
-from .light_picture import CORNERS, Picture, Seen, add_squares, share_out
+from .nodes import Nodes
+from .picture import CORNERS, Picture, Seen, add_squares, share_out
 
 Array = NDArray[np.float64]
 # The face is this large, and stands this far off its origin, in metres: off the wall that the

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_nodes import Nodes
-from .light_picture import CORNERS, Picture, Seen, add_squares, share_out
-from .light_ways import Ways
+from .nodes import Nodes
+from .picture import CORNERS, Picture, Seen, add_squares, share_out
+from .ways import Ways
 
 Array = NDArray[np.float64]
 WALLS = 4

@@ -22,9 +22,9 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from . import exr
-from .light_colour import to_rec709
-from .light_nodes import Nodes
-from .light_scene import quietly
+from .colour import to_rec709
+from .nodes import Nodes
+from .scene import quietly
 
 Array = NDArray[np.float64]
 # Pixels a side. Cycles visits the empty ones too; fewer would make names collide more often.

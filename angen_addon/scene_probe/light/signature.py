@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .light_values import (
+from .values import (
     lamp_values,
     looked_up,
     names_looked_up,

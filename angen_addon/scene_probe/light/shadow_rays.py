@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..instances import Uid
-from .light_surfaces import Surfaces
-from .rays import NOTHING, RayCaster
-from .solids import Solids
+from ...instances import Uid
+from ..rays import NOTHING, RayCaster
+from ..solids import Solids
+from .surfaces import Surfaces
 
 Array = NDArray[np.float64]
 MOST_PASSED = 16

@@ -14,8 +14,8 @@ from typing import Any
 
 import bpy
 
-from .light_values import OF_OBJECT, own_properties
-from .zones import has_simulation_zone
+from ..zones import has_simulation_zone
+from .values import OF_OBJECT, own_properties
 
 # What these make depends on the frames before, which a light scene does not go through.
 PHYSICS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}

@@ -15,17 +15,17 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.light import LightSample
-from ...sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
-from . import light_engine, light_face, light_views, light_walls
-from .light_direct import Direct
-from .light_face import Faces
-from .light_kept import Batch, KeptScenes, Takes
-from .light_picture import Seen, Steps, finished
-from .light_scene import LightScene, quietly
-from .light_walls import Views
-from .light_ways import Ways
-from .solids import Solids
+from ....sensor_logic.light import LightSample
+from ....sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
+from ..solids import Solids
+from . import eevee, engine, faces, four_walls
+from .direct import Direct
+from .faces import Faces
+from .four_walls import Views
+from .kept import Batch, KeptScenes, Takes
+from .picture import Seen, Steps, finished
+from .scene import LightScene, quietly
+from .ways import Ways
 
 Array = NDArray[np.float64]
 # A sensor farther from the origin than this many metres stands on a grid, in single precision,
@@ -128,9 +128,9 @@ def _by_cycles(
     takes: type[Takes]
     pictures: list[dict[int, Seen]]
     if group[0].method == "FOUR_WALL":
-        takes, pictures = Views, light_walls.batches(group, Ways(scene, view_layer))
+        takes, pictures = Views, four_walls.batches(group, Ways(scene, view_layer))
     else:
-        takes, pictures = Faces, light_face.batches(group, scene)
+        takes, pictures = Faces, faces.batches(group, scene)
     scenes = kept or KeptScenes()
     found: dict[str, Array] = {}
     notes: list[str] = []
@@ -152,8 +152,8 @@ def _by_eevee(
 ) -> tuple[dict[str, Array], list[str]]:
     """The same by EEVEE."""
     with LightScene(scene, view_layer) as light_scene:
-        light_engine.set_up(light_scene.scene, "EEVEE")
-        way = light_views.four_walls if group[0].method == "FOUR_WALL" else light_views.faces
+        engine.set_up(light_scene.scene, "EEVEE")
+        way = eevee.four_walls if group[0].method == "FOUR_WALL" else eevee.faces
         light = way(light_scene, group, count)
         if light_scene.scene.world is not None:
             light_scene.notes.append(THROUGH_WALLS)
@@ -196,7 +196,7 @@ def _check(scene: Any, requests: list[LightRequest]) -> None:
                 "move the scene nearer to the origin"
             )
     if any(request.engine == "EEVEE" for request in requests):
-        reason = light_engine.why_no_eevee()
+        reason = engine.why_no_eevee()
         if reason:
             raise LightError(reason)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import bpy
 
-from .light_lamps import emission_of, has_nodes
-from .light_surfaces import glows, is_clear
+from .lamps import emission_of, has_nodes
+from .surfaces import glows, is_clear
 
 RAYS = ("diffuse", "glossy", "transmission", "shadow")
 FEW = 3

@@ -36,11 +36,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..animation import is_animated
-from .light_frozen import Simulated
-from .light_picture import Steps
-from .light_scene import LightScene, is_portal, must_be_frozen, shown_objects
-from .light_values import lamp_values
+from ...animation import is_animated
+from .frozen import Simulated
+from .picture import Steps
+from .scene import LightScene, is_portal, must_be_frozen, shown_objects
+from .values import lamp_values
 
 Array = NDArray[np.float64]
 Taken = tuple["ReferenceScene", Any]

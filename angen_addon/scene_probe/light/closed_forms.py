@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_lamps import Lamp
+from .lamps import Lamp
 
 Array = NDArray[np.float64]
 # A lamp's disk or rectangle is looked at in this many points.

@@ -37,6 +37,13 @@ def test_the_manifest_says_what_users_rely_on() -> None:
     assert "wheels" not in MANIFEST
 
 
+def test_every_file_that_tells_the_version_tells_the_same() -> None:
+    version = MANIFEST["version"]
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == version
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
 def test_the_license_is_whole() -> None:
     text = (ROOT / "LICENSE").read_text(encoding="utf-8")
     assert text.lstrip().startswith("GNU GENERAL PUBLIC LICENSE\n")

@@ -11,7 +11,8 @@ from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any
 
-from ..sensor_logic.kinds import KINDS, NO_KIND, Field, Kind
+from ..sensor_logic.kind import Field, Kind
+from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
 from ..sensor_logic.quantities import METRES, Lengths

@@ -11,8 +11,8 @@ from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.housing import housing_of, mesh_of
 from ..angen_addon.sensors import unit_scale
+from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.presets import Preset, presets_of
 from .preset import apply, find_preset
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
@@ -20,7 +20,7 @@ KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.va
 
 def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
     """What the field of a preset offers: identifiers with the names of the parts."""
-    found = [(preset.identifier, preset.label) for preset in presets_of(self.kind)]
+    found = [(preset.identifier, preset.label) for preset in KINDS[self.kind].presets]
     return [pair for pair in found if text.lower() in " ".join(pair).lower()]
 
 

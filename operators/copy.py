@@ -9,7 +9,8 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.kind import Kind
+from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs
 
 RATE = "update_rate"

@@ -10,8 +10,8 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
-from ..sensor_logic.presets import Preset, presets_of
+from ..sensor_logic.kind import Kind, Preset
+from ..sensor_logic.kinds import KINDS, NO_KIND
 
 # Blender stores single precision.
 SAME = 1e-6
@@ -23,7 +23,7 @@ SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
 
 def find_preset(kind: Kind, identifier: str) -> Preset:
     """The preset of a kind with this identifier. Raises KeyError with what to tell the user."""
-    known = {preset.identifier: preset for preset in presets_of(kind.identifier)}
+    known = {preset.identifier: preset for preset in kind.presets}
     if identifier not in known:
         hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
         raise KeyError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
@@ -32,14 +32,14 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 def apply(obj: Any, preset: Preset) -> None:
     """Sets the parameters that the preset names, and no other."""
-    group = getattr(obj.angen_sensor, KINDS[preset.kind].attribute)
+    group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
     """Whether the parameters that the preset names are as it would set them."""
-    group = getattr(obj.angen_sensor, KINDS[preset.kind].attribute)
+    group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
 
@@ -74,7 +74,7 @@ class ANGEN_OT_preset_apply(Operator):
         """Of a menu item: where the figures of its preset are from."""
         obj = context.object
         if obj is not None and obj.angen_sensor.kind != NO_KIND:
-            for preset in presets_of(obj.angen_sensor.kind):
+            for preset in KINDS[obj.angen_sensor.kind].presets:
                 if preset.identifier == properties.preset:
                     return f"{cls.bl_description}.\nSource: {preset.source}"
         return cls.bl_description

@@ -16,7 +16,8 @@ from bl_operators.presets import AddPresetBase
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..sensor_logic.kinds import KINDS, NO_KIND, Kind
+from ..sensor_logic.kind import Kind
+from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs
 from .preset import SAME_KIND_OF_VALUE, sensor_can_change
 

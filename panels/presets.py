@@ -15,7 +15,6 @@ from ..operators.user_preset import (
     label_of,
     user_presets,
 )
-from ..sensor_logic.presets import presets_of
 from .parameters import sensor_of
 
 
@@ -28,7 +27,7 @@ class ANGEN_MT_presets(Menu):
         sensor = sensor_of(context.object)
         if sensor is None:
             return
-        for preset in presets_of(sensor.kind.identifier):
+        for preset in sensor.kind.presets:
             applied = is_applied(context.object, preset)
             item = self.layout.operator(
                 ANGEN_OT_preset_apply.bl_idname,
@@ -60,7 +59,7 @@ def _draw_own(layout: Any, sensor: Any) -> None:
 
 def draw_choice(layout: Any, sensor: Any) -> None:
     """The menu's button, with the name of the part that the sensor is set to."""
-    found = presets_of(sensor.kind.identifier)
+    found = sensor.kind.presets
     applied = [preset.label for preset in found if is_applied(sensor.object, preset)]
     text = applied[0] if applied else "Presets"
     layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)

@@ -24,7 +24,6 @@ FILE, CATALOG_FILE = "angen_sensors.blend", "blender_assets.cats.txt"
 def build(folder: Path) -> int:
     """Writes the library into a folder; returns how many assets it has."""
     import_module("angen_addon.standalone").load_extension().register()
-    presets = import_module(f"{PACKAGE}.sensor_logic.presets")
     kinds = import_module(f"{PACKAGE}.sensor_logic.kinds")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stage()
@@ -33,7 +32,7 @@ def build(folder: Path) -> int:
     for kind in kinds.KINDS.values():
         catalog = str(uuid.uuid5(CATALOGS, kind.identifier))
         lines.append(f"{catalog}:Sensors/{kind.label}:{kind.label}")
-        for preset in presets.presets_of(kind.identifier):
+        for preset in kind.presets:
             sensor = asset(kind, preset, catalog)
             picture(sensor, folder / ".preview.png")
             made.add(sensor)

@@ -16,7 +16,7 @@ from .quantities import METRES, Lengths, typed
 # The unit of a parameter that is counted in whatever its sensor reads.
 READING = "reading"
 # Pairs of a parameter and the choice of it, all of which must be made.
-UsedWhen = tuple[tuple[str, str], ...]
+UsedWhen = tuple[tuple[str, Any], ...]
 # Blender stores angles in single precision, in which 180° is a little more than π.
 SINGLE_PRECISION = 1e-6
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .clock import Clock
-from .kinds import KINDS, Field, Kind
+from .kind import Field, Kind
+from .kinds import KINDS
 from .model import Reading
 
 _COLUMN_CODES = {bool: "b", int: "q", float: "d"}

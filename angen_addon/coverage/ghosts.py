@@ -11,7 +11,6 @@ from mathutils import Matrix
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose
 from ...sensor_logic.pir import PirParameters
-from ...sensor_logic.presets import presets_of
 from ..marks import COVERAGE_MARK
 from ..sensors import Sensor, SensorError, decimal, read_parameters, unit_scale
 from .mesh import collection, remove_own_collection
@@ -74,7 +73,7 @@ def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
     rate = KINDS["PIR"].update_rate
     if not preset:
         return PirParameters(), rate
-    known = {p.identifier: p for p in presets_of("PIR")}
+    known = {p.identifier: p for p in KINDS["PIR"].presets}
     if preset not in known:
         raise SensorError(f"no preset is called '{preset}': there are {', '.join(known)}")
     return PirParameters(**known[preset].values), rate

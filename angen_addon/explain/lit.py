@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...sensor_logic.kinds import Field
+from ...sensor_logic.kind import Field
 from ..wording import quoted
 from .facts import Explanation, at_frame
 from .lamps import LampShare, LightParts, light_parts

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...sensor_logic.kinds import FORCE
+from ...sensor_logic.kinds.pressure import FORCE
 from ...sensor_logic.partner_names import split
 from ...sensor_logic.pressure import PressureParameters, pad_reading
 from ...sensor_logic.quantities import Lengths, typed

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.event_log import format_value
-from ...sensor_logic.kinds import Field
+from ...sensor_logic.kind import Field
 from ...sensor_logic.recording import Track
 
 Indices = NDArray[np.intp]

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ..event_log import HEADER, Event, read_events
-from ..kinds import KINDS, Field
+from ..kind import Field
+from ..kinds import KINDS
 from ..log_start import COLUMN, parse_start
 from ..recording import Recording
 from .log import DEFAULT_START, Activity, Change, Channel, Log, SensorFacts, Value

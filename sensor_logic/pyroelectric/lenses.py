@@ -9,12 +9,11 @@ publishes a zone table: what is known of each lens and what is assumed stands wi
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from ..kind import Preset
 from .zones import Zone, Zones
 
 
@@ -220,19 +219,9 @@ LENSES: dict[str, Lens] = {
 }
 
 
-@dataclass(frozen=True)
-class LensPreset:
-    """A preset of a motion detector, as `sensor_logic.presets` has them."""
-
-    identifier: str
-    label: str
-    values: Mapping[str, Any]
-    source: str
-
-
 def _preset(
     lens: str, label: str, hold: float, block: float, warm_up: float, timing: str
-) -> LensPreset:
+) -> Preset:
     known = LENSES[lens]
     values = {
         "model": "PYROELECTRIC",
@@ -245,11 +234,11 @@ def _preset(
         "retrigger": True,
     }
     source = f"{known.source}. {timing}. Assumed: {known.assumed}"
-    return LensPreset(f"{lens}_PYRO", f"{label}, pyroelectric", values, source)
+    return Preset(f"{lens}_PYRO", f"{label}, pyroelectric", values, source)
 
 
 NO_TIMES = "Its times are not known: none is set"
-LENS_PRESETS: tuple[LensPreset, ...] = (
+LENS_PRESETS: tuple[Preset, ...] = (
     _preset(
         "HC_SR501",
         "HC-SR501",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..event_log import track_events
-from ..kinds import Field
+from ..kind import Field
 from ..model import Array
 from ..recording import Track
 

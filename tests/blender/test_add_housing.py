@@ -55,7 +55,11 @@ def test_bodies_are_closed_and_face_outwards(housing):
 
 
 def test_every_preset_with_a_housing_of_its_own_exists(housing, addon_part):
-    known = {(p.kind, p.identifier) for p in addon_part("sensor_logic.presets").PRESETS}
+    known = {
+        (kind.identifier, preset.identifier)
+        for kind in addon_part("sensor_logic.kinds").KINDS.values()
+        for preset in kind.presets
+    }
     assert {key for key in housing.HOUSINGS if key[1]} <= known
 
 

@@ -11,7 +11,9 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def presets(addon_part):
-    return addon_part("sensor_logic.presets").PRESETS
+    """Each with its kind."""
+    kinds = addon_part("sensor_logic.kinds").KINDS.values()
+    return [(kind, preset) for kind in kinds for preset in kind.presets]
 
 
 def activate(world, obj):
@@ -30,9 +32,9 @@ def values(world, addon_part, obj):
 
 def test_every_preset_sets_what_it_names_and_nothing_else(world, addon_part, presets):
     is_applied = addon_part("operators.preset").is_applied
-    for preset in presets:
-        obj = activate(world, world.sensor(preset.kind, preset.identifier))
-        group = getattr(obj.angen_sensor, preset.kind.lower())
+    for kind, preset in presets:
+        obj = activate(world, world.sensor(kind.identifier, preset.identifier))
+        group = getattr(obj.angen_sensor, kind.attribute)
         for name, value in preset.values.items():
             if isinstance(value, float):
                 setattr(group, name, value + 0.25)
@@ -53,7 +55,7 @@ def test_one_preset_at_most_is_ticked_for_each_part(world, addon_part, presets):
     """No two presets of a kind are the same; the ideal part is what a new pad has."""
     is_applied = addon_part("operators.preset").is_applied
     pad = activate(world, world.sensor("PRESSURE", "pad"))
-    of_kind = [preset for preset in presets if preset.kind == "PRESSURE"]
+    of_kind = [preset for kind, preset in presets if kind.identifier == "PRESSURE"]
     assert [p.identifier for p in of_kind if is_applied(pad, p)] == ["FSR_402_IDEAL"]
     for preset in of_kind:
         ops.preset_apply(preset=preset.identifier)

@@ -33,7 +33,6 @@ def library(tmp_path_factory):
 
 
 def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
-    presets = addon_part("sensor_logic.presets").PRESETS
     is_applied = addon_part("operators.preset").is_applied
     catalogs = dict(
         re.findall(r"^([0-9a-f-]{36}):(Sensors/[^:]+):", (library / "blender_assets.cats.txt")
@@ -44,12 +43,13 @@ def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
         target.objects = list(there.objects)
     kinds = addon_part("sensor_logic.kinds").KINDS
     found = {(obj.angen_sensor.kind, obj.name): obj for obj in target.objects}
-    assert set(found) == {(preset.kind, preset.label) for preset in presets}
-    for preset in presets:
-        sensor = found[preset.kind, preset.label]
+    presets = {(k.identifier, p.label): p for k in kinds.values() for p in k.presets}
+    assert set(found) == set(presets)
+    for (kind, _), preset in presets.items():
+        sensor = found[kind, preset.label]
         assert is_applied(sensor, preset)
         facts = sensor.asset_data
-        assert catalogs[facts.catalog_id] == f"Sensors/{kinds[preset.kind].label}"
+        assert catalogs[facts.catalog_id] == f"Sensors/{kinds[kind].label}"
         assert preset.source[:100] in facts.description
         pixels = list(sensor.preview.image_pixels_float)[3::4]
         assert 0.05 < sum(pixels) / len(pixels) < 0.95, "a picture in which the part can be seen"

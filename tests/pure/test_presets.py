@@ -13,22 +13,26 @@ from sensor_logic.light_parts import PARTS
 from sensor_logic.model import Pose
 from sensor_logic.optical_switch import SlottedSwitch
 from sensor_logic.parameters import defaults, specs, used
-from sensor_logic.presets import PRESETS, presets_of
 
-IDS = [f"{preset.kind}-{preset.identifier}" for preset in PRESETS]
+PRESETS = [(kind, preset) for kind in KINDS.values() for preset in kind.presets]
+IDS = [f"{kind.identifier}-{preset.identifier}" for kind, preset in PRESETS]
 
 
-def parameters_of(preset):
-    return KINDS[preset.kind].parameters(**preset.values)
+def presets_of(kind):
+    return KINDS[kind].presets
+
+
+def parameters_of(kind, preset):
+    return KINDS[kind].parameters(**preset.values)
 
 
 def named(kind):
     return {preset.identifier: preset for preset in presets_of(kind)}
 
 
-@pytest.mark.parametrize("preset", PRESETS, ids=IDS)
-def test_a_preset_gives_parameters_without_problems(preset):
-    parameters = parameters_of(preset)
+@pytest.mark.parametrize(("kind", "preset"), PRESETS, ids=IDS)
+def test_a_preset_gives_parameters_without_problems(kind, preset):
+    parameters = kind.parameters(**preset.values)
     assert parameters.problems() == []
     known = specs(type(parameters))
     for name, value in preset.values.items():
@@ -37,14 +41,14 @@ def test_a_preset_gives_parameters_without_problems(preset):
         assert type(value) is type(default), f"{name} is stored as {type(default).__name__}"
 
 
-@pytest.mark.parametrize("preset", PRESETS, ids=IDS)
-def test_a_preset_says_what_it_is_and_where_from(preset):
+@pytest.mark.parametrize(("kind", "preset"), PRESETS, ids=IDS)
+def test_a_preset_says_what_it_is_and_where_from(kind, preset):
     assert preset.label and preset.source and preset.values
     assert preset.identifier == preset.identifier.upper()
 
 
 def test_identifiers_are_unique_within_a_kind():
-    assert len({(preset.kind, preset.identifier) for preset in PRESETS}) == len(PRESETS)
+    assert len(set(IDS)) == len(IDS)
 
 
 def test_presets_of_a_kind():
@@ -52,7 +56,6 @@ def test_presets_of_a_kind():
     assert {"THESIS", "TCST1103", "GP1A53HR", "EE_SX670"} <= set(named("OPTICAL_SWITCH"))
     assert len(presets_of("PRESSURE")) == 7
     assert {"THESIS", "GL5516", "GL5528", "GL5539", "BH1750FVI", "VEML7700"} <= set(named("LIGHT"))
-    assert presets_of("NONE") == ()
 
 
 @pytest.mark.parametrize(
@@ -66,7 +69,7 @@ def test_presets_of_a_kind():
 )
 def test_the_defaults_are_a_preset(kind, identifier):
     (preset,) = [p for p in presets_of(kind) if p.identifier == identifier]
-    assert parameters_of(preset) == KINDS[kind].parameters()
+    assert parameters_of(kind, preset) == KINDS[kind].parameters()
 
 
 @pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "LIGHT"])
@@ -148,6 +151,8 @@ def test_light_parts_are_presets_under_their_names():
 
 def test_a_larger_load_resistor_reads_higher():
     loads = ["FSR_402_3K3", "FSR_402", "FSR_402_47K", "FSR_402_100K"]
-    known = {preset.identifier: parameters_of(preset) for preset in presets_of("PRESSURE")}
+    known = {
+        preset.identifier: parameters_of("PRESSURE", preset) for preset in presets_of("PRESSURE")
+    }
     volts = [ForceResistor().update(known[name], 1.0, 0.0, 0.0).voltage_v for name in loads]
     assert volts == sorted(set(volts))

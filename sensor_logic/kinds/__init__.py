@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kinds of sensor: every package and module in this folder has a `KIND`, which is called as its
+file says, in `obj.angen_sensor.<name>`."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+
+from ..kind import Kind
+
+NO_KIND = "NONE"
+
+
+def _found() -> list[Kind]:
+    """The kinds in this folder by their numbers, which files store. Raises ValueError."""
+    kinds: list[Kind] = []
+    for module in pkgutil.iter_modules(__path__):
+        kind: Kind = import_module(f"{__name__}.{module.name}").KIND
+        if kind.attribute != module.name:
+            raise ValueError(f"the attribute of {kind.identifier} must be '{module.name}'")
+        kinds.append(kind)
+    for name in ("number", "identifier"):
+        if len({getattr(kind, name) for kind in kinds}) < len(kinds):
+            raise ValueError(f"two kinds of sensor have the same {name}")
+    return sorted(kinds, key=lambda kind: kind.number)
+
+
+KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _found()}

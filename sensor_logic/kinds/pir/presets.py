@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion detectors that can be bought, and the thesis's."""
+
+from __future__ import annotations
+
+import math
+
+from ...kind import Preset
+from ...pyroelectric.lenses import LENS_PRESETS
+
+
+def _detector(
+    identifier: str,
+    label: str,
+    source: str,
+    *,
+    range_max: float,
+    horizontal: float,
+    below: float = 90.0,
+    hold: float = 0.0,
+    block: float = 0.0,
+    warm_up: float = 0.0,
+) -> Preset:
+    """A motion detector that can be bought, as a range scan: metres, degrees, seconds.
+
+    All set the same parameters, so that one replaces another; what a source does not give is as
+    by default. The fans look level and down to `below`: half of a vertical detection angle.
+    """
+    values = {
+        "model": "RANGE_SCAN",
+        "horizontal_fov": math.radians(horizontal),
+        "range_max": range_max,
+        "vertical_fov": math.radians(below),
+        "hold_time": hold,
+        "blocking_time": block,
+        "warm_up_time": warm_up,
+        "retrigger": True,
+    }
+    if warm_up:
+        source += (
+            f". It reports nothing for the first {warm_up:g} s: set the warm-up time to 0 for "
+            "one that has long been on"
+        )
+    return Preset(identifier, f"{label}, range scan", values, source)
+
+
+PMOD_PIR = "30 s to stabilize as in Digilent's Pmod PIR reference manual for EKMC1601111"
+
+PRESETS: tuple[Preset, ...] = (
+    Preset(
+        "THESIS",
+        "Thesis (Gazebo range scan)",
+        {
+            "model": "RANGE_SCAN",
+            "horizontal_fov": math.radians(120),
+            "rays": 120,
+            "range_min": 0.05,
+            "range_max": 4.0,
+            "vertical_fov": math.radians(90),
+            "vertical_step": math.radians(10),
+            "sweep": "SAWTOOTH",
+            "threshold": 0.05,
+            "noise_sigma": 0.0,
+            "hold_time": 0.0,
+            "blocking_time": 0.0,
+            "warm_up_time": 0.0,
+        },
+        "range scan of the thesis's Gazebo plugin",
+    ),
+    _detector(
+        "HC_SR501",
+        "HC-SR501",
+        "HC-SR501 module data sheet: 7 m, cone below 120°, delay from 0.3 s, block time 2.5 s; "
+        "1 minute of initialization as at escol.com.my. The delay is the trimmer's shortest",
+        range_max=7.0,
+        horizontal=120.0,
+        below=60.0,
+        hold=0.3,
+        block=2.5,
+        warm_up=60.0,
+    ),
+    _detector(
+        "EKMC1601111",
+        "Panasonic EKMC1601111 (5 m)",
+        f"Panasonic: 5 m, 94° × 82°; {PMOD_PIR}",
+        range_max=5.0,
+        horizontal=94.0,
+        below=41.0,
+        warm_up=30.0,
+    ),
+    _detector(
+        "EKMC1603111",
+        "Panasonic EKMC1603111 (12 m)",
+        f"Panasonic: 12 m, 102° × 92°; {PMOD_PIR}",
+        range_max=12.0,
+        horizontal=102.0,
+        below=46.0,
+        warm_up=30.0,
+    ),
+    _detector(
+        "EKMC1604111",
+        "Panasonic EKMC1604111 (wall, 12 m)",
+        f"Panasonic: first step 12 m, 105° wide, down to 49° below; {PMOD_PIR}",
+        range_max=12.0,
+        horizontal=105.0,
+        below=49.0,
+        warm_up=30.0,
+    ),
+    _detector(
+        "MI_NODE",
+        "element14 MI:node PIR (7 m)",
+        "element14 MI:node user manual V3.1, p. 23: 7 m, solid angle 110°, high for 2.5 s typical",
+        range_max=7.0,
+        horizontal=110.0,
+        below=55.0,
+        hold=2.5,
+    ),
+    _detector(
+        "HAA53",
+        "Velleman HAA53 (wall, 14 m)",
+        "Velleman HAA53 manual, specifications, wide-angle lens: 14 m, 110° wide, at most 1 minute "
+        "of warm-up, on a wall 1.8 to 2.5 m up; how far down it looks is not given",
+        range_max=14.0,
+        horizontal=110.0,
+        warm_up=60.0,
+    ),
+    *LENS_PRESETS,
+)

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 
 from ..sensor_logic.files import OutputError
-from ..sensor_logic.parameters import Spec, defaults, format_quantity, specs, used
+from ..sensor_logic.parameters import defaults, format_quantity, specs, used, value_text
 from ..sensor_logic.recording import Recording
 from ..sensor_logic.report import page
 from ..sensor_logic.report.facts import Report, SensorFacts
@@ -102,7 +102,7 @@ def _changed(sensor: Sensor) -> list[tuple[str, str]]:
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)
     return [
-        (name, _shown(getattr(parameters, name), spec, sensor.kind.unit_of(spec, parameters)))
+        (name, value_text(getattr(parameters, name), spec, sensor.kind.unit_of(spec, parameters)))
         for name, spec in specs(sensor.kind.parameters).items()
         if used(parameters, name, spec) and not _same(getattr(parameters, name), usual[name])
     ]
@@ -113,15 +113,6 @@ def _same(value: Any, usual: Any) -> bool:
         # Angles come as Blender stores them, in single precision.
         return abs(value - usual) <= 1e-6 * max(abs(usual), 1e-6)
     return bool(value == usual)
-
-
-def _shown(value: Any, spec: Spec, unit: str) -> str:
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    if isinstance(value, (int, float)):
-        return format_quantity(value, unit)
-    label = next((choice.label for choice in spec.choices if choice.identifier == value), value)
-    return str(label)
 
 
 def _made_by() -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..sensor_logic.kind import RAYS
 from ..sensor_logic.model import Array, Pose
 from .station import Station
 
@@ -16,13 +17,14 @@ from .station import Station
 class Rays:
     """Rays in the world, in Blender units: `origins` (n, 3), unit `directions` (n, 3), `reach`
     (n,). `rows`: how many equal rows they stand in, for a motion detector its tilts; `bundles`: how
-    many equal parts of them are cast apart."""
+    many equal parts of them are cast apart; `apart`: each stands for itself, they span no fan."""
 
     origins: Array
     directions: Array
     reach: Array
     rows: int = 1
     bundles: int = 1
+    apart: bool = False
 
     def same(self, other: Rays | None) -> bool:
         return (
@@ -73,8 +75,8 @@ class _Asked:
 
 def sight_of(station: Station, depsgraph: Any) -> Sight | None:
     """What the sensor looks with at the depsgraph's frame: all rays that its model ever casts with
-    these parameters; none of a pad, of a light sensor and of a lens, for which see
-    overlay/views.py. None while it is switched off. Raises SensorError.
+    these parameters; none of a model that casts none. None while it is switched off. Raises
+    SensorError.
 
     The model senses once, where nothing is met; a detector with all tilts at once, which are those
     that its saw-tooth takes in turn.
@@ -84,12 +86,11 @@ def sight_of(station: Station, depsgraph: Any) -> Sight | None:
     taken = station.take(0, 0, depsgraph, asked)
     if taken is None:
         return None
-    kind, parameters, pose = station.sensor.kind, taken.parameters, taken.update.pose
-    if kind.motion or kind.light or getattr(parameters, "model", "") == "PYROELECTRIC":
+    parameters, pose = taken.parameters, taken.update.pose
+    if not station.sensor.kind.asks_for(RAYS, parameters):
         return Sight(parameters, pose, NO_RAYS, taken.request)
-    rows = 1
-    if kind.identifier == "PIR":
-        rows = parameters.tilt_count
+    rows = getattr(parameters, "tilt_count", 1)
+    if hasattr(parameters, "sweep"):
         taken = replace(taken, parameters=replace(parameters, sweep="ALL"))
     if getattr(parameters, "swept", False):
         # What it sweeps are the same rays.

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import READING
-from ..sensor_logic.quantities import METRES, NOTHING, Lengths
+from ..sensor_logic.quantities import METRES, Lengths
 
 # By Blender's names of the units that a scene can be set to.
 UNITS = {
@@ -40,13 +38,3 @@ def lengths_of(scene: Any) -> Lengths:
         return METRES
     adaptive = UNITS["FEET"] if settings.system == "IMPERIAL" else METRES
     return UNITS.get(settings.length_unit, adaptive)
-
-
-def centre_text(x: float, y: float, lengths: Lengths) -> str:
-    """A centre of pressure, from the pad's origin along its axes (m); in centimetres where the
-    scene has metres, as pads are small."""
-    if math.isnan(x) or math.isnan(y):
-        return NOTHING
-    fine = UNITS["CENTIMETERS"] if lengths == METRES else lengths
-    along = KINDS["PRESSURE"].fields["cop_x_m"]
-    return f"X {along.text(x, fine)}, Y {along.text(y, fine)}"

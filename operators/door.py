@@ -11,11 +11,12 @@ from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 from mathutils import Matrix, Vector
 
-from ..angen_addon.housing import Housing, fork, mesh_of
+from ..angen_addon.housing import Housing, mesh_of
+from ..angen_addon.kinds.optical_switch.housing import fork
+from ..angen_addon.placing import parent_keeping, place_on
 from ..angen_addon.sensors import unit_scale
 from .add import can_add, new_sensor
 from .door_motion import DoorError, Leaf, leaves_of
-from .placing import parent_keeping, place_on
 from .surface import Surface, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"

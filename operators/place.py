@@ -13,12 +13,12 @@ from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_
 from mathutils import Matrix, Vector
 
 from ..angen_addon.housing import housing_of
+from ..angen_addon.placing import parent_keeping, place_on
 from ..angen_addon.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, can_add, new_sensor, preset_of, preset_property
 from .height import ENDS, TypedLength, below, height_text, raised
 from .place_preview import Preview, remove_all
-from .placing import parent_keeping, place_on
 from .surface import Surface, first_surface
 
 WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)

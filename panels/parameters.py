@@ -7,50 +7,14 @@ from typing import Any
 
 from bpy.types import Context
 
+from ..angen_addon.kinds import appearance_of
 from ..angen_addon.sensors import Sensor, SensorError, check
 from ..angen_addon.units import lengths_of
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import Spec, specs, used
-from . import light, origin, pad, pir
+from . import origin
 from .lines import draw_lines, draw_property, has_name_column
 from .readings import shown
-
-# Kinds with more parameters than one looks at together have them in sections, the first of them
-# open. A parameter that is in none is drawn above them.
-SECTIONS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
-    "PRESSURE": (
-        (
-            "Force and Partners",
-            (
-                "threshold",
-                "report_step",
-                "partner_object",
-                "partner_collection",
-                "subtract_own_weight",
-                "noise_sigma",
-            ),
-        ),
-        (
-            "Resistor",
-            (
-                "resistor",
-                "resistance_at_1n",
-                "exponent",
-                "force_min",
-                "force_max",
-                "unloaded_resistance",
-                "area",
-                "hysteresis",
-                "drift",
-                "part_spread",
-                "repeatability",
-            ),
-        ),
-        ("Electronics", ("load_resistor", "supply_voltage", "adc_bits")),
-    ),
-}
-# What a kind shows besides its parameters: its reading in full, and what would keep it from one.
-DETAILS = {"LIGHT": light.draw, "PIR": pir.draw, "PRESSURE": pad.draw}
 
 
 def sensor_of(obj: Any) -> Sensor | None:
@@ -71,9 +35,10 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     if enabled:
         origin.draw(layout, seen)
         _draw_problem(layout, context.scene, sensor)
-    if enabled and sensor.kind.identifier in DETAILS:
-        DETAILS[sensor.kind.identifier](layout, context, sensor, seen)
-    sections = SECTIONS.get(sensor.kind.identifier, ())
+    appearance = appearance_of(sensor.kind)
+    if enabled:
+        appearance.details(layout, context, sensor, seen)
+    sections = appearance.sections
     in_sections = {name for _, names in sections for name in names}
     others = [name for name in specs(sensor.kind.parameters) if name not in in_sections]
     column = _column(layout, enabled)

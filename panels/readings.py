@@ -22,8 +22,6 @@ from ..sensor_logic.quantities import NOTHING
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
 UNKNOWN, OLD, BAKED, NOT_SURE = "DOT", "TIME", "KEYFRAME_HLT", "SORTTIME"
-# Kinds whose main reading is what they measure; of the others it is the state.
-MEASURING = {"LIGHT", "PRESSURE"}
 # s: the age of a reading is told from here on, and where there is little room.
 AGE_TOLD, AGE_TOLD_IN_SHORT = 0.2, 1.0
 ORIGINS = {
@@ -95,7 +93,7 @@ def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
         return "No reading", UNKNOWN, NOTHING
     text = state_text(sensor, reading, lengths)
     brief = text.partition(",")[0]
-    if sensor.kind.identifier in MEASURING:
+    if sensor.kind.measures:
         brief = quantity.short(reading.value, lengths)
     if told.origin == playhead.BAKED:
         return f"Baked: {text}", BAKED, f"Baked: {brief}"

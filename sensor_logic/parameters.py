@@ -114,3 +114,13 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
 def format_quantity(value: float, unit: str, lengths: Lengths = METRES) -> str:
     """A parameter's value with its unit as people write it: angles in degrees."""
     return typed(value, "" if unit == READING else unit, lengths)
+
+
+def value_text(value: Any, spec: Spec, unit: str, lengths: Lengths = METRES) -> str:
+    """What a parameter is set to, in words."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, (int, float)):
+        return format_quantity(value, unit, lengths)
+    label = next((choice.label for choice in spec.choices if choice.identifier == value), value)
+    return str(label)

@@ -10,33 +10,13 @@ from __future__ import annotations
 from typing import Any
 
 from ...sensor_logic.recording import Recording
+from ..kinds import appearance_of
 from ..sensors import Sensor
-from .beam import explain_switch
 from .facts import Explanation
-from .idle import with_what_is_missing
-from .lit import explain_light
 from .memory import MEMORY
-from .motion import explain_range_scan
-from .press import explain_pad
-from .replay import Replay, replaying
-from .warm import explain_pyroelectric
+from .replay import replaying
 
 __all__ = ["MEMORY", "Explanation", "explain"]
-
-
-def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a motion detector of either model. Raises SensorError."""
-    if replay.sensor.settings.pir.model == "PYROELECTRIC":
-        return explain_pyroelectric(replay, index)
-    return explain_range_scan(replay, index)
-
-
-EXPLAINERS = {
-    "PIR": explain_motion,
-    "OPTICAL_SWITCH": explain_switch,
-    "PRESSURE": explain_pad,
-    "LIGHT": explain_light,
-}
 
 
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:
@@ -47,5 +27,4 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
     Raises SensorError.
     """
     with replaying(scene, sensor, recording) as replay:
-        found = EXPLAINERS[sensor.kind.identifier](replay, index)
-        return with_what_is_missing(replay, index, found)
+        return appearance_of(sensor.kind).explain(replay, index)

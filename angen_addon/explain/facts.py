@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ...sensor_logic.event_log import format_frame
+from ...sensor_logic.quantities import typed
+
+# Names and values.
+Facts = list[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,10 @@ class Explanation:
     doubt: str = ""
     cause: Any = None
 
+    def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
+        """The same with these facts before its own."""
+        return replace(self, facts=(*facts, *self.facts))
+
     def as_text(self) -> str:
         """Lines for a terminal."""
         lines = [f"{self.sensor}, frame {format_frame(self.frame)} ({self.time:.3f} s)"]
@@ -37,3 +46,9 @@ class Explanation:
 
 def at_frame(frame: float, time: float) -> str:
     return f"frame {format_frame(frame)} ({time:.3f} s)"
+
+
+def more_needed(threshold: float, value: float, unit: str) -> str:
+    """How far a value is from the threshold that it must exceed."""
+    share = f"{value / threshold:.0%} of that" if threshold else "nothing"
+    return f"more than {typed(threshold, unit)} is needed: it is {share}"

@@ -4,18 +4,21 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
 import bpy
+import numpy as np
 
+from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.recording import Recording, Track
 from .. import handlers, outputs, state
 from ..probes import Probes
-from ..sensors import Sensor, all_sensors, unit_scale
+from ..sensors import Sensor, all_sensors, read_pose, unit_scale
 from ..station import Station, Taken, evaluated_depsgraph
 from ..units import lengths_of
+from .facts import Explanation
 from .witness import Witness
 
 
@@ -79,6 +82,46 @@ class Replay:
             depsgraph = self.go(step)
             self.probes.look(depsgraph, None)
             self.station.watch(step, depsgraph, self.probes)
+
+    def bounds(self, index: int, own: bool = False) -> dict[str, Array]:
+        """Least and greatest corner (2, 3) in metres of what rays meet at an update, by name;
+        `own`: the sensor's own too."""
+        depsgraph = self.go(self.step(index))
+        self.probes.look(depsgraph, None)
+        solids = self.witness.solids
+        found: dict[str, Array] = {}
+        for solid in solids.solids:
+            box = np.stack([solids.lo[solid.row], solids.hi[solid.row]]) * self.metres
+            if not np.isfinite(box).all() or (not own and self.sensor.uid in solid.owners):
+                continue
+            known = found.get(solid.name, box)
+            found[solid.name] = np.stack(
+                [np.minimum(known[0], box[0]), np.maximum(known[1], box[1])]
+            )
+        return found
+
+    @property
+    def pose(self) -> Pose:
+        """Where the sensor stands at the update that was taken last."""
+        matrix = self.sensor.world_matrix(evaluated_depsgraph())
+        return read_pose(self.sensor, matrix, self.metres)
+
+    def told(
+        self,
+        index: int,
+        headline: str,
+        facts: Iterable[tuple[str, str]],
+        doubt: str = "",
+        cause: Any = None,
+    ) -> Explanation:
+        """The explanation of update `index`."""
+        frame, time = self.track.frames[index], self.track.times[index]
+        name = self.sensor.name
+        return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
+
+    def off(self, index: int) -> Explanation:
+        """The explanation of an update at which the sensor, as it is now, senses nothing."""
+        return self.told(index, "It is switched off at this frame", ())
 
     def _show_outputs_before(self, frame: float) -> None:
         """Drivers saw what the sensors had published before this frame."""

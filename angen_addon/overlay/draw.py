@@ -106,7 +106,8 @@ def _batches(field: Field, scene: Any, states: list[Shown | None]) -> list[dict[
     still = tuple(
         look if is_still(seen) else None for seen, look in zip(field.seen, looks, strict=True)
     )
-    lively = field.extras, still, tuple(looks), tuple(_force_of(one) for one in now)
+    read = [_reading_of(seen, one) for seen, one in zip(field.seen, now, strict=True)]
+    lively = field.extras, still, tuple(looks), read
     return [
         _kept(field, "still", (field.listed, still), still_figures, now),
         _kept(field, "lively", (field.listed, lively), lively_figures, now),
@@ -122,11 +123,12 @@ def _kept(field: Field, name: str, key: Any, figures: Any, states: Any) -> dict[
     return batches
 
 
-def _force_of(one: Shown | None) -> Any:
-    if one is None or one.fields is None or "cop_x_m" not in one.fields:
+def _reading_of(seen: Any, one: Shown | None) -> Any:
+    """What of a reading is drawn."""
+    names = seen.appearance.drawn_fields
+    if one is None or one.fields is None or not names:
         return None
-    fields = one.fields
-    return fields["force_n"], str(fields["cop_x_m"]), str(fields["cop_y_m"]), one.problem
+    return [str(one.fields.get(name)) for name in names], one.problem
 
 
 def _batch(part: Part) -> Any:

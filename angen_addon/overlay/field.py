@@ -16,15 +16,16 @@ from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.parameters import specs
 from .. import outputs, state
 from ..animation import is_animated
+from ..kinds import appearance_of
+from ..kinds.pir.figure import sweep_figure
 from ..live import live_of
 from ..scene_probe.rays import RayCaster
 from ..sensors import Sensor, SensorError, all_sensors, unit_scale
-from ..sight import Rays, Sight, sight_of
+from ..sight import Rays, sight_of
 from ..station import Station
-from .figures import Figure, figure_of, surface_outline, sweep_figure
+from .figures import Figure, surface_outline
 from .movers import Movers
 from .sweep import NO_TILTS, Sweep
-from .views import four_views, zones
 
 NEVER = -(2**31)
 
@@ -52,6 +53,7 @@ class Seen:
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
         self.sensor = sensor
         self.uid = sensor.uid
+        self.appearance = appearance_of(sensor.kind)
         self.station = Station(sensor, clock)
         self.matrix: Any = None
         self.parameters: Any = None
@@ -203,9 +205,9 @@ class Field:
         except SensorError as error:
             problem = str(error)
         if sight is not None:
-            rays = _rays(sight, self.metres)
+            rays = seen.appearance.rays(sight, self.metres)
             seen.parameters, seen.pose = sight.parameters, sight.pose
-        outline = surface_outline(evaluated, matrix) if seen.sensor.kind.motion and rays else None
+        outline = surface_outline(evaluated, matrix) if seen.appearance.outlined and rays else None
         if problem == seen.problem and _same(rays, seen.rays) and _equal(outline, seen.outline):
             # Parameters that bear on no ray can show too, as a threshold does.
             if edited or seen.animated:
@@ -256,7 +258,7 @@ class Field:
             )
         seen.calm += 1
         if seen.figure is None:
-            seen.figure = figure_of(seen, self.metres)
+            seen.figure = seen.appearance.figure(seen, self.metres)
             self.version += 1
             seen.made, seen.calm = self.version, 0
             seen.extra, seen.scans = None, {}
@@ -292,14 +294,6 @@ class Field:
 def _is_drawn(scene: Any, seen: Seen) -> bool:
     settings = scene.angen_overlay
     return settings.fields and (settings.which == "ALL" or seen.selected)
-
-
-def _rays(sight: Sight, metres: float) -> Rays:
-    if getattr(sight.parameters, "model", "") == "PYROELECTRIC":
-        return zones(sight.parameters, sight.pose, metres)
-    if sight.request is not None and sight.request.method == "FOUR_WALL":
-        return four_views(sight.request)
-    return sight.rays
 
 
 def _same(one: Rays | None, two: Rays | None) -> bool:

@@ -4,7 +4,6 @@ GPU draws at once."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...panels.readings import ACTIVE, Shown
-from .figures import Figure, force_figure
+from .figures import Figure
 from .looks import BROKEN, LOOKS, Look
 
 Array = NDArray[np.float32]
@@ -115,16 +114,18 @@ def lively_figures(field: Any, states: list[Shown | None]) -> list[tuple[Figure,
             continue
         if not is_still(seen):
             found.append((seen.figure, shown.icon, seen.selected))
-        for figure in (seen.extra, _force(seen, shown, field.metres)):
+        for figure in (seen.extra, _of_reading(seen, shown, field.metres)):
             if figure is not None:
                 found.append((figure, shown.icon, seen.selected))
     return found
 
 
-def _force(seen: Any, shown: Shown, metres: float) -> Figure | None:
-    if shown.fields is None or shown.problem or "cop_x_m" not in shown.fields:
+def _of_reading(seen: Any, shown: Shown, metres: float) -> Figure | None:
+    """What a valid reading adds to the figure of its sensor."""
+    look, fields = seen.appearance, shown.fields
+    if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:
         return None
-    centre = shown.fields["cop_x_m"], shown.fields["cop_y_m"]
-    if seen.pose is None or not all(math.isfinite(c) for c in centre):
+    if not all(name in fields for name in look.drawn_fields):
         return None
-    return force_figure(seen.pose, metres, shown.fields["force_n"], centre)
+    found: Figure | None = look.reading_figure(seen.pose, fields, metres)
+    return found

@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
 # A sensor was off where its next update comes later than this many of its usual times between two.
 GAP = 1.5
-CURVES = {"PRESSURE", "LIGHT"}
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> Row:
         off = Spans(np.array([start]), np.array([end]), np.array([OFF], np.int8))
         return Row(sensor.name, sensor.room, sensor.uid, kind, off, nothing, nothing)
     frames = np.array(track.frames, np.float64)
-    curve = kind in CURVES
+    curve = sensor.kind.measures
     return Row(
         sensor.name,
         sensor.room,
@@ -99,10 +98,9 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> Row:
 
 def _full(track: Track, sensor: Any) -> float:
     """100 for what is told in percent; else the peak, or the threshold where nothing reaches it."""
-    percent = track.columns.get("luminance_percent")
-    if percent is not None and np.isfinite(np.array(percent)).any():
+    if track.reading_at(0).unit == "%":
         return 100.0
-    threshold = float(getattr(sensor.settings, sensor.kind.attribute).threshold)
+    threshold = float(getattr(sensor.parameters, "threshold", 0.0))
     return max(float(np.nanmax(np.array(track.value), initial=0.0)), threshold)
 
 

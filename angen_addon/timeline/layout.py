@@ -13,19 +13,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sensor_logic.kinds import KINDS
 from ..instances import Uid
 from .history import ACTIVE, IDLE, INVALID, OFF, History, Row
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float, float]
-# Okabe and Ito's colours, which colour-blind people tell apart.
-COLOURS: dict[str, Colour] = {
-    "PIR": (0.902, 0.624, 0.0, 1.0),
-    "OPTICAL_SWITCH": (0.337, 0.706, 0.914, 1.0),
-    "PRESSURE": (0.0, 0.720, 0.540, 1.0),
-    "LIGHT": (0.941, 0.894, 0.259, 1.0),
-}
-OTHER: Colour = (0.8, 0.475, 0.655, 1.0)
+# Okabe and Ito's colours, which colour-blind people tell apart, by the kinds' numbers in turn.
+COLOURS: tuple[Colour, ...] = (
+    (0.902, 0.624, 0.0, 1.0),
+    (0.337, 0.706, 0.914, 1.0),
+    (0.0, 0.720, 0.540, 1.0),
+    (0.941, 0.894, 0.259, 1.0),
+    (0.8, 0.475, 0.655, 1.0),
+    (0.835, 0.369, 0.0, 1.0),
+)
 GROUND: Colour = (0.10, 0.10, 0.10, 0.80)
 CHOSEN: Colour = (1.0, 1.0, 1.0, 0.10)
 RULE: Colour = (1.0, 1.0, 1.0, 0.22)
@@ -185,7 +187,7 @@ def _room(picture: Picture, view: View, room: str, bottom: float, top: float, hi
 
 
 def _strip(picture: Picture, view: View, row: Row, y: float, high: float) -> None:
-    colour = COLOURS.get(row.kind, OTHER)
+    colour = COLOURS[(KINDS[row.kind].number - 1) % len(COLOURS)]
     spans = row.spans
     x0, x1 = view.x(spans.starts), view.x(spans.ends)
     columns = {

@@ -40,8 +40,13 @@ def test_sizes_are_those_of_the_parts(housing, kind, preset, millimetres):
     assert size(housing.housing_of(kind, preset)) == pytest.approx(millimetres, rel=1e-3)
 
 
-def test_bodies_are_closed_and_face_outwards(housing):
-    for make in housing.HOUSINGS.values():
+def test_bodies_are_closed_and_face_outwards(housing, addon_part):
+    kinds, appearance_of = (
+        addon_part("sensor_logic.kinds").KINDS,
+        addon_part("angen_addon.kinds").appearance_of,
+    )
+    makers = [make for kind in kinds.values() for make in appearance_of(kind).housings.values()]
+    for make in [housing.marker, *makers]:
         found = make()
         directed = [e for f in found.faces for e in zip(f, f[1:] + f[:1], strict=True)]
         assert len(set(directed)) == len(directed)
@@ -54,13 +59,11 @@ def test_bodies_are_closed_and_face_outwards(housing):
         assert volume > 0, "outwards"
 
 
-def test_every_preset_with_a_housing_of_its_own_exists(housing, addon_part):
-    known = {
-        (kind.identifier, preset.identifier)
-        for kind in addon_part("sensor_logic.kinds").KINDS.values()
-        for preset in kind.presets
-    }
-    assert {key for key in housing.HOUSINGS if key[1]} <= known
+def test_every_preset_with_a_housing_of_its_own_exists(addon_part):
+    appearance_of = addon_part("angen_addon.kinds").appearance_of
+    for kind in addon_part("sensor_logic.kinds").KINDS.values():
+        known = {"", *(preset.identifier for preset in kind.presets)}
+        assert set(appearance_of(kind).housings) <= known
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])

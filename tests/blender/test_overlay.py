@@ -187,7 +187,8 @@ def test_the_zones_drawn_hold_the_rays_of_the_lens(world, field, addon_part, sca
 
 
 def test_a_pads_arrow_is_as_long_as_its_force(addon_part):
-    figures, model = addon_part("angen_addon.overlay.figures"), addon_part("sensor_logic.model")
+    figures = addon_part("angen_addon.kinds.pressure.figure")
+    model = addon_part("sensor_logic.model")
     pose = model.Pose(np.array([1.0, 2.0, 3.0]), np.eye(3))
     for force, length in ((500.0, 0.5), (100.0, 0.1), (1.0, 0.06), (9e4, 1.2)):
         figure = figures.force_figure(pose, 1.0, force, (0.1, -0.2))
@@ -544,7 +545,7 @@ def test_places_on_the_screen(addon_part):
 def test_a_tilt_is_drawn_as_it_is_and_made_anew_only_where_something_moved(
     world, field, addon_part
 ):
-    figures = addon_part("angen_addon.overlay.figures")
+    figures = addon_part("angen_addon.kinds.pir.figure")
     world.pir(rays=9, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
     wall = world.wall(3.0, size=40.0)
     world.key(wall, "location", {10: (0, 0, -3.0), 16: (0, 0, -2.0)})

@@ -16,7 +16,7 @@ UP = Vector((0, 0, 1))
 
 @pytest.fixture
 def placing(addon_part):
-    return addon_part("operators.placing")
+    return addon_part("angen_addon.placing")
 
 
 @pytest.fixture

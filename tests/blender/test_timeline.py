@@ -123,11 +123,11 @@ def test_an_active_span_is_where_its_frames_are(addon_part, drawn):
     history = addon_part("angen_addon.timeline.history")
     some = drawn([(1, 26, history.IDLE), (26, 51, history.ACTIVE), (51, 101, history.IDLE)])
     picture = layout.strips(some, view(addon_part), frozenset())
-    solid = [q for q in picture.quads if q[4] == layout.COLOURS["PIR"]]
+    solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [(q[0], q[2]) for q in solid] == [(100.0, 200.0)]
     # Twice as near: the same span is twice as long.
     picture = layout.strips(some, view(addon_part, left=26.0, right=76.0), frozenset())
-    solid = [q for q in picture.quads if q[4] == layout.COLOURS["PIR"]]
+    solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [(q[0], q[2]) for q in solid] == [(0.0, 200.0)]
 
 
@@ -144,7 +144,7 @@ def test_the_shortest_span_is_seen_and_the_number_of_shapes_is_bounded(addon_par
     assert len(picture.quads) <= 400
     alone = drawn([(1, 50, 0), (50, 50.001, history.ACTIVE), (50.001, 101, 0)])
     picture = layout.strips(alone, view(addon_part), frozenset())
-    solid = [q for q in picture.quads if q[4] == layout.COLOURS["PIR"]]
+    solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [q[2] - q[0] for q in solid] == [1.0]
 
 
@@ -176,7 +176,7 @@ def test_a_curve_keeps_its_peaks(addon_part, drawn):
     values[20_000] = 4.0
     some = drawn([(1, 101, history.ACTIVE)], kind="PRESSURE", frames=frames, values=values)
     picture = layout.strips(some, view(addon_part), frozenset())
-    tops = {q[3] - q[1] for q in picture.quads if q[4] == layout.COLOURS["PRESSURE"]}
+    tops = {q[3] - q[1] for q in picture.quads if q[4] == layout.COLOURS[2]}
     assert max(tops) == 15.0
     assert min(tops) == pytest.approx(15 / 4, abs=0.5)
 
@@ -193,7 +193,7 @@ def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(addon_part, d
     for top in (12.0, 60.0, 300.0, 2000.0):
         picture = layout.strips(some, view(addon_part, top=top), frozenset({1}))
         names = layout.labels(some, view(addon_part, top=top), frozenset(), ground=True)
-        strips = [q for q in picture.quads if q[4] == layout.COLOURS["PIR"]]
+        strips = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
         assert all(10.0 <= q[1] < q[3] <= top for q in strips)
         lows = sorted(q[1] for q in strips)
         highs = sorted(q[3] for q in strips)

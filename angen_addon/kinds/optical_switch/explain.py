@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...sensor_logic.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
-from ...sensor_logic.quantities import Lengths
-from ..wording import quoted
-from .facts import Explanation, at_frame
-from .replay import Replay
+from ....sensor_logic.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
+from ....sensor_logic.quantities import Lengths
+from ...explain.facts import Explanation, Facts, at_frame
+from ...explain.replay import Replay
+from ...wording import quoted
 
 RANGE_TOLERANCE = 1e-6
 
@@ -40,16 +40,39 @@ class BeamCause:
 
 
 def explain_switch(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a switch. Raises SensorError."""
-    track, sensor = replay.track, replay.sensor
-    frame, time = track.frames[index], track.times[index]
+    """Update `index` of a switch, and what keeps it from being open. Raises SensorError."""
+    found = _why(replay, index)
+    if replay.track.active[index] or found.cause is None:
+        return found
+    return found.after(_missing(found.cause, replay.lengths))
+
+
+def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
+    now = cause.now
+    if now.rays > 1:
+        return [("To open", f"more light must pass: now {now.light:.0%}")]
+    short = cause.threshold - now.range
+    what = quoted(now.name) if now.name else "something"
+    if short <= 0.0:
+        return [("To open", "nothing may go through the beam until the next update")]
+    return [
+        (
+            "To open",
+            f"the beam must be clear to {lengths.typed(cause.threshold)}: {what} ends it "
+            f"{lengths.text(short)} before that",
+        )
+    ]
+
+
+def _why(replay: Replay, index: int) -> Explanation:
+    track = replay.track
     earlier = replay.index_of(replay.number(index) - 1, index)
     before = None if earlier is None else _look_since(replay, earlier)
     if earlier is not None:
         replay.watch(earlier, index)
     found = _look(replay, index)
     if found is None:
-        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+        return replay.off(index)
     parameters, now = found
     is_open = bool(track.active[index])
     cause = BeamCause(before[1] if before else None, now, is_open, parameters.threshold)
@@ -75,11 +98,8 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
             f"{lengths.text(told)} was recorded, the beam reads {lengths.text(now.range)} now: "
             "something has changed since. Simulate again"
         )
-    return Explanation(
-        sensor.name,
+    return replay.told(
         index,
-        frame,
-        time,
         _headline(cause, parameters, lengths),
         tuple(facts),
         doubt,

@@ -7,11 +7,16 @@ Nothing here reads the scene. Lengths are the scene's units.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 from mathutils import Matrix, Vector
 
-from ..angen_addon.housing import Housing
+from ..sensor_logic.kinds import KINDS
+from .kinds import appearance_of
+
+if TYPE_CHECKING:
+    from .housing import Housing
 
 UP = Vector((0.0, 0.0, 1.0))
 # A surface less than this far from upright is a wall, out of which a motion detector looks level.
@@ -20,31 +25,43 @@ WALL = math.radians(30)
 FOLLOWED = 0.3
 
 
+# From a surface's normal, and what gives the unit "up" across a direction, to the sensor's Y and Z.
+Stand = Callable[[Vector, Callable[[Vector], Vector]], tuple[Vector, Vector]]
+
+
+def looking_out(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
+    """It looks away from the surface, as upright as can be."""
+    return up(normal), -normal
+
+
+def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
+    """The same, level out of a wall."""
+    level = Vector((normal.x, normal.y, 0.0))
+    if abs(normal.z) < math.sin(WALL) and level.length > 0:
+        return looking_out(level.normalized(), up)
+    return looking_out(normal, up)
+
+
+def lying(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
+    """Its +Z side is the upper one."""
+    return up(normal), normal
+
+
+def beside_it(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
+    """It stands on its +Y side and looks along the surface, on a wall level."""
+    return -normal, normal.cross(up(normal))
+
+
 def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector] = ()) -> Matrix:
     """The axes (3 × 3, orthonormal, right-handed) of a sensor on a surface with a unit normal.
 
     `turn` (rad) is about the normal. On what is level, up says nothing: the first of `along`
     that runs along the surface does, such as the axes of the object that it belongs to.
     """
-    forward = _forward(kind, normal)
-    guide = _guide(forward, [UP, *along, Vector((0, 1, 0)), Vector((1, 0, 0))])
-    if kind == "OPTICAL_SWITCH":
-        # It stands on its +Y side; the beam is level on a wall.
-        y = -normal
-        z = normal.cross(guide)
-    else:
-        z = -forward if kind != "PRESSURE" else normal
-        y = guide
+    guides = [UP, *along, Vector((0, 1, 0)), Vector((1, 0, 0))]
+    y, z = appearance_of(KINDS[kind]).stand(normal, lambda forward: _guide(forward, guides))
     axes = Matrix((y.cross(z), y, z)).transposed()
     return Matrix.Rotation(turn, 3, normal) @ axes
-
-
-def _forward(kind: str, normal: Vector) -> Vector:
-    """Where what looks does look."""
-    level = Vector((normal.x, normal.y, 0.0))
-    if kind == "PIR" and abs(normal.z) < math.sin(WALL) and level.length > 0:
-        return level.normalized()
-    return normal
 
 
 def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:

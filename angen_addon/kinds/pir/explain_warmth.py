@@ -9,14 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...sensor_logic.model import Array, Emission
-from ...sensor_logic.pir import PirParameters
-from ...sensor_logic.pyroelectric.detector import threshold_of, zones_of
-from ...sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
-from ...sensor_logic.pyroelectric.zones import zone_rays
-from ..wording import quoted
-from .facts import Explanation
-from .replay import Replay
+from ....sensor_logic.model import Array, Emission
+from ....sensor_logic.pir import PirParameters
+from ....sensor_logic.pyroelectric.detector import threshold_of, zones_of
+from ....sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
+from ....sensor_logic.pyroelectric.zones import zone_rays
+from ...explain.facts import Explanation
+from ...explain.replay import Replay
+from ...wording import quoted
 
 # s: what the elements felt earlier than this the amplifier has mostly forgotten.
 WINDOW = 0.5
@@ -64,8 +64,8 @@ class _Look:
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
     """Update `index` of a pyroelectric detector. Raises SensorError."""
-    track, sensor = replay.track, replay.sensor
-    frame, time = track.frames[index], track.times[index]
+    track = replay.track
+    time = track.times[index]
     first = index
     while first > 0 and time - track.times[first - 1] <= WINDOW + 1e-9:
         first -= 1
@@ -78,7 +78,7 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
         else:
             looks.append(look)
     if not looks:
-        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+        return replay.off(index)
     parameters, now = looks[-1]
     things = _things([look for _, look in looks])
     signal = float(track.columns["signal"][index])
@@ -89,7 +89,7 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
     ]
     facts += [(thing.name, _thing_text(thing)) for thing in things[:NAMES_SHOWN]]
     headline = _headline(cause, bool(track.active[index]))
-    return Explanation(sensor.name, index, frame, time, headline, tuple(facts), "", cause)
+    return replay.told(index, headline, tuple(facts), "", cause)
 
 
 def _look(replay: Replay, index: int) -> tuple[PirParameters, _Look] | None:

@@ -7,10 +7,10 @@ from typing import Any
 
 from bpy.types import Context
 
-from ..angen_addon.sensors import Sensor
-from ..angen_addon.wording import capital
-from .lines import draw_lines
-from .readings import Shown
+from ....panels.lines import draw_lines
+from ....panels.readings import Shown
+from ...sensors import Sensor
+from ...wording import capital
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:

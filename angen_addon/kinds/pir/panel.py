@@ -7,11 +7,11 @@ from typing import Any
 
 from bpy.types import Context
 
-from ..angen_addon import advice
-from ..angen_addon.sensors import Sensor
-from . import warmth
-from .lines import draw_lines
-from .readings import Shown
+from ....panels import warmth
+from ....panels.lines import draw_lines
+from ....panels.readings import Shown
+from ... import advice
+from ...sensors import Sensor
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.model import Array, Pose
-from ...sensor_logic.pir import PirParameters, fan_directions
-from ...sensor_logic.quantities import Lengths
-from ..wording import quoted
-from .facts import Explanation, at_frame
-from .replay import Replay
+from ....sensor_logic.model import Array, Pose
+from ....sensor_logic.pir import PirParameters, fan_directions
+from ....sensor_logic.quantities import Lengths
+from ...explain.facts import Explanation, at_frame
+from ...explain.replay import Replay
+from ...wording import quoted
 
 # A range that changed by less than this, in m, without the noise, did not change.
 SAME = 1e-6
@@ -67,15 +67,14 @@ def explain_range_scan(replay: Replay, index: int) -> Explanation:
     earlier = replay.index_of(replay.number(index) - back, index)
     old = None if earlier is None else scan(replay, earlier)
     new = scan(replay, index)
-    frame, time = track.frames[index], track.times[index]
     if new is None:
-        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+        return replay.off(index)
     parameters, now, triggered, angle = new
     if old is None or old[1].ranges.shape != now.ranges.shape or earlier is None:
         text = (
             "No motion yet: this is the first scan at its tilt, there is nothing to compare it with"
         )
-        return Explanation(sensor.name, index, frame, time, text, ())
+        return replay.told(index, text, ())
     cause = _change(parameters, old[1], now, triggered)
     lengths = replay.lengths
     facts = list(_facts(cause, parameters, lengths))
@@ -83,11 +82,8 @@ def explain_range_scan(replay: Replay, index: int) -> Explanation:
     moved = _own_movement(old[1].pose, now.pose, lengths)
     if moved:
         facts.append(("Sensor", moved))
-    return Explanation(
-        sensor.name,
+    return replay.told(
         index,
-        frame,
-        time,
         _headline(cause, parameters, bool(track.active[index]), lengths),
         tuple(facts),
         _doubt(replay, index, parameters, triggered, angle),

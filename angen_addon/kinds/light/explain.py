@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...sensor_logic.kind import Field
-from ..wording import quoted
-from .facts import Explanation, at_frame
-from .lamps import LampShare, LightParts, light_parts
-from .replay import Replay
+from ....sensor_logic.kind import Field
+from ...explain.facts import Explanation, at_frame, more_needed
+from ...explain.lamps import LampShare, LightParts, light_parts
+from ...explain.replay import Replay
+from ...wording import quoted
 
 LAMPS_SHOWN = 6
 SHADOWED_SHOWN = 3
@@ -31,18 +31,28 @@ class LightCause:
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a light sensor, by the closed forms. Raises SensorError."""
+    """Update `index` of a light sensor, and what keeps it from being lit. Raises SensorError."""
+    found = _why(replay, index)
+    if replay.track.active[index] or found.cause is None:
+        return found
+    light = replay.sensor.parameters
+    level = light.threshold + light.hysteresis / 2
+    value, unit = replay.track.value[index], replay.sensor.reading.unit
+    return found.after([("To be lit", more_needed(level, value, unit))])
+
+
+def _why(replay: Replay, index: int) -> Explanation:
+    """Its lamps by the closed forms."""
     track, sensor = replay.track, replay.sensor
-    frame, time = track.frames[index], track.times[index]
     before = _parts(replay, index - 1) if index > 0 else None
     now = _parts(replay, index)
     if now is None:
-        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+        return replay.off(index)
     text = sensor.reading.text
     cause = LightCause(now, before, sensor.reading)
-    engine = sensor.settings.light.bl_rna.properties["engine"].enum_items
-    used = engine[sensor.settings.light.engine].name
-    if sensor.settings.light.engine == "DIRECT" and now.note:
+    engine = sensor.parameters.bl_rna.properties["engine"].enum_items
+    used = engine[sensor.parameters.engine].name
+    if sensor.parameters.engine == "DIRECT" and now.note:
         # What the closed forms do not model, the run leaves to Cycles.
         used = "Cycles"
     facts = [
@@ -57,7 +67,7 @@ def explain_light(replay: Replay, index: int) -> Explanation:
         facts.append(("Not estimated", now.note))
     word = sensor.kind.active_label if track.active[index] else sensor.kind.idle_label
     headline = f"{word}: {_headline(cause)}"
-    return Explanation(sensor.name, index, frame, time, headline, tuple(facts), "", cause)
+    return replay.told(index, headline, tuple(facts), "", cause)
 
 
 def _parts(replay: Replay, index: int) -> LightParts | None:

@@ -8,15 +8,47 @@ from typing import Any
 
 from bpy.types import Context
 
-from ..angen_addon import advice
-from ..angen_addon.sensors import Sensor
-from ..angen_addon.units import centre_text, lengths_of
-from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.partner_names import split
-from ..sensor_logic.pressure import NOT_YET
-from ..sensor_logic.quantities import NOTHING, Lengths
-from .lines import draw_lines, draw_row
-from .readings import Shown
+from ....panels.lines import draw_lines, draw_row
+from ....panels.readings import Shown
+from ....sensor_logic.kinds.pressure import KIND
+from ....sensor_logic.partner_names import split
+from ....sensor_logic.pressure import NOT_YET
+from ....sensor_logic.quantities import NOTHING, Lengths
+from ... import advice
+from ...sensors import Sensor
+from ...units import lengths_of
+from .words import centre_text
+
+SECTIONS = (
+    (
+        "Force and Partners",
+        (
+            "threshold",
+            "report_step",
+            "partner_object",
+            "partner_collection",
+            "subtract_own_weight",
+            "noise_sigma",
+        ),
+    ),
+    (
+        "Resistor",
+        (
+            "resistor",
+            "resistance_at_1n",
+            "exponent",
+            "force_min",
+            "force_max",
+            "unloaded_resistance",
+            "area",
+            "hysteresis",
+            "drift",
+            "part_spread",
+            "repeatability",
+        ),
+    ),
+    ("Electronics", ("load_resistor", "supply_voltage", "adc_bits")),
+)
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
@@ -63,7 +95,7 @@ def _not_valid(seen: Shown) -> str:
 def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> None:
     """All but the force, which the sensor's state tells."""
     column = layout.column(align=True)
-    of = KINDS["PRESSURE"].fields
+    of = KIND.fields
     draw_row(column, "Pressed By", ", ".join(split(fields["partners"])) or NOTHING)
     draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"], lengths))
     draw_row(column, "Resistor", of["resistance_ohm"].text(fields["resistance_ohm"]))

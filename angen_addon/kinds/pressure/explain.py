@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...sensor_logic.kinds.pressure import FORCE
-from ...sensor_logic.partner_names import split
-from ...sensor_logic.pressure import PressureParameters, pad_reading
-from ...sensor_logic.quantities import Lengths, typed
-from ..units import centre_text
-from ..wording import capital, quoted
-from .facts import Explanation, at_frame
-from .replay import Replay
+from ....sensor_logic.kinds.pressure import FORCE
+from ....sensor_logic.partner_names import split
+from ....sensor_logic.pressure import PressureParameters, pad_reading
+from ....sensor_logic.quantities import Lengths, typed
+from ...explain.facts import Explanation, at_frame, more_needed
+from ...explain.replay import Replay
+from ...wording import capital, quoted
+from .words import centre_text
 
 # Of the recorded force, or of a newton where that is less.
 FORCE_TOLERANCE = 5e-3
@@ -37,9 +37,37 @@ class PadCause:
 
 
 def explain_pad(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a pad. Raises SensorError."""
+    """Update `index` of a pad, and what keeps it from being pressed. Raises SensorError."""
+    found = _why(replay, index)
+    cause = found.cause
+    if replay.track.active[index] or cause is None:
+        return found
+    facts = [("To be pressed", more_needed(cause.threshold, cause.force, "N"))]
+    if not cause.partners:
+        facts.append(("Nearest above", _nearest_above(replay, index) or "nothing stands above it"))
+    return found.after(facts)
+
+
+def _nearest_above(replay: Replay, index: int) -> str:
+    """What is lowest above a pad, and by how much it is."""
+    found = replay.bounds(index, own=True)
+    name = replay.sensor.object.name
+    if name not in found:
+        return ""
+    low, high = found.pop(name)
+    gaps = {
+        n: float(b[0, 2] - high[2])
+        for n, b in found.items()
+        if (b[0, :2] < high[:2]).all() and (b[1, :2] > low[:2]).all() and b[0, 2] >= high[2]
+    }
+    if not gaps:
+        return ""
+    nearest = min(sorted(gaps), key=lambda n: gaps[n])
+    return f"{quoted(nearest)}, by {replay.lengths.text(gaps[nearest])}"
+
+
+def _why(replay: Replay, index: int) -> Explanation:
     track, sensor = replay.track, replay.sensor
-    frame, time = track.frames[index], track.times[index]
     clock = replay.station.clock
     whole = clock.frame_and_subframe(replay.step(index))[0]
     # The forces at a frame follow from the motion through it: from the frames beside it.
@@ -51,7 +79,7 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
     subframe = replay.step(index) % clock.substeps
     taken = replay.take(index, None if subframe else whole)
     if taken is None:
-        return Explanation(sensor.name, index, frame, time, "It is switched off at this frame", ())
+        return replay.off(index)
     replay.probes.look(replay.go((whole + 1 - clock.frame_start) * clock.substeps), whole + 1, [])
     contact = taken.update.contact()
     reading = replay.station.model.update(
@@ -93,7 +121,7 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
         when = at_frame(track.frames[index - 1], track.times[index - 1])
         facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))
     headline = _headline(cause, sensor.kind.active_label, sensor.kind.idle_label)
-    return Explanation(sensor.name, index, frame, time, headline, tuple(facts), doubt, cause)
+    return replay.told(index, headline, tuple(facts), doubt, cause)
 
 
 def _facts(cause: PadCause, lengths: Lengths) -> list[tuple[str, str]]:

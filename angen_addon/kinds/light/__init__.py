@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light sensor: four views, or a face."""
+
+from __future__ import annotations
+
+from ...appearance import Appearance
+from .explain import explain_light
+from .figure import figure, plan_rays, rays
+from .housing import HOUSINGS
+from .panel import draw
+
+APPEARANCE = Appearance(
+    HOUSINGS, rays=rays, plan_rays=plan_rays, figure=figure, explain=explain_light, details=draw
+)

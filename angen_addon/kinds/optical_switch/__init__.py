@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Optical switch: a fork on a frame, its beam along the surface."""
+
+from __future__ import annotations
+
+from ...appearance import Appearance
+from ...placing import beside_it
+from .explain import explain_switch
+from .figure import figure
+from .housing import HOUSINGS
+
+APPEARANCE = Appearance(HOUSINGS, beside_it, figure=figure, explain=explain_switch)

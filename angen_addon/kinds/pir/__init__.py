@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion detector: tilts or zones, level out of a wall."""
+
+from __future__ import annotations
+
+from ...appearance import Appearance
+from ...placing import looking_level
+from .explain import explain_motion
+from .figure import figure, rays
+from .housing import HOUSINGS
+from .panel import draw
+from .plan import plan_rays
+
+APPEARANCE = Appearance(
+    HOUSINGS,
+    looking_level,
+    rays,
+    plan_rays,
+    figure,
+    explain=explain_motion,
+    details=draw,
+)

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pressure sensor: a pad that lies on what is below it."""
+
+from __future__ import annotations
+
+from ...appearance import Appearance
+from ...placing import lying
+from .explain import explain_pad
+from .figure import FIELDS, figure, force_of_reading
+from .housing import HOUSINGS
+from .panel import SECTIONS, draw
+
+APPEARANCE = Appearance(
+    HOUSINGS,
+    lying,
+    figure=figure,
+    reading_figure=force_of_reading,
+    drawn_fields=FIELDS,
+    outlined=True,
+    explain=explain_pad,
+    sections=SECTIONS,
+    details=draw,
+)

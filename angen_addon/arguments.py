@@ -12,6 +12,7 @@ import bpy
 
 from ..sensor_logic.formats import FORMATS
 from ..sensor_logic.log_start import parse_start
+from . import faulty
 from .coverage.arguments import add_verbs
 from .parser import Parser, path
 
@@ -152,6 +153,7 @@ def _add_simulate(verbs: Any, run: Parser) -> None:
     verb.add_argument(
         "--out", action="append", default=[], type=path, metavar="PATH", help="of --format"
     )
+    faulty.add_options(verb, path)
     verb.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
 

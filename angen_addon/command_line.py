@@ -17,12 +17,13 @@ import bpy
 from ..sensor_logic.event_log import (
     differences,
     events,
-    events_csv,
     for_spreadsheets,
     read_events,
+    rows_csv,
     samples_csv,
 )
 from ..sensor_logic.files import OutputError, file_names
+from ..sensor_logic.formats.source import SourceError
 from ..sensor_logic.recording import Recording
 from . import advice, bake, state, warmth
 from .arguments import parse
@@ -32,6 +33,7 @@ from .describe import describe
 from .doctor import command as doctor
 from .explain.command import Moment
 from .exports import Exports
+from .faulty import Faults
 from .interrupt import Interrupt
 from .kept import keep
 from .lacking import lacking
@@ -40,6 +42,7 @@ from .output_files import Outputs, check_outputs
 from .progress import ProgressLine
 from .quiet import fill_closed_streams, standard_output_silenced
 from .report import check_name, report_text
+from .run_log import log_of_run
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from .simulation import simulate
 from .station import ends_before_time
@@ -222,29 +225,37 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
     if not options.events and sys.stdout is None:
         raise BadInput("standard output is closed: give --events FILE.csv")
-    told = chosen(_sensors(options), options.sensor)
+    faults = _faults(options)
+    sensors = _sensors(options)
+    told = chosen(sensors, options.sensor)
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
     try:
+        faults.check_names(sensor.name for sensor in sensors)
         exports = Exports(options.format, options.out)
-        files |= exports.files
+        files |= {**exports.files, "--truth": faults.truth}
+        for flag, path in files.items():
+            if path and faults.file and path.resolve() == faults.file.resolve():
+                raise OutputError(f"{flag}: {path} is what is read; give another name")
         check_outputs(files, options.samples, file_names(s.name for s in simulated(told)).values())
         if options.report:
             check_name(options.report, "--report")
-    except OutputError as error:
+    except (OutputError, SourceError) as error:
         raise BadInput(str(error)) from None
     recording = _run(options, told)
     shown = for_spreadsheets if options.spreadsheet else str
-    log = shown(events_csv(recording, options.start))
+    log, truth = faults.of(log_of_run(recording, bpy.context.scene, told, options.start))
+    outputs.texts |= {path: shown(text) for path, text in truth.items()}
+    text = shown(rows_csv((change.event for change in log.changes), options.start))
     if options.events:
-        outputs.texts[options.events] = log
+        outputs.texts[options.events] = text
     else:
-        outputs.said = log
+        outputs.said = text
     if options.samples is not None:
         outputs.folders.append(options.samples)
         for sensor, name in file_names(recording.tracks).items():
             text = samples_csv(recording.tracks[sensor], options.start)
             outputs.texts[options.samples / name] = shown(text)
-    for text in exports.add_to(outputs, recording, told, options.start):
+    for text in exports.add_to(outputs, log):
         note(text)
     if options.report:
         outputs.texts[options.report] = report_text(
@@ -260,6 +271,16 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         state.CACHE.keep(scene, keep(recording, scene, depsgraph))
         outputs.save_blend(options.save)
     return DONE
+
+
+def _faults(options: argparse.Namespace) -> Faults:
+    """Raises BadInput."""
+    try:
+        return Faults(options.faults, options.truth)
+    except SourceError as error:
+        raise BadInput(str(error)) from None
+    except OSError as error:
+        raise BadInput(f"cannot read {error.filename}: {error.strerror}") from None
 
 
 def _list(options: argparse.Namespace, outputs: Outputs) -> int:

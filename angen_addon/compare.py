@@ -10,7 +10,8 @@ import sys
 from ..sensor_logic.compare import picture, table
 from ..sensor_logic.compare.intervals import read
 from ..sensor_logic.compare.statistics import measures
-from ..sensor_logic.files import OutputError, check_folder, write_files
+from ..sensor_logic.files import OutputError, write_files
+from ..sensor_logic.formats.outputs import check_apart
 from ..sensor_logic.formats.source import SourceError
 from .console import note
 from .parser import Parser, path
@@ -25,9 +26,7 @@ def main(arguments: list[str], program: str) -> int:
         one, two = read(options.log), read(options.other)
         found = measures(one, two)
         if options.picture:
-            check_folder(options.picture.parent, "--picture")
-            if options.picture.resolve() in (options.log.resolve(), options.other.resolve()):
-                raise OutputError(f"--picture: {options.picture} is what is read")
+            check_apart("--picture", options.picture, [options.log, options.other])
             write_files({options.picture: picture.svg(one, two, found)})
     except SourceError as error:
         return _fail(str(error), BAD_INPUT)

@@ -7,10 +7,11 @@ import argparse
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
+from ..sensor_logic.faults import undo
 from ..sensor_logic.files import OutputError, write_files
 from ..sensor_logic.formats import FORMATS, FormatError, Log
 from ..sensor_logic.formats.log import DEFAULT_START, SensorFacts
-from ..sensor_logic.formats.outputs import check_out, output_files
+from ..sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ..sensor_logic.formats.source import (
     SourceError,
     make_log,
@@ -20,6 +21,7 @@ from ..sensor_logic.formats.source import (
     start_of,
 )
 from .console import note
+from .faulty import Faults, add_options
 from .parser import Parser, path
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -30,10 +32,18 @@ def main(arguments: list[str], program: str) -> int:
     options = _parser(program).parse_args(arguments)
     target = FORMATS[options.format]
     try:
-        sources = [options.events, options.home, options.activities]
-        check_out(target, options.out, [source for source in sources if source])
-        written = target.write(_read(options))
+        faults = Faults(options.faults, options.truth)
+        given = (options.events, options.home, options.activities, faults.file, options.undo_faults)
+        sources = [source for source in given if source]
+        check_out(target, options.out, sources)
+        log, sensors = _read(options)
+        faults.check_names(sensors)
+        log, truth = faults.of(log)
+        written = target.write(log)
         files = output_files(target, options.out, written)
+        for path in truth:
+            check_apart("--truth", path, [*sources, *files])
+        files |= truth
         if target.is_folder:
             options.out.mkdir(exist_ok=True)
         write_files(files)
@@ -51,8 +61,9 @@ def main(arguments: list[str], program: str) -> int:
     return DONE
 
 
-def _read(options: argparse.Namespace) -> Log:
-    """The log that the options name, at its start. Raises SourceError, OSError."""
+def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
+    """The log that the options name, at its start, and the sensors that are known of. Raises
+    SourceError, OSError."""
     sensors: dict[str, SensorFacts] = {}
     start: datetime | None = None
     about: dict[str, str] = {}
@@ -63,11 +74,14 @@ def _read(options: argparse.Namespace) -> Log:
     if start and options.timezone:
         start = start.replace(tzinfo=_zone(options.timezone))
     events, start = read_log_events(options.events, start)
+    if options.undo_faults:
+        events = undo(events, options.undo_faults)
     if start is None:
         start = DEFAULT_START
         note(f"the log begins at {start.isoformat()}: --start says when it did")
     activities = read_activities(options.activities, start) if options.activities else []
-    return make_log(events, sensors, start, activities, about)
+    log = make_log(events, sensors, start, activities, about)
+    return log, sensors.keys() | {sensor.name for sensor in log.sensors}
 
 
 def _zone(name: str) -> ZoneInfo:
@@ -111,5 +125,12 @@ def _parser(program: str) -> Parser:
         "--timezone",
         metavar="NAME",
         help="the home's, such as Europe/Stockholm, with its daylight saving (default: none)",
+    )
+    add_options(parser, path)
+    parser.add_argument(
+        "--undo-faults",
+        type=path,
+        metavar="TRUTH.csv",
+        help="take out the faults that this file tells of, which --truth wrote",
     )
     return parser

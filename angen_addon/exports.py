@@ -4,18 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from datetime import datetime
 from pathlib import Path
 
-import bpy
-
 from ..sensor_logic.files import OutputError
-from ..sensor_logic.formats import FORMATS, FormatError
+from ..sensor_logic.formats import FORMATS, FormatError, Log
 from ..sensor_logic.formats.outputs import check_out, output_files
-from ..sensor_logic.recording import Recording
 from .output_files import Outputs
-from .run_log import log_of_run
-from .sensors import Sensor
 
 
 class Exports:
@@ -39,18 +33,9 @@ class Exports:
             if not target.is_folder
         }
 
-    def add_to(
-        self,
-        outputs: Outputs,
-        recording: Recording,
-        sensors: Sequence[Sensor],
-        start: datetime | None,
-    ) -> Iterator[str]:
+    def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
         """Adds the files to what will be written; tells what a format could not hold. Raises
         OutputError."""
-        if not self._targets:
-            return
-        log = log_of_run(recording, bpy.context.scene, sensors, start)
         for target, out in self._targets:
             try:
                 written = target.write(log)

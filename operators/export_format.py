@@ -11,6 +11,7 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon.exports import Exports
 from ..angen_addon.output_files import Outputs
+from ..angen_addon.run_log import log_of_run
 from ..sensor_logic.files import OutputError
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions, told
@@ -40,8 +41,9 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
             sensors, recording, start = self.chosen(context)
             path = self._path()
             exports = Exports([self.format], [path])
+            log = log_of_run(recording, context.scene, sensors, start)
             with Outputs() as outputs:
-                for text in exports.add_to(outputs, recording, sensors, start):
+                for text in exports.add_to(outputs, log):
                     self.report({"WARNING"}, text)
                 outputs.land()
         except OutputError as error:

@@ -113,10 +113,14 @@ def _no_formula(cell: str) -> str:
 
 def events_csv(recording: Recording, start: datetime | None = None) -> str:
     """The log; where t = 0 stands for a `start`, with date and time as a last column."""
+    return rows_csv(events(recording), start)
+
+
+def rows_csv(found: Iterable[Event], start: datetime | None = None) -> str:
+    """The log of these events, as they are in order."""
     if start is None:
-        return to_csv(HEADER, (event.row for event in events(recording)))
-    rows = ((*event.row, moment(start, event.time)) for event in events(recording))
-    return to_csv((*HEADER, COLUMN), rows)
+        return to_csv(HEADER, (event.row for event in found))
+    return to_csv((*HEADER, COLUMN), ((*e.row, moment(start, e.time)) for e in found))
 
 
 def samples_csv(track: Track, start: datetime | None = None) -> str:

@@ -10,15 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...sensor_logic.event_log import events, events_csv
+from ...sensor_logic.event_log import events, rows_csv
 from ...sensor_logic.files import OutputError, write_files
 from ...sensor_logic.formats import FORMATS, FormatError
 from ...sensor_logic.formats.columns import event_columns
-from ...sensor_logic.formats.log import DEFAULT_START, SensorFacts
-from ...sensor_logic.formats.outputs import check_out, output_files
-from ...sensor_logic.formats.source import make_log
+from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
+from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
+from ...sensor_logic.formats.source import SourceError, make_log
 from ...sensor_logic.recording import Recording as Run
 from ..angen_error import AngenError, raised_as_angen_error
+from ..faulty import Faults
 
 DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: object}
 
@@ -81,29 +82,44 @@ class Recording:
         return pandas.DataFrame({name: values for name, (_, values) in event_columns(log).items()})
 
     def write(
-        self, path: str | Path, format: str = "events", start: datetime | None = None
+        self,
+        path: str | Path,
+        format: str = "events",
+        start: datetime | None = None,
+        faults: str | Path | None = None,
+        truth: str | Path | None = None,
     ) -> list[str]:
         """Writes the run in a format of `angen convert`; `start` is what t = 0 stands for.
 
-        Returns what the format could not hold, a sentence each. Raises AngenError.
+        `faults`: a faults file that makes the log faulty, as `truth` then tells. Returns what the
+        format could not hold, a sentence each. Raises AngenError.
         """
         if format not in FORMATS:
             raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
         target, out = FORMATS[format], Path(path)
-        with raised_as_angen_error(OutputError, FormatError):
+        with raised_as_angen_error(OutputError, FormatError, SourceError):
+            log, told = self._log(faults, truth, start)
             check_out(target, out)
-            if format == "events":
-                write_files({out: events_csv(self._run, start)})
-                return []
-            log = make_log(
-                events(self._run),
-                self._sensors,
-                start or DEFAULT_START,
-                about=self._about,
-                samples=self._run,
-            )
             written = target.write(log)
+            files = output_files(target, out, written)
+            if format == "events":
+                files = {out: rows_csv((change.event for change in log.changes), start)}
+            for file in told:
+                check_apart("truth", file, files)
             if target.is_folder:
                 out.mkdir(exist_ok=True)
-            write_files(output_files(target, out, written))
+            write_files({**files, **told})
         return list(written.notes)
+
+    def _log(
+        self, faults: str | Path | None, truth: str | Path | None, start: datetime | None
+    ) -> tuple[Log, dict[Path, str]]:
+        """The run, perhaps with faults, and what tells them. Raises SourceError, AngenError."""
+        try:
+            chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None)
+        except OSError as error:
+            raise AngenError(f"cannot read {error.filename}: {error.strerror}") from None
+        chosen.check_names(self._sensors)
+        when = start or DEFAULT_START
+        log = make_log(events(self._run), self._sensors, when, (), self._about, self._run)
+        return chosen.of(log)

@@ -3,22 +3,11 @@
 
 from __future__ import annotations
 
-from ..event_log import HEADER, format_frame, format_time, format_value, to_csv
+from ..event_log import rows_csv
 from .log import Log
 from .written import Written
 
 
 def write(log: Log) -> Written:
     """A row for each change, those at the start among them."""
-    rows = (
-        (
-            format_time(change.time / 1e6),
-            format_frame(change.frame),
-            change.channel.sensor.name,
-            change.channel.sensor.kind,
-            change.channel.field,
-            format_value(change.value),
-        )
-        for change in log.changes
-    )
-    return Written({"": to_csv(HEADER, rows)})
+    return Written({"": rows_csv(change.event for change in log.changes)})

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
+from ..event_log import Event, format_value
 from ..recording import Recording
 
 # A log that was given no start begins here, so that its seconds are seconds since 1970.
@@ -44,6 +45,15 @@ class Change:
     channel: Channel
     value: Value
     frame: float = 0.0
+
+    @property
+    def event(self) -> Event:
+        """The change as the event log has it."""
+        sensor = self.channel.sensor
+        text = format_value(self.value)
+        return Event(
+            self.time / 1e6, sensor.name, self.channel.field, self.frame, sensor.kind, text
+        )
 
 
 @dataclass(frozen=True, order=True)

@@ -28,6 +28,16 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
     check_folder(out if target.is_folder and out.exists() else out.parent, "--out")
 
 
+def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
+    """Raises OutputError where a file could not be written, or is one of `others`, which are read
+    or written too."""
+    if path.is_dir():
+        raise OutputError(f"{flag}: {path} is a folder, not a file name")
+    if path.resolve() in {other.resolve() for other in others}:
+        raise OutputError(f"{flag}: {path} is read or written too; give another name")
+    check_folder(path.parent, flag)
+
+
 def output_files(target: Format, out: Path, written: Written) -> dict[Path, str | bytes]:
     """Path → content: those of a folder in it, others beside `out` by its name."""
     if target.is_folder:

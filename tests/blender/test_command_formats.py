@@ -51,6 +51,20 @@ def test_a_run_is_written_in_several_formats_at_once(home, command, tmp_path) ->
     assert "Front door" in (tmp_path / "folder" / "device_map.csv").read_text()
 
 
+def test_faults_of_a_run_are_those_of_its_log(home, command, tmp_path) -> None:
+    (tmp_path / "faults.toml").write_text('[[fault]]\nsensors = "Front*"\nclock_offset = 2\n')
+    faults = ["--faults", tmp_path / "faults.toml", "--truth", tmp_path / "truth.csv"]
+    clean = command("simulate", "--quiet")[1].splitlines()
+    status, out, _ = command(
+        "simulate", "--quiet", *faults, "--format", "casas", "--out", tmp_path / "log.txt"
+    )
+    assert status == 0
+    assert out.splitlines() == [*clean[:2], clean[2].replace("0.500000", "2.500000")]
+    assert (tmp_path / "log.txt").read_text() == "1970-01-01 00:00:02.500000 D001 CLOSE\n"
+    told = (tmp_path / "truth.csv").read_text().splitlines()
+    assert told[-1] == f"clock,2,2,{clean[2]}"
+
+
 def test_versions_and_seed_go_with_the_log(home, command, tmp_path) -> None:
     assert command("simulate", "--quiet", "--format", "xes", "--out", tmp_path / "log.xes")[0] == 0
     text = (tmp_path / "log.xes").read_text(encoding="utf-8")
@@ -60,6 +74,7 @@ def test_versions_and_seed_go_with_the_log(home, command, tmp_path) -> None:
 
 
 def test_without_out_or_where_it_cannot_be_written_nothing_runs(home, command, tmp_path) -> None:
+    (tmp_path / "f.toml").write_text('[[fault]]\nsensors = "Back*"\nlost = 1\n')
     before = sorted(p.name for p in tmp_path.iterdir())
     for arguments, words in (
         (["--format", "xes"], ["1 --format", "0 --out"]),
@@ -69,6 +84,10 @@ def test_without_out_or_where_it_cannot_be_written_nothing_runs(home, command, t
         (["--format", "xes", "--out", "x", "--format", "ocel", "--out", "x"], ["both name x"]),
         (["--format", "xes", "--out", "x", "--events", "x"], ["both name x"]),
         (["--format", "pyadlml", "--out", home], ["is a file"]),
+        (["--truth", "x"], ["--faults"]),
+        (["--faults", tmp_path / "no.toml", "--truth", "x"], ["no.toml"]),
+        (["--faults", tmp_path / "f.toml", "--truth", "x"], ["f.toml", "line 2", "Back"]),
+        (["--faults", tmp_path / "f.toml", "--truth", tmp_path / "f.toml"], ["line 2"]),
     ):
         status, out, err = command("simulate", "--quiet", *arguments)
         assert (status, out) == (2, ""), arguments

@@ -167,6 +167,8 @@ def test_lengths_are_metres_whatever_the_unit_scale(world, run, tmp_path) -> Non
         ("home.simulate().samples('no')", ["'no'", "PIR hall"]),
         ("home.simulate().write('x', format='word')", ["word", "casas"]),
         ("home.simulate().write('none/x')", ["none", "does not exist"]),
+        ("home.simulate().write('x', truth='y')", ["--faults"]),
+        ("home.simulate().write('x', faults='no.toml', truth='y')", ["no.toml"]),
         ("(home.close(), home.sensors)", ["home.blend is closed"]),
         ("(angen_sensors.open('home.blend'), home.sensors)", ["one home at a time"]),
     ],

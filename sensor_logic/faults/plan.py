@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a faults file asks for: a seed, and a `[[fault]]` table for each group of sensors."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..formats.source import SourceError
+from ..kinds import KINDS
+
+Range = tuple[float, float]
+STATES = ("on", "off", "held")
+SEEDS = 2**32
+LONGEST_S = 1e9
+
+
+class _Bounds(NamedTuple):
+    """What numbers a key takes; `is_range`: one number, or [lowest, highest]."""
+
+    low: float
+    high: float
+    is_range: bool
+    told: str
+
+
+_SHARE = _Bounds(0.0, 1.0, False, "a share from 0 to 1")
+_SECONDS = _Bounds(0.0, LONGEST_S, True, "seconds from 0 to 1e9, or [lowest, highest]")
+NUMBERS = {
+    "lost": _SHARE,
+    "late": _SHARE,
+    "late_by": _SECONDS,
+    "doubled": _SHARE,
+    "doubled_after": _SECONDS,
+    "clock_offset": _Bounds(
+        -LONGEST_S, LONGEST_S, True, "seconds from -1e9 to 1e9, or [lowest, highest]"
+    ),
+    "clock_drift_ppm": _Bounds(
+        -1e5, 1e5, True, "parts per million from -100000 to 100000, or [lowest, highest]"
+    ),
+    "battery_life": _SECONDS,
+    "stuck_from": _SECONDS,
+    "stuck_for": _SECONDS,
+    "false_alarms_per_day": _Bounds(0.0, 86400.0, False, "a number from 0 to 86400"),
+    "false_alarm_lasts": _SECONDS,
+}
+# A key → the key without which it says nothing.
+NEEDS = {
+    "late": "late_by",
+    "late_by": "late",
+    "doubled_after": "doubled",
+    "stuck_from": "stuck",
+    "stuck_for": "stuck",
+    "false_alarms_per_day": "false_alarm_lasts",
+    "false_alarm_lasts": "false_alarms_per_day",
+}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What happens to the sensors whose name fits one of `sensors` and whose kind is in `kinds`
+    (empty: any). Seconds; a range is drawn from evenly. `docs/faults.md` tells each key."""
+
+    sensors: tuple[str, ...] = ("*",)
+    kinds: tuple[str, ...] = ()
+    lost: float = 0.0
+    late: float = 0.0
+    late_by: Range = (0.0, 0.0)
+    doubled: float = 0.0
+    doubled_after: Range = (0.0, 0.0)
+    clock_offset: Range = (0.0, 0.0)
+    clock_drift_ppm: Range = (0.0, 0.0)
+    battery_life: Range = (math.inf, math.inf)
+    stuck: str = ""
+    stuck_from: Range = (0.0, 0.0)
+    stuck_for: Range = (math.inf, math.inf)
+    false_alarms_per_day: float = 0.0
+    false_alarm_lasts: Range = (0.0, 0.0)
+
+    def concerns(self, name: str, kind: str) -> bool:
+        return (not self.kinds or kind in self.kinds) and any(
+            _fits(name, pattern) for pattern in self.sensors
+        )
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A faults file. `places`: where each fault names its sensors, for messages."""
+
+    seed: int
+    faults: tuple[Fault, ...]
+    places: tuple[str, ...]
+
+    def check_names(self, names: Iterable[str]) -> None:
+        """Raises SourceError for a name or pattern that fits none of a home's sensors."""
+        names = sorted(names)
+        for fault, place in zip(self.faults, self.places, strict=True):
+            for pattern in fault.sensors:
+                if not any(_fits(name, pattern) for name in names):
+                    raise SourceError(
+                        f"{place}: no sensor is called '{pattern}'; "
+                        f"there are {', '.join(names) or 'none'}"
+                    )
+
+
+def _fits(name: str, pattern: str) -> bool:
+    return name == pattern or fnmatchcase(name, pattern)
+
+
+def read_plan(path: Path) -> Plan:
+    """Reads a faults file. Raises SourceError naming file and line; OSError."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        found = tomllib.loads(text)
+    except UnicodeDecodeError:
+        raise SourceError(f"{path} is not a text file in UTF-8") from None
+    except (ValueError, RecursionError) as error:
+        raise SourceError(f"{path}: {error}") from None
+    where = _Places(path, text)
+    for key in found:
+        if key not in {"seed", "fault"}:
+            raise SourceError(f"{where.of(key)}: '{key}' is unknown; known are seed and [[fault]]")
+    seed = found.get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < SEEDS:
+        raise SourceError(f"{where.of('seed')}: seed is {seed!r}, not a whole number up to 2^32")
+    tables = found.get("fault", [])
+    if not (isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables)):
+        raise SourceError(f"{path} has no table [[fault]]")
+    faults = tuple(_fault(where, number, table) for number, table in enumerate(tables))
+    return Plan(seed, faults, tuple(where.of("sensors", number) for number in range(len(tables))))
+
+
+class _Places:
+    """Where keys stand in a file, as far as that can be told."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        self.lines = text.splitlines()
+        is_head = re.compile(r"\s*\[\[\s*[\"']?fault[\"']?\s*\]\]").match
+        self.heads = [i for i, line in enumerate(self.lines) if is_head(line)]
+
+    def of(self, key: str, number: int | None = None) -> str:
+        """File and line of a key, of fault `number` or of the whole; else the fault's number."""
+        if number is not None and number >= len(self.heads):
+            return f"{self.path}: fault {number + 1}"
+        first = 0 if number is None else self.heads[number]
+        after = [head for head in self.heads if head > first]
+        pattern = re.compile(rf"\s*\[*[\"']?{re.escape(key)}[\"']?\s*[=\].]")
+        for line in range(first, after[0] if number is not None and after else len(self.lines)):
+            if pattern.match(self.lines[line]):
+                return f"{self.path}: line {line + 1}"
+        return f"{self.path}: line {first + 1}"
+
+
+def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
+    values: dict[str, Any] = {}
+    known = {field.name for field in fields(Fault)}
+    for key, value in table.items():
+        place = where.of(key, number)
+        if key not in known:
+            raise SourceError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
+        if NEEDS.get(key, key) not in table:
+            raise SourceError(f"{place}: {key} says nothing without {NEEDS[key]}; give both")
+        if key in NUMBERS:
+            values[key] = _number(place, key, value)
+        elif key == "stuck":
+            if value not in STATES:
+                raise SourceError(f"{place}: stuck is {value!r}, not {' or '.join(STATES)}")
+            values[key] = value
+        else:
+            values[key] = _names(place, key, value)
+    for kind in values.get("kinds", ()):
+        if kind not in KINDS:
+            raise SourceError(
+                f"{where.of('kinds', number)}: kind '{kind}' is unknown; "
+                f"known are {', '.join(KINDS)}"
+            )
+    if not set(table) - {"sensors", "kinds"}:
+        raise SourceError(f"{where.of('sensors', number)}: it says nothing of what goes wrong")
+    return Fault(**values)
+
+
+def _number(place: str, key: str, value: Any) -> float | Range:
+    bounds = NUMBERS[key]
+    ends = value if bounds.is_range and isinstance(value, list) else [value, value]
+    is_number = [isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends]
+    if len(ends) != 2 or not all(is_number):
+        raise SourceError(f"{place}: {key} is {value!r}, not {bounds.told}")
+    if not bounds.low <= ends[0] <= ends[1] <= bounds.high:
+        raise SourceError(f"{place}: {key} is {value}, not {bounds.told}")
+    return (float(ends[0]), float(ends[1])) if bounds.is_range else float(value)
+
+
+def _names(place: str, key: str, value: Any) -> tuple[str, ...]:
+    names = [value] if isinstance(value, str) else value
+    if not (isinstance(names, list) and names and all(isinstance(n, str) for n in names)):
+        raise SourceError(f"{place}: {key} is {value!r}, not a name or a list of names")
+    return tuple(names)

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The truth file: what faults did to a log, from which the log without them can be had back.
+
+A row for each row of the log that is missing (no `row`), told at another time (both numbers) or
+made up (no `true_row`), as it stands in the log without faults, made-up ones as in the faulty one.
+Rows are counted from 1, the first after the header. What was drawn for a sensor, such as when its
+battery dies, has neither number.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..event_log import HEADER, Event, format_time, to_csv
+from ..formats.source import SourceError
+from .make import Fact, Faulty
+
+TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
+
+
+def truth_csv(faulty: Faulty) -> str:
+    """The truth file of a log that was made faulty, sorted by time."""
+    found = [(fact.time, _of_fact(fact)) for fact in faulty.facts]
+    numbered = [(str(number), row) for number, row in enumerate(faulty.rows, start=1)]
+    for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
+        if row.faults:
+            change = row.change if row.origin is None else faulty.clean.changes[row.origin]
+            true_row = "" if row.origin is None else str(row.origin + 1)
+            cells = (";".join(row.faults), number, true_row, *change.event.row)
+            found.append((change.time, cells))
+    return to_csv(TRUTH_HEADER, (cells for _, cells in sorted(found, key=lambda pair: pair[0])))
+
+
+def _of_fact(fact: Fact) -> tuple[str, ...]:
+    time = format_time(fact.time / 1e6)
+    return (fact.fault, "", "", time, "", fact.sensor.name, fact.sensor.kind, "", fact.text)
+
+
+def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
+    """The events without faults, in their order.
+
+    Raises SourceError where the truth file is none, or is that of another log; OSError.
+    """
+    left: dict[int, Event] = dict(enumerate(faulty, start=1))
+    put: dict[int, Event] = {}
+    for line, cells in _rows(truth):
+        row, true_row, event = _read(truth, line, cells)
+        there = left.pop(row, None) if row else None
+        if row and (there is None or not _is_same(there, event, at_all=not true_row)):
+            raise SourceError(f"{truth}: line {line} does not fit the log: it is of another one")
+        if true_row:
+            put[true_row] = event
+    rest = iter(left.values())
+    try:
+        return [put.get(number) or next(rest) for number in range(1, len(left) + len(put) + 1)]
+    except StopIteration:
+        raise SourceError(f"{truth} does not fit the log: it has rows that are not there") from None
+
+
+def _is_same(there: Event, event: Event, at_all: bool) -> bool:
+    """Whether a row of the log is the one that the truth tells; `at_all`: its time too."""
+    return there.row[1 - at_all :] == event.row[1 - at_all :]
+
+
+def _rows(truth: Path) -> list[tuple[int, list[str]]]:
+    with open(truth, newline="", encoding="utf-8-sig") as file:
+        try:
+            rows = csv.reader(file)
+            if tuple(next(rows, ())) != TRUTH_HEADER:
+                raise SourceError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
+            # Facts have neither number.
+            return [
+                (rows.line_num, row)
+                for row in rows
+                if len(row) != len(TRUTH_HEADER) or any(row[1:3])
+            ]
+        except UnicodeDecodeError:
+            raise SourceError(f"{truth} is not a text file in UTF-8") from None
+        except csv.Error as error:
+            raise SourceError(f"{truth}: {error}") from None
+
+
+def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event]:
+    try:
+        _faults, row, true_row, time, frame, sensor, kind, field, value = cells
+        event = Event(float(time), sensor, field, float(frame), kind, value)
+        return int(row or 0), int(true_row or 0), event
+    except ValueError:
+        raise SourceError(f"{truth}: line {line} tells no row of a log") from None

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A kind of sensor is one file: with nothing else changed it is in every place (new_kinds/)."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TESTS = ROOT / "tests"
+EXTENSION = ("angen_addon", "operators", "panels", "sensor_logic")
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """The extension in another place, with two kinds more, and the tests of every place."""
+    for folder in EXTENSION:
+        leave = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=leave)
+    (tmp_path / "tests" / "blender").mkdir(parents=True)
+    for name in ("__init__.py", "blender_manifest.toml", "pyproject.toml", "tests/conftest.py"):
+        shutil.copy(ROOT / name, tmp_path / name)
+    for name in ("conftest.py", "pressure_scenes.py", "test_panels.py"):
+        shutil.copy(TESTS / "blender" / name, tmp_path / "tests" / "blender" / name)
+    for name in ("ranger.py", "inclinometer.py"):
+        shutil.copy(TESTS / "blender/new_kinds" / name, tmp_path / "sensor_logic/kinds" / name)
+    shutil.copy(TESTS / "blender/new_kinds/every_place.py", tmp_path / "tests/blender")
+    return tmp_path
+
+
+def test_a_kind_in_one_file_is_everywhere(copy):
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "tests/blender/every_place.py"],
+        cwd=copy,
+        env={key: value for key, value in os.environ.items() if not key.startswith("PYTEST")},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
+    assert " passed" in done.stdout and "skipped" not in done.stdout

@@ -77,9 +77,11 @@ class ProgressLine:
         self._drawn = False
         self._left = TimeLeft()
         self._told = {""}
+        self._last: Progress | None = None
 
     def show(self, progress: Progress) -> None:
         self._left.note(progress)
+        self._last = progress
         now = time.perf_counter()
         interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
         # What takes long is told before, in a log once.
@@ -106,8 +108,12 @@ class ProgressLine:
         if self._quiet:
             return
         elapsed = max(time.perf_counter() - self._start, 1e-9)
+        last, still = self._last, ""
+        if last is not None and last.evaluated < last.steps:
+            share = 100.0 * (1.0 - last.evaluated / last.steps)
+            still = f"; nothing moved at {share:.0f} % of the steps"
         tell(
             f"simulated {seconds:.1f} s in {elapsed:.1f} s "
-            f"({seconds / elapsed:.0f} times real time), {updates} updates\n",
+            f"({seconds / elapsed:.0f} times real time), {updates} updates{still}\n",
             self._stream,
         )

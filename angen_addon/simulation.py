@@ -10,15 +10,17 @@ import heapq
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from itertools import groupby, pairwise
+from itertools import groupby, islice, pairwise
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ..sensor_logic.clock import Clock
 from ..sensor_logic.recording import Recording, Track
 from . import handlers, outputs, state
 from .probes import Probes
+from .runtime import stillness
 from .scene_probe.zones import has_simulation_zone
 from .sensors import Sensor, SensorError, check, check_names, report_steps, simulated
 from .station import Station, Taken, clock_of, evaluated_depsgraph
@@ -37,17 +39,21 @@ SIMULATED_MODIFIERS = {
 # one between two updates of a sensor that watches.
 NO_STATION = -1
 ONLY_STEP, LOOK, PAD, WATCH = -1, -2, -3, -4
+STOPS_AT_ONCE = 10_000
 
 
 @dataclass(frozen=True)
 class Progress:
     """How far a run is: seconds of the scene done and in all, and the frame just sensed; what is
-    being done there, if it takes long."""
+    being done there, if it takes long. Of the `steps` until there, at which sensors sensed, the
+    scene was evaluated at `evaluated`: at the others it was as before."""
 
     seconds_done: float
     seconds_total: float
     frame: float
     doing: str = ""
+    steps: int = 0
+    evaluated: int = 0
 
 
 def simulate(
@@ -96,17 +102,22 @@ def _run(
     try:
         # Other code may change the scene at a frame in ways that Blender tells nobody.
         keep = not handlers.others_follow_frames()
+        still = stillness.find(scene, any(s.sensor.kind.light for s in stations), not keep)
+        steps = evaluated = 0
         probes.serve(station.sensor for station in stations)
         for station in stations:
             station.heed(probes)
         waiting: list[Taken] = []
         with _idle_outputs(stations) as driven:
-            for stop in _agenda(scene, stations, first, last):
+            agenda = _agenda(scene, stations, first, last)
+            for stop, fresh in _when_fresh(agenda, clock, still):
                 if bpy.context.scene.session_uid != scene.session_uid:
                     raise SensorError("the run ended early: another scene is shown now")
                 frame, subframe = clock.frame_and_subframe(stop.step)
                 done = clock.step_time(min(max(stop.step - first, 0), last - first))
-                scene.frame_set(frame, subframe=subframe)
+                steps, evaluated = steps + 1, evaluated + fresh
+                if fresh:
+                    scene.frame_set(frame, subframe=subframe)
                 if stop.due or stop.look or stop.watching:
                     depsgraph = evaluated_depsgraph()
                     probes.look(depsgraph, frame if stop.look else None, stop.pads)
@@ -124,10 +135,11 @@ def _run(
                         view_layer = bpy.context.view_layer
                         asked = [t.request for t in lit if t.request is not None]
                         for doing in probes.measure(scene, view_layer, depsgraph, asked, keep):
-                            yield Progress(done, seconds, clock.step_frame(stop.step), doing)
+                            at = clock.step_frame(stop.step)
+                            yield Progress(done, seconds, at, doing, steps, evaluated)
                         _record(recording, clock, lit, driven)
                 recording.frame_end = min(frame, frame_end)
-                yield Progress(done, seconds, clock.step_frame(stop.step))
+                yield Progress(done, seconds, clock.step_frame(stop.step), "", steps, evaluated)
         recording.frame_end = frame_end
     except ReferenceError as error:
         raise SensorError(f"something that the run needs was removed during it: {error}") from None
@@ -222,6 +234,18 @@ def _agenda(scene: Any, stations: list[Station], first: int, last: int) -> Itera
             elif number >= 0:
                 stop.due.append((number, stations[order]))
         yield stop
+
+
+def _when_fresh(
+    stops: Iterator[Stop], clock: Clock, still: stillness.Stillness
+) -> Iterator[tuple[Stop, bool]]:
+    """Each stop, and whether anything may be otherwise than at the one before."""
+    last: list[tuple[int, float]] = []
+    while some := list(islice(stops, STOPS_AT_ONCE)):
+        frames = last + [clock.frame_and_subframe(stop.step) for stop in some]
+        fresh = still.fresh(*np.array(frames).T)[len(last) :]
+        last = frames[-1:]
+        yield from zip(some, fresh.tolist(), strict=True)
 
 
 def _updates(order: int, station: Station, first: int, last: int) -> Iterator[tuple[int, int, int]]:

@@ -24,6 +24,7 @@ from ..sensor_logic.event_log import (
 )
 from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.formats.source import SourceError
+from ..sensor_logic.kind import FORCES, LIGHT
 from ..sensor_logic.recording import Recording
 from . import advice, bake, state, warmth
 from .arguments import parse
@@ -169,7 +170,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> Recording:
 
 def _tell_of_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
     """Says what the file needs and does not have, each once."""
-    light = any(sensor.kind.light for sensor in simulated(sensors))
+    light = any(sensor.kind.asks_for(LIGHT) for sensor in simulated(sensors))
     for text in lacking(bpy.context.view_layer, light):
         if text not in options.lacks:
             options.lacks.append(text)
@@ -206,7 +207,7 @@ def _tell_of_warm_up(sensors: list[Sensor]) -> None:
 def _tell_of_pads(sensors: list[Sensor]) -> None:
     """Says what keeps pressure pads from reading what their user expects."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
-    pads = [s for s in simulated(sensors) if s.kind.motion]
+    pads = [s for s in simulated(sensors) if s.kind.asks_for(FORCES)]
     for ask in (
         lambda pad: advice.without_surface(pad.object),
         lambda pad: advice.sinks(pad.object, scene),

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
 from .fingerprint import (
@@ -194,7 +195,7 @@ class Kept:
 
 def keep(recording: Recording, scene: Any, depsgraph: Any) -> Kept:
     """The recording of a run that has just ended, with the scene as it is."""
-    light = any(KINDS[track.kind_name].light for track in recording.tracks.values())
+    light = any(KINDS[track.kind_name].asks_for(LIGHT) for track in recording.tracks.values())
     made = take(scene, depsgraph, light)
     made.portable = portable(scene, depsgraph)
     return Kept(recording, made)

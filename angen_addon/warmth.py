@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from ..sensor_logic.kind import WARMTH
 from .instances import with_instanced
 from .scene_probe.geometry import evaluated_materials
 from .scene_probe.solids import SURFACE_TYPES
@@ -97,9 +98,7 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
 
 def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
     """Those of the sensors that feel warmth."""
-    return [
-        s for s in sensors if s.kind.identifier == "PIR" and s.settings.pir.model != "RANGE_SCAN"
-    ]
+    return [s for s in sensors if s.kind.asks_for(WARMTH, s.parameters)]
 
 
 def nothing_warm(view_layer: Any) -> Advice | None:

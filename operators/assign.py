@@ -11,6 +11,7 @@ from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice import without_surface
 from ..angen_addon.wording import uncapped
+from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from .add import KIND_ITEMS
 
@@ -36,8 +37,8 @@ class ANGEN_OT_sensor_assign(Operator):
     def execute(self, context: Context) -> set[str]:
         obj, kind = context.object, KINDS[self.kind]
         obj.angen_sensor.kind = self.kind
-        problem = without_surface(obj)
-        if self.kind == "PRESSURE" and problem:
+        problem = without_surface(obj) if kind.asks_for(FORCES) else None
+        if problem:
             self.report({"WARNING"}, f"'{obj.name}': {uncapped(problem.text)}")
         else:
             self.report({"INFO"}, f"'{obj.name}' is a sensor: {kind.label}")

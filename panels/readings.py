@@ -15,9 +15,8 @@ from ..angen_addon.playhead import Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
 from ..angen_addon.wording import capital
-from ..sensor_logic.model import Reading
+from ..sensor_logic.model import NOT_YET, Reading
 from ..sensor_logic.output_timing import waiting
-from ..sensor_logic.pressure import NOT_YET
 from ..sensor_logic.quantities import NOTHING
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"

@@ -10,10 +10,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from sensor_logic.kinds import KINDS
 from sensor_logic.quantities import short
 
-# The field of a kind's samples that says whether the sensor was active.
-ACTIVE_FIELD = {"PIR": "moved", "OPTICAL_SWITCH": "open", "PRESSURE": "pressed", "LIGHT": "lit"}
 HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max")
 NAME_COLUMNS = 3
 
@@ -41,7 +40,7 @@ def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
 
 def active_share(samples: Iterable[str], kind: str) -> float:
     """The share (0..1) of a sensor's samples in which it was active; 0 without samples."""
-    states = [line[ACTIVE_FIELD[kind]] for line in csv.DictReader(samples)]
+    states = [line[KINDS[kind].active_field] for line in csv.DictReader(samples)]
     return states.count("1") / max(len(states), 1)
 
 

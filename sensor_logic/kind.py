@@ -17,6 +17,8 @@ from .quantities import METRES, Lengths
 # What a model can ask of the scene: ranges of rays, the heat that rays meet, what went through rays
 # since the step before, contact forces on the sensor, light that falls on it.
 RAYS, WARMTH, CROSSINGS, FORCES, LIGHT = "rays", "warmth", "crossings", "contact forces", "light"
+# Where objects are that parameters name.
+POSES = "poses of objects"
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,8 @@ class Kind:
     `active_label` and `idle_label` are the words for its binary reading. `events` are the fields
     whose changes the event log tells, `samples` the columns of its own file. `model` makes what
     senses for one sensor. `needs`: what the model asks of the scene, each with the choices of
-    parameters with which it does.
+    parameters with which it does. `in_room`: it looks into the room that it hangs in, unlike what
+    is part of a door or of furniture.
     """
 
     identifier: str
@@ -86,6 +89,7 @@ class Kind:
     samples: tuple[Field, ...]
     model: Callable[[], Any]
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
+    in_room: bool = False
     presets: tuple[Preset, ...] = ()
 
     def asks_for(self, need: str, parameters: Any = None) -> bool:
@@ -104,6 +108,10 @@ class Kind:
         """Whether it needs a picture of the light."""
         return LIGHT in self.needs
 
+    def tells_of(self, quantity: str) -> bool:
+        """Whether it logs this quantity, such as "opening"."""
+        return any(f.quantity == quantity for f in self.events)
+
     @property
     def measures(self) -> bool:
         """Whether its main reading is a number, and not a state."""
@@ -113,6 +121,11 @@ class Kind:
     def fields(self) -> dict[str, Field]:
         """Everything that it publishes, by name."""
         return {f.name: f for f in (*self.samples, *self.events)}
+
+    @property
+    def active_field(self) -> str:
+        """The field that tells its binary reading: the first truth value that it logs."""
+        return next(f.name for f in self.events if f.type is bool)
 
     def reading(self, parameters: Any) -> Field:
         """What its main reading, the output `value`, is with these parameters: the first number

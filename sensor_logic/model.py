@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from .sweep import Passes
 
 Array = NDArray[np.float64]
+# The problem of a reading that the frames to come will make sure of.
+NOT_YET = "three frames in a row are not known"
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from .quantities import METRES, Lengths
 LEAST_SHARE = 1e-3
 # What a force is not yet sure of: the frames beside it were not seen, as after a jump. It is that
 # of things at rest then.
-NOT_YET = "three frames in a row are not known"
 # N: less than this on its back is no use of a pad.
 LEAST_BACKING = 0.1
 

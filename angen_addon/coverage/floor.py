@@ -34,8 +34,6 @@ OVER_M = 1.9
 RUG_M, PIT_M = 0.1, 0.3
 # Rooms reach at most this far (m) from the sensors that tell of them.
 BEYOND_M = 10.0
-# Sensors that hang in the room that they look into; a switch stands in the doorway.
-INDOORS = {"PIR", "LIGHT"}
 # Cells this near (m) to a sensor are of its room, if no wall is between.
 NEAR_M = 0.9
 # Heights (m) of a body are this far apart at most, where its surroundings are felt for obstacles.
@@ -141,7 +139,7 @@ def _storeys(
     home: Home, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
     """Heights of floors in m with the sensors over each."""
-    inside = [s for s in sensors if s.kind.identifier in INDOORS]
+    inside = [s for s in sensors if s.kind.in_room]
     seen = [p for p in (placed(home, sensor) for sensor in inside) if p is not None]
     by_name = {s.name: s for s in inside}
     found = [

@@ -61,10 +61,11 @@ def without_hinges(home: Examined) -> Iterator[Found]:
 
 
 def standing_still(home: Examined) -> Iterator[Found]:
-    """Doors with switches, none of which ever moves."""
+    """Doors with sensors, none of which ever moves."""
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
-        for s in home.of_kind("OPTICAL_SWITCH")
+        for s in home.sensors
+        if s.kind.tells_of("opening")
     ]
     watched = [
         leaf

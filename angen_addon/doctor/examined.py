@@ -37,8 +37,9 @@ class Examined:
     def sensors(self) -> list[Sensor]:
         return simulated(all_sensors(self.view_layer))
 
-    def of_kind(self, *kinds: str) -> list[Sensor]:
-        return [s for s in self.sensors if s.kind.identifier in kinds]
+    def asking_for(self, *needs: str) -> list[Sensor]:
+        """Those whose models ask for one of these things (kind.RAYS …) of the scene."""
+        return [s for s in self.sensors if any(s.kind.asks_for(need) for need in needs)]
 
     @cached_property
     def home(self) -> Home:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+from ...sensor_logic.kind import LIGHT
 from .. import lacking
 from ..wording import capital
 from .examined import Examined, Found
@@ -13,7 +14,7 @@ from .examined import Examined, Found
 
 def lacks(home: Examined) -> Iterator[Found]:
     """Missing libraries and files, drivers that stand still, sensors of unknown kinds."""
-    for text, mend in lacking.lacks(home.view_layer, bool(home.of_kind("LIGHT"))):
+    for text, mend in lacking.lacks(home.view_layer, bool(home.asking_for(LIGHT))):
         yield capital(text), capital(mend)
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ...sensor_logic.kind import LIGHT
 from ..animation import curves, is_animated
 from ..scene_probe.light.engine import why_no_eevee
 from ..scene_probe.light.scene import is_portal
@@ -21,7 +22,7 @@ USUAL_LUMENS = 800
 
 def electrical_watts(home: Examined) -> Iterator[Found]:
     """Lamps that are given what they draw, not what they shine."""
-    if not home.of_kind("LIGHT"):
+    if not home.asking_for(LIGHT):
         return
     efficacy = home.scene.angen_luminous_efficacy
     for lamp in _lamps(home):
@@ -42,7 +43,7 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
 
 def none_lit(home: Examined) -> Iterator[Found]:
     """Light sensors in a scene that nothing lights."""
-    sensors = home.of_kind("LIGHT")
+    sensors = home.asking_for(LIGHT)
     lit = any(lamp.data.energy > 0 or _is_switched(lamp.data) for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
         return
@@ -54,9 +55,7 @@ def none_lit(home: Examined) -> Iterator[Found]:
 
 def eevee_cannot_run(home: Examined) -> Iterator[Found]:
     """Light sensors that ask for EEVEE where there is none."""
-    sensors = [
-        s for s in home.of_kind("LIGHT") if getattr(s.settings.light, "engine", "") == "EEVEE"
-    ]
+    sensors = [s for s in home.asking_for(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
     reason = why_no_eevee() if sensors else ""
     if reason:
         yield f"{named(s.name for s in sensors)}: {reason}", "Set Engine to Cycles"

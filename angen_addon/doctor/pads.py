@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...sensor_logic.kind import FORCES
 from .. import advice
 from ..scene_probe.rays import NOTHING
 from ..wording import uncapped
@@ -19,7 +20,7 @@ GAP = 0.05
 
 def advised(home: Examined) -> Iterator[Found]:
     """Pads that nothing can press on, or that sink."""
-    for pad in home.of_kind("PRESSURE"):
+    for pad in home.asking_for(FORCES):
         for told in (
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
@@ -31,7 +32,7 @@ def advised(home: Examined) -> Iterator[Found]:
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
     """Pads that lie on nothing and are fixed to nothing."""
-    for pad in home.of_kind("PRESSURE"):
+    for pad in home.asking_for(FORCES):
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
         solids = home.home.caster.solids
@@ -54,5 +55,5 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 def caches(home: Examined) -> Iterator[Found]:
     """A rigid-body cache that is too short, or of the scene before an edit."""
-    if home.of_kind("PRESSURE"):
+    if home.asking_for(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))

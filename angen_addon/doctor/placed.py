@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from .. import warmth
 from ..animation import action_curves
@@ -30,12 +31,11 @@ BLOCKED = 0.25
 # Datablocks whose animation moves nothing.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
-LOOKING = ("PIR", "OPTICAL_SWITCH", "LIGHT")
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
     """A scene in which no detector of movement can ever find any."""
-    sensors = home.of_kind("PIR", "OPTICAL_SWITCH")
+    sensors = home.asking_for(RAYS, WARMTH, POSES)
     if sensors and not _moves(home):
         yield (
             f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
@@ -76,7 +76,7 @@ def _reads_time(modifier: Any) -> bool:
 
 def inside_walls(home: Examined) -> Iterator[Found]:
     """Sensors that stand inside something solid."""
-    for sensor in home.of_kind(*LOOKING):
+    for sensor in home.asking_for(RAYS, WARMTH, LIGHT):
         inside = _surrounded_by(home, sensor)
         if inside:
             yield (
@@ -125,7 +125,7 @@ def _crossings(home: Examined, solid: Solid, origin: Array, way: Array) -> int:
 
 def looks_into_something(home: Examined) -> Iterator[Found]:
     """Sensors whose rays begin behind something: nearer than their range min they see nothing."""
-    for sensor in home.of_kind("PIR", "OPTICAL_SWITCH"):
+    for sensor in home.asking_for(RAYS):
         try:
             sight = sight_of(Station(sensor, clock_of(home.scene)), home.depsgraph)
         except SensorError as error:

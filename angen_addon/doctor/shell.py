@@ -135,7 +135,7 @@ def holes(home: Examined) -> Iterator[Found]:
     """Rooms that rays leave without meeting anything."""
     ways = _all_ways()
     open_to: dict[str, list[str]] = {}
-    for sensor in home.of_kind("PIR", "LIGHT"):
+    for sensor in [s for s in home.sensors if s.kind.in_room]:
         origin = np.array(sensor.world_matrix(home.depsgraph).translation, np.float64)
         origins = np.tile(origin, (len(ways), 1))
         far = np.full(len(ways), _reach(home, origin))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...sensor_logic.contact.pad_forces import ABOVE, BESIDE, pad_forces
 from ...sensor_logic.contact.world import PadForces
-from ...sensor_logic.pressure import NOT_YET
+from ...sensor_logic.model import NOT_YET
 from ..instances import Uid
 from .columns import Surfaces
 from .cut_off import CutOff

@@ -11,8 +11,8 @@ from bpy.types import Context
 from ....panels.lines import draw_lines, draw_row
 from ....panels.readings import Shown
 from ....sensor_logic.kinds.pressure import KIND
+from ....sensor_logic.model import NOT_YET
 from ....sensor_logic.partner_names import split
-from ....sensor_logic.pressure import NOT_YET
 from ....sensor_logic.quantities import NOTHING, Lengths
 from ... import advice
 from ...sensors import Sensor

@@ -38,5 +38,6 @@ KIND = Kind(
     ),
     model=LightSensor,
     needs={LIGHT: ()},
+    in_room=True,
     presets=PRESETS,
 )

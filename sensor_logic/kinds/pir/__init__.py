@@ -28,5 +28,6 @@ KIND = Kind(
     ),
     model=MotionDetector,
     needs={RAYS: SCAN["used_when"], WARMTH: PYRO["used_when"]},
+    in_room=True,
     presets=PRESETS,
 )

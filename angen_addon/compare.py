@@ -69,7 +69,7 @@ def _parser(program: str) -> Parser:
         prog=f"{program} compare",
         description="How alike two logs are: how long and how often their sensors are on.",
     )
-    about = "an event log, a folder of days, or a CASAS file"
+    about = "an event log, a folder of days, or a log in another format"
     parser.add_argument("log", type=path, metavar="LOG", help=about)
     parser.add_argument("other", type=path, metavar="LOG", help=about)
     parser.add_argument("--json", action="store_true", help="for programs")

@@ -12,12 +12,12 @@ from ..sensor_logic.files import OutputError, write_files
 from ..sensor_logic.formats import FORMATS, FormatError, Log
 from ..sensor_logic.formats.log import DEFAULT_START, SensorFacts
 from ..sensor_logic.formats.outputs import check_apart, check_out, output_files
+from ..sensor_logic.formats.reading import read_log
 from ..sensor_logic.formats.source import (
     SourceError,
     make_log,
     read_activities,
     read_home,
-    read_log_events,
     start_of,
 )
 from .console import note
@@ -73,14 +73,17 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         start = start_of(options.start)
     if start and options.timezone:
         start = start.replace(tzinfo=_zone(options.timezone))
-    events, start = read_log_events(options.events, start)
+    source = read_log(options.events, start)
+    events, start = source.events, source.start
+    if source.has_activities and not options.activities:
+        note(f"activities in {options.events} are not read: --activities gives them")
     if options.undo_faults:
         events = undo(events, options.undo_faults)
     if start is None:
         start = DEFAULT_START
         note(f"the log begins at {start.isoformat()}: --start says when it did")
     activities = read_activities(options.activities, start) if options.activities else []
-    log = make_log(events, sensors, start, activities, about)
+    log = make_log(events, source.sensors | sensors, start, activities, about)
     return log, sensors.keys() | {sensor.name for sensor in log.sensors}
 
 
@@ -98,7 +101,7 @@ def _parser(program: str) -> Parser:
         prog=f"{program} convert",
         description="Writes an event log in the format of another tool; needs no Blender.",
     )
-    parser.add_argument("events", type=path, metavar="EVENTS.csv", help="what simulate wrote")
+    parser.add_argument("events", type=path, metavar="LOG", help="what simulate or convert wrote")
     parser.add_argument(
         "--format",
         required=True,

@@ -9,13 +9,25 @@ states at the start: those go into a second file.
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
 
-from ..event_log import format_value, to_csv
-from .log import Activity, Change, Channel, Log, Value, titles
+from . import key
+from .log import Activity, Change, Channel, Log, titles
 from .names import camel, label, unique
+from .read import Read
 from .written import Written
+
+# What is known of the sensors goes into a file beside.
+SUFFIX = ".sensors.csv"
+BEGINS = rb"\d{4}-\d\d-\d\d[\s,]+\d\d:\d\d:\d\d"
+LINE = re.compile(
+    r"(\d{4}-\d\d-\d\d)[\s,]+(\d\d:\d\d:\d\d(?:\.\d+)?)[\s,]+([^\s,]+)[\s,]+([^\s,]+)"
+)
 
 # What the first letters of a sensor's name say: motion, door, item, light switch, light level.
 PREFIXES = {
@@ -47,7 +59,7 @@ def write_text(log: Log) -> Written:
         if change.channel in names:
             mark = marks.get(id(change))
             text = f" {mark.activity} {mark.word}" if mark else ""
-            word = _word(change.channel, change.value)
+            word = key.word(change.channel, change.value)
             lines.append(f"{_stamp(log, change, ' ')} {names[change.channel]} {word}{text}\n")
     return _written(log, names, lines, notes)
 
@@ -62,31 +74,17 @@ def write_csv(log: Log) -> Written:
         if change.channel in names:
             mark = marks.get(id(change))
             text = f'{mark.activity}="{mark.word}"' if mark else inside.at(change.time)
-            word = _word(change.channel, change.value)
+            word = key.word(change.channel, change.value)
             row = f"{_stamp(log, change, ',')},{names[change.channel]},{word},{text}"
             lines.append(f"{row.rstrip(',')}\n")
     return _written(log, names, lines, notes)
 
 
 def _written(log: Log, names: dict[Channel, str], lines: list[str], notes: list[str]) -> Written:
-    initial = log.initial()
-    rows = [
-        (
-            name,
-            channel.sensor.name,
-            channel.field,
-            channel.sensor.kind,
-            channel.sensor.room,
-            channel.unit,
-            _word(channel, initial[channel].value),
-        )
-        for channel, name in sorted(names.items(), key=lambda item: item[1])
-    ]
-    header = ("id", "sensor", "field", "kind", "room", "unit", "initial")
     left_out = [f"{c.sensor.name} {c.field}" for c in log.channels if c not in names]
     if left_out:
         notes.append(f"CASAS has no sensors for these, left out: {', '.join(left_out)}")
-    return Written({"": "".join(lines), ".sensors.csv": to_csv(header, rows)}, tuple(notes))
+    return Written({"": "".join(lines), SUFFIX: key.to_text(log, names)}, tuple(notes))
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
@@ -105,13 +103,6 @@ def _named(channels: list[Channel]) -> dict[Channel, str]:
     told = {c: title for c, title in titles(channels).items() if c.type is not str}
     spelling = unique(told.values(), camel)
     return {channel: spelling[title] for channel, title in told.items()}
-
-
-def _word(channel: Channel, value: Value) -> str:
-    if channel.type is not bool:
-        return format_value(value)
-    words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
-    return words[bool(value)]
 
 
 def _stamp(log: Log, change: Change, separator: str) -> str:
@@ -166,3 +157,33 @@ class _Inside:
             self.present.append(self.coming.pop())
         self.present = [activity for activity in self.present if time <= activity.end]
         return _label(self.log, self.present[-1]) if self.present else ""
+
+
+def read(path: Path) -> Read:
+    """Either form, of this program or of a real home, without the activities.
+
+    Where no file beside it tells of its sensors, they are taken for what their names say, and
+    numbers are passed over. Raises ValueError naming the line.
+    """
+    labels: set[str] = set()
+    found = key.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))
+    found.has_activities = bool(labels)
+    return found
+
+
+def _rows(path: Path, labels: set[str]) -> Iterator[tuple[datetime, str, str]]:
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        for number, line in enumerate(file, start=1):
+            found = LINE.match(line)
+            if found:
+                labels.update(line[found.end() :].split())
+                yield _time(number, f"{found[1]} {found[2]}"), found[3], found[4]
+            elif line.strip():
+                raise ValueError(f"line {number} is not one of CASAS")
+
+
+def _time(number: int, text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise ValueError(f"line {number} has no date and time") from None

@@ -9,11 +9,14 @@ its room as suggested area, each field an entity. A line has `time_s`, `time` (I
 from __future__ import annotations
 
 import json
+from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from ..event_log import format_value
 from .log import Channel, Log, SensorFacts, Value
 from .names import slug, unique
+from .read import DatedChange, Read
 from .written import Written
 
 STATUS = "angen/status"
@@ -108,3 +111,24 @@ def payload(channel: Channel, value: Value) -> str:
     if channel.type is bool:
         return "ON" if value else "OFF"
     return format_value(value)
+
+
+def read(path: Path) -> Read:
+    """The states of sensors that messages of discovery made known."""
+    found = Read([])
+    known: dict[str, tuple[str, str, str]] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        message = json.loads(line)
+        topic, text = message["topic"], message["payload"]
+        if topic.endswith("/config"):
+            config = json.loads(text)
+            name, kind = config["dev"]["name"], config["dev"]["mdl"].rpartition(" ")[2]
+            found.rooms[name] = config["dev"].get("sa", "")
+            for field, entity in config["cmps"].items():
+                known[entity["state_topic"]] = name, kind, field
+        elif topic in known:
+            value = {"ON": "1", "OFF": "0"}.get(text, text)
+            found.changes.append(
+                DatedChange(datetime.fromisoformat(message["time"]), *known[topic], value)
+            )
+    return found

@@ -10,10 +10,15 @@ from __future__ import annotations
 
 import re
 from itertools import groupby
+from pathlib import Path
 
 from ..event_log import format_value
 from .log import Change, Log
+from .read import DatedChange, Read, since_epoch, value_text
 from .written import Written
+
+BEGINS = rb"(#|[^\s,={]+(,(\\.|[^\\ ])+)? [^\s=]+=)"
+ACTIVITY = "activity"
 
 
 def write(log: Log) -> Written:
@@ -27,7 +32,7 @@ def write(log: Log) -> Written:
         tags = _tags(person=activity.person, room=activity.room)
         for time, going_on in ((activity.start, "true"), (activity.end, "false")):
             fields = f"name={_quoted(activity.activity)},going_on={going_on}"
-            lines.append(f"activity{tags} {fields} {_nanoseconds(log, time)}\n")
+            lines.append(f"{ACTIVITY}{tags} {fields} {_nanoseconds(log, time)}\n")
     return Written({"": "".join(lines)}, _notes(log))
 
 
@@ -62,3 +67,38 @@ def _notes(log: Log) -> tuple[str, ...]:
     changed = [s.name for s in log.sensors if re.sub(r"\s", " ", s.name).rstrip("\\") != s.name]
     told = ", ".join(map(repr, changed))
     return (f"influx cannot hold line breaks or a last backslash in names: {told}",) if told else ()
+
+
+def read(path: Path) -> Read:
+    """The sensors' changes, without the activities."""
+    found = Read([])
+    for line in path.read_text(encoding="utf-8").splitlines():
+        parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
+        if parts is None:
+            if line.strip() and not line.startswith("#"):
+                raise ValueError(f"'{line[:60]}' is no line of it")
+            continue
+        measurement, *tags = re.split(r"(?<!\\),", parts[1])
+        if measurement == ACTIVITY:
+            found.has_activities = True
+            continue
+        told = dict(re.split(r"(?<!\\)=", tag, maxsplit=1) for tag in tags)
+        name, room = (_plain(told.get(key, "")) for key in ("sensor", "room"))
+        found.rooms[name] = room
+        time = since_epoch(int(parts[3]) // 1000)
+        for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):
+            kind = _plain(measurement).upper()
+            found.changes.append(DatedChange(time, name, kind, _plain(field), _value(value)))
+    return found
+
+
+def _plain(key: str) -> str:
+    return re.sub(r"\\([,= ])", r"\1", key)
+
+
+def _value(text: str) -> str:
+    if text.startswith('"'):
+        return re.sub(r"\\(.)", r"\1", text[1:-1])
+    if text.lower() in {"t", "true", "f", "false"}:
+        return value_text(text[0] in "tT")
+    return value_text(float(text.rstrip("iu")))

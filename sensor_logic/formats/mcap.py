@@ -30,6 +30,7 @@ BY_TYPE = {bool: "std_msgs/msg/Bool", str: "std_msgs/msg/String"}
 NUMBER = "std_msgs/msg/Float32"
 BEAM = "sensor_msgs/msg/Range"
 ACTIVITY = "std_msgs/msg/String"
+ACTIVITIES = "activities"
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class _Message:
     topic: str
     schema: str
     data: bytes
+    of: Channel | None = None
 
 
 @dataclass
@@ -61,7 +63,7 @@ class _File:
 
     data: bytearray = field(default_factory=lambda: bytearray(MAGIC))
     schemas: dict[str, int] = field(default_factory=dict)
-    channels: dict[str, tuple[int, str]] = field(default_factory=dict)
+    channels: dict[str, tuple[int, str, Mapping[str, str]]] = field(default_factory=dict)
     chunks: list[_Chunk] = field(default_factory=list)
     counts: dict[int, int] = field(default_factory=lambda: defaultdict(int))
 
@@ -105,7 +107,7 @@ def _of_change(log: Log, topics: Mapping[str, str], change: Change) -> Iterator[
     frame = topics[channel.sensor.name]
     topic = f"/angen/{frame}/{channel.field}"
     schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
-    yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change))
+    yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change), channel)
     if channel.quantity == "opening":
         data = ros2.beam_message(time, frame, bool(change.value), _reach(channel))
         yield _Message(time * 1000, f"/angen/{frame}/range", BEAM, data)
@@ -137,7 +139,7 @@ def _add_chunk(file: _File, messages: list[_Message]) -> None:
     for message in messages:
         if message.topic not in file.channels:
             records += _new_channel(file, message)
-        channel, _ = file.channels[message.topic]
+        channel = file.channels[message.topic][0]
         index[channel].append((message.time, len(records)))
         times = struct.pack("<HIQQ", channel, file.counts[channel], message.time, message.time)
         records += _record(MESSAGE, times + message.data)
@@ -160,8 +162,22 @@ def _new_channel(file: _File, message: _Message) -> bytes:
     if message.schema not in file.schemas:
         file.schemas[message.schema] = len(file.schemas) + 1
         records += _schema_record(file, message.schema)
-    file.channels[message.topic] = (len(file.channels), message.schema)
+    file.channels[message.topic] = (len(file.channels), message.schema, _about(message.of))
     return records + _channel_record(file, message.topic)
+
+
+def _about(channel: Channel | None) -> dict[str, str]:
+    """The metadata of a topic: names as they are, which a topic cannot hold."""
+    if channel is None:
+        return {"holds": ACTIVITIES}
+    sensor = channel.sensor
+    return {
+        "sensor": sensor.name,
+        "kind": sensor.kind,
+        "field": channel.field,
+        "room": sensor.room,
+        "unit": channel.unit,
+    }
 
 
 def _schema_record(file: _File, name: str) -> bytes:
@@ -171,9 +187,9 @@ def _schema_record(file: _File, name: str) -> bytes:
 
 
 def _channel_record(file: _File, topic: str) -> bytes:
-    number, schema = file.channels[topic]
+    number, schema, about = file.channels[topic]
     numbers = struct.pack("<HH", number, file.schemas[schema])
-    return _record(CHANNEL, numbers + _text(topic) + _text("cdr") + _map({}))
+    return _record(CHANNEL, numbers + _text(topic) + _text("cdr") + _map(about))
 
 
 def _add_summary(file: _File, metadata: tuple[int, int]) -> None:

@@ -8,12 +8,16 @@ end of an activity, and tells which objects had part in it.
 from __future__ import annotations
 
 import json
+from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from ..event_log import format_value
 from .log import Activity, Change, Log, SensorFacts
+from .read import DatedChange, Read, value_text
 from .written import Written
 
+BEGINS = rb"\s*\{\s*\"(objectTypes|eventTypes|objects|events)\""
 TYPES = {bool: "boolean", float: "float", int: "integer", str: "string"}
 ACTIVITY_TYPES = ("activity begins", "activity ends")
 
@@ -131,3 +135,25 @@ def _who_and_where(activity: Activity) -> list[dict[str, str]]:
 
 def _relation(identifier: str, qualifier: str) -> dict[str, str]:
     return {"objectId": identifier, "qualifier": qualifier}
+
+
+def read(path: Path) -> Read:
+    """The sensors' changes, without the activities."""
+    told = json.loads(path.read_text(encoding="utf-8"))
+    objects = {one["id"]: one for one in told["objects"]}
+    found = Read([])
+    for event in told["events"]:
+        found.has_activities |= event["type"] in ACTIVITY_TYPES
+        related = [objects[relation["objectId"]] for relation in event["relationships"]]
+        for sensor in (one for one in related if one["type"] == "sensor"):
+            name, kind = (_attribute(sensor, key) for key in ("name", "kind"))
+            value = value_text(_attribute(event, "value"))
+            time = datetime.fromisoformat(event["time"])
+            found.changes.append(DatedChange(time, name, kind, event["type"], value))
+            rooms = [_attribute(one, "name") for one in related if one["type"] == "room"]
+            found.rooms[name] = rooms[0] if rooms else ""
+    return found
+
+
+def _attribute(of: dict[str, Any], name: str) -> Any:
+    return next(one["value"] for one in of["attributes"] if one["name"] == name)

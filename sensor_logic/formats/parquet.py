@@ -8,9 +8,13 @@ sensor's kind has no such column); of an event log its rows, with typed times.
 from __future__ import annotations
 
 import io
+from pathlib import Path
+from typing import Any
 
+from ..kinds import KINDS
 from .columns import event_columns, sample_columns
 from .log import Log
+from .read import DatedChange, Read, value_text
 from .written import FormatError, Written
 
 TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
@@ -18,13 +22,7 @@ TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 
 def write(log: Log) -> Written:
     """Raises FormatError where pyarrow is missing."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        raise FormatError(
-            f"parquet needs pyarrow ({error}): pip install pyarrow, or choose another format"
-        ) from None
+    pyarrow = _pyarrow()
     columns = sample_columns(log) if log.samples else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
     about["angen.start"] = log.start.isoformat()
@@ -38,3 +36,37 @@ def write(log: Log) -> Written:
     out = io.BytesIO()
     pyarrow.parquet.write_table(table.replace_schema_metadata(about), out)
     return Written({"": out.getvalue()})
+
+
+def read(path: Path) -> Read:
+    """The rows of an event log; of every update, what changes. Raises FormatError."""
+    table = _pyarrow().parquet.read_table(path).to_pylist()
+    found = Read([])
+    last: dict[tuple[str, str], str] = {}
+    for row in sorted(table, key=lambda row: row["time"]):
+        found.rooms[row["sensor"]] = row["room"]
+        told = {row["field"]: row["value"]} if "field" in row else _told(row)
+        for name, value in told.items():
+            if "field" in row or last.get((row["sensor"], name)) != value:
+                last[row["sensor"], name] = value
+                change = DatedChange(row["time"], row["sensor"], row["kind"], name, value)
+                found.changes.append(change)
+    return found
+
+
+def _told(row: dict[str, Any]) -> dict[str, str]:
+    """What an update tells of the fields that are events."""
+    names = [field.name for field in KINDS[str(row["kind"])].events]
+    return {name: value_text(row[name]) for name in names if row.get(name) is not None}
+
+
+def _pyarrow() -> Any:
+    """Raises FormatError where it is missing."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise FormatError(
+            f"parquet needs pyarrow ({error}): pip install pyarrow, or choose another format"
+        ) from None
+    return pyarrow

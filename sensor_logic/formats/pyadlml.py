@@ -7,15 +7,22 @@ and times are as in pyadlml's `activity_assistant.py`.
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from datetime import datetime
+from pathlib import Path
 
 from ..event_log import format_value, to_csv
+from . import key
 from .log import Log, titles
 from .names import unique
+from .read import Read
 from .written import Written
 
 TIME = "%d.%m.%Y %H:%M:%S.%f"
+# Not of pyadlml: kinds, fields and units.
+SENSORS = "sensors.csv"
 # pyadlml wants one subject at least.
 NOBODY = "R1"
 
@@ -40,6 +47,7 @@ def write(log: Log) -> Written:
             ),
         ),
         "device_map.csv": to_csv(("id", "device"), ((device[c], told[c]) for c in told)),
+        SENSORS: key.to_text(log, device),
         "device_area_map.csv": _areas("device", ((device[c], c.sensor.room) for c in told)),
         "activity_map.csv": to_csv(("id", "activity"), ((activity[n], n) for n in names)),
         "activity_area_map.csv": _areas(
@@ -57,6 +65,30 @@ def write(log: Log) -> Written:
             ),
         )
     return Written(files, _notes(log))
+
+
+def read(folder: Path) -> Read:
+    """The devices' changes, of this program or of another, without the activities.
+
+    Where no file tells of the sensors, they are taken for what their names say.
+    """
+    found = key.read_rows(folder / SENSORS, _rows(folder), told_at_start=True)
+    found.has_activities = any(
+        path.read_bytes().count(b"\n") > 1 for path in folder.glob("activities_*.csv")
+    )
+    return found
+
+
+def _rows(folder: Path) -> Iterator[tuple[datetime, str, str]]:
+    is_ours = (folder / SENSORS).is_file()
+    with open(folder / "device_map.csv", newline="", encoding="utf-8-sig") as file:
+        names = {row["id"]: row["device"] for row in csv.DictReader(file)}
+    with open(folder / "devices.csv", newline="", encoding="utf-8-sig") as file:
+        for row in csv.DictReader(file):
+            name = row["device"] if is_ours else names[row["device"]]
+            is_state = row["value"] in {"0", "1"} and not is_ours
+            value = ("OFF", "ON")[int(row["value"])] if is_state else row["value"]
+            yield datetime.strptime(row["time"], TIME), name, value
 
 
 def _areas(of: str, rows: Iterable[tuple[str, str]]) -> str:

@@ -95,3 +95,21 @@ def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
     """The force on the pad, along its -Z."""
     found = Cdr().header(epoch_us, frame_id)
     return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)
+
+
+def value_of(schema: str, data: bytes) -> bool | float | str:
+    """What a message of a sensor tells. Raises ValueError for one of another schema."""
+    if schema == "std_msgs/msg/Bool":
+        return bool(data[4])
+    if schema == "std_msgs/msg/Float32":
+        # No more digits than it holds.
+        return float(f"{struct.unpack_from('<f', data, 4)[0]:.7g}")
+    (length,) = struct.unpack_from("<I", data, 4 if schema == "std_msgs/msg/String" else 12)
+    if schema == "std_msgs/msg/String":
+        return data[8 : 8 + length - 1].decode()
+    body = 4 + -(-(12 + length) // 8) * 8
+    if schema == "sensor_msgs/msg/Illuminance":
+        return float(struct.unpack_from("<d", data, body)[0])
+    if schema == "geometry_msgs/msg/WrenchStamped":
+        return -float(struct.unpack_from("<d", data, body + 16)[0])
+    raise ValueError(f"{schema} is none of its messages")

@@ -134,7 +134,7 @@ def _dated_events(
             when, sensor, kind, name, value, _person, _because = row
             time = datetime.fromisoformat(when)
             start = start or time
-            seconds = _since(start, time) / 1e6
+            seconds = since(start, time) / 1e6
         except (ValueError, TypeError):
             raise SourceError(f"{path}: line {number} is not an event") from None
         found.append(Event(seconds, sensor, name, 0.0, kind, value))
@@ -223,7 +223,7 @@ def read_activities(path: Path, start: datetime) -> list[Activity]:
 def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> Activity:
     try:
         begin, end, person, activity, room = row
-        first, last = (_since(start, datetime.fromisoformat(text)) for text in (begin, end))
+        first, last = (since(start, datetime.fromisoformat(text)) for text in (begin, end))
     except (ValueError, TypeError):
         raise SourceError(f"{path}: line {number} is not an activity") from None
     if last < first:
@@ -231,7 +231,7 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> A
     return Activity(first, last, person, activity, room)
 
 
-def _since(start: datetime, time: datetime) -> int:
+def since(start: datetime, time: datetime) -> int:
     """Microseconds from the start; local times are the start's own zone."""
     if start.tzinfo is not None and time.tzinfo is None:
         time = time.replace(tzinfo=start.tzinfo)

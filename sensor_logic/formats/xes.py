@@ -10,12 +10,17 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 from ..event_log import format_value
 from .log import Activity, Change, Log
+from .read import DatedChange, Read
 from .written import Written
 
+BEGINS = rb"\s*<(\?xml|log)\b"
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <log xes.version="1.0" xes.features="nested-attributes" xmlns="http://www.xes-standard.org/">
 \t<extension name="Concept" prefix="concept" uri="http://www.xes-standard.org/concept.xesext"/>
@@ -106,3 +111,24 @@ def _attribute(depth: int, kind: str, key: str, value: str) -> str:
     held = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)
     escaped = {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
     return "\t" * depth + f"<{kind} key={quoteattr(key)} value={quoteattr(held, escaped)}/>\n"
+
+
+def read(path: Path) -> Read:
+    """The sensors' changes, without the activities."""
+    found = Read([])
+    for _, element in ElementTree.iterparse(path):
+        if element.tag.rpartition("}")[2] != "event":
+            continue
+        told = {one.get("key"): one.get("value", "") for one in element}
+        element.clear()
+        if "angen:kind" in told:
+            sensor = told["org:resource"]
+            field = told["concept:name"].removeprefix(f"{sensor} ").split(" ")[0]
+            value = told.get(f"angen:{field}", "")
+            value = {"true": "1", "false": "0"}.get(value, value)
+            time = datetime.fromisoformat(told["time:timestamp"])
+            found.changes.append(DatedChange(time, sensor, told["angen:kind"], field, value))
+            found.rooms[sensor] = told.get("angen:room", "")
+        else:
+            found.has_activities = True
+    return found

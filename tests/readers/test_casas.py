@@ -66,13 +66,21 @@ def test_ids_tell_the_kinds_apart_and_the_second_file_keeps_names_and_states(wri
     assert rows["Lux", "illuminance_lux"]["unit"] == "lx"
 
 
-def test_the_form_of_2025_has_five_columns_at_most(written) -> None:
+def test_pandas_reads_the_form_of_2025_by_the_columns_of_its_release(reader, written) -> None:
+    pandas = reader("pandas")
     path = written(year(), "casas-csv", "log.csv")
-    rows = [line.split(",") for line in path.read_text().splitlines()]
-    assert {len(row) for row in rows} <= {4, 5}
-    assert rows[0] == ["2026-03-02", "07:00:02.833333", "PIRHall", "ON", 'Anna_Enter_home="begin"']
-    assert rows[1] == ["2026-03-02", "07:00:03.000001", "Switch", "OPEN", "Anna_Enter_home"]
-    assert rows[-1] == ["2027-03-02", "07:00:00.000000", "PIRHall", "OFF"]
+    columns = ["date", "time", "sensor", "message", "activity"]
+    frame = pandas.read_csv(path, names=columns, header=None)
+    when = pandas.to_datetime(frame["date"] + " " + frame["time"])
+    hall = frame["sensor"] == "PIRHall"
+    assert list(when[hall]) == [at(2.833333), at(3.625), at(YEAR - 0.000001), at(YEAR)]
+    assert list(frame["message"][hall]) == ["ON", "OFF", "ON", "OFF"]
+    assert list(frame["message"][frame["sensor"] == "Switch"]) == ["OPEN", "CLOSE"]
+    told = dict(zip(when, frame["activity"].fillna(""), strict=True))
+    assert told[at(2.833333)] == 'Anna_Enter_home="begin"'
+    assert told[at(3.000001)] == "Anna_Enter_home"
+    assert told[at(3.625)] == 'Anna_Enter_home="end"'
+    assert told[at(YEAR)] == ""
 
 
 def test_act_assist_loader_finds_devices_rooms_and_people(reader, written) -> None:

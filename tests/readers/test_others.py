@@ -9,6 +9,8 @@ from zoneinfo import ZoneInfo
 import pytest
 from log_of_a_year import ACTIVITIES, AWKWARD, ROWS, START, YEAR, year
 
+from sensor_logic.formats.reading import read_log
+
 UTC_START = START.replace(tzinfo=UTC)
 
 
@@ -95,3 +97,7 @@ def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
     assert frame[frame["sensor"] == "Lux"]["luminance_percent"].isna().all()
     assert list(frame[frame["sensor"] == "Switch"]["open"]) == [False, True, False]
     assert frame[frame["sensor"] == "Switch"]["illuminance_lux"].isna().all()
+    # And by `angen compare` and `convert`.
+    changes = read_log(written(year(samples=recording), "parquet", "again")).events
+    opened = [(e.time, e.value) for e in changes if e.field == "open"]
+    assert opened == [(0.0, "0"), (round(1 / 24, 6), "1"), (round(2 / 24, 6), "0")]

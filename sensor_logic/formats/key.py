@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What formats that know names and words alone cannot hold: a table of its sensors beside a log."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from ..event_log import format_value, to_csv
+from .log import Channel, Log, Value
+from .read import DatedChange, Read, field_of
+
+HEADER = ("id", "sensor", "field", "kind", "room", "unit", "initial")
+WORDS = {"ON": "1", "OFF": "0", "OPEN": "1", "CLOSE": "0", "CLOSED": "0"}
+# CASAS names sensors by a letter and a number, or, since 2025, by their places.
+NUMBERED = {"M": "motion", "MA": "motion", "D": "opening", "I": "occupancy", "L": "light"}
+
+
+class Entry(NamedTuple):
+    """A row of the table: what an identifier in the log stands for."""
+
+    sensor: str
+    field: str
+    kind: str
+    room: str
+    initial: str
+
+
+def word(channel: Channel, value: Value) -> str:
+    """A value as CASAS has it: ON, OFF, OPEN, CLOSE, or a number."""
+    if channel.type is not bool:
+        return format_value(value)
+    words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
+    return words[bool(value)]
+
+
+def to_text(log: Log, names: Mapping[Channel, str]) -> str:
+    """The table of the sensors' fields that are in a log by these names."""
+    initial = log.initial()
+    rows = [
+        (
+            name,
+            channel.sensor.name,
+            channel.field,
+            channel.sensor.kind,
+            channel.sensor.room,
+            channel.unit,
+            word(channel, initial[channel].value),
+        )
+        for channel, name in sorted(names.items(), key=lambda item: item[1])
+    ]
+    return to_csv(HEADER, rows)
+
+
+def read_rows(
+    table: Path, rows: Iterable[tuple[datetime, str, str]], told_at_start: bool = False
+) -> Read:
+    """The changes of (time, identifier, word), as the table tells them, if it is there; else by
+    what their names say. `told_at_start`: states at the start are among them."""
+    known = _read_table(table)
+    found = Read([], {entry.sensor: entry.room for entry in known.values()}, bool(known))
+    for time, name, text in rows:
+        if not found.changes and not told_at_start:
+            found.changes.extend(_change(time, entry, entry.initial) for entry in known.values())
+        entry = known.get(name) or _guessed(name, text)
+        if name in known or text.upper() in WORDS:
+            found.changes.append(_change(time, entry, text))
+    return found
+
+
+def _change(time: datetime, entry: Entry, text: str) -> DatedChange:
+    value = WORDS.get(text.upper(), text)
+    return DatedChange(time, entry.sensor, entry.kind, entry.field, value)
+
+
+def _read_table(table: Path) -> dict[str, Entry]:
+    if not table.is_file():
+        return {}
+    with open(table, newline="", encoding="utf-8-sig") as file:
+        return {
+            row["id"]: Entry(*(row[name] for name in Entry._fields)) for row in csv.DictReader(file)
+        }
+
+
+def _guessed(name: str, text: str) -> Entry:
+    letters = re.fullmatch(r"([A-Z]+)\d+", name)
+    is_door = text.upper() not in {"ON", "OFF"} or name.lower().endswith("door")
+    quantity = "opening" if is_door else "motion"
+    if letters and letters[1] in NUMBERED:
+        quantity = NUMBERED[letters[1]]
+    kind, field = field_of(quantity)
+    return Entry(name, field, kind, "", "")

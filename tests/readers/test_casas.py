@@ -79,7 +79,7 @@ def test_pandas_reads_the_form_of_2025_by_the_columns_of_its_release(reader, wri
     told = dict(zip(when, frame["activity"].fillna(""), strict=True))
     assert told[at(2.833333)] == 'Anna_Enter_home="begin"'
     assert told[at(3.000001)] == "Anna_Enter_home"
-    assert told[at(3.625)] == 'Anna_Enter_home="end"'
+    assert told[at(4.0)] == 'Anna_Enter_home="end"'
     assert told[at(YEAR)] == ""
 
 

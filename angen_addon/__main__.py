@@ -15,9 +15,11 @@ from .opening import open_file, unreadable
 from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
-VERBS = "{simulate,list,check,explain,coverage,place,doctor,convert,compare}"
+VERBS = "{simulate,list,apply,check,explain,coverage,place,doctor,convert,compare}"
 # Verbs that read logs alone, each in the module of its name.
 WITHOUT_BLENDER = ("convert", "compare")
+# Where the home comes after another file.
+HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
 TRUSTED = "--enable-autoexec"
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
@@ -37,7 +39,11 @@ def main(arguments: list[str]) -> int:
         if not options or options[0].startswith("-"):
             tell(USAGE + "angen: the blend file comes right after the verb\n")
             return 2
-        file, options = Path(options[0]), options[1:]
+        at = HOME_AT.get(verb[0], 0)
+        if len(options) <= at:
+            tell(f"usage: python -m angen_addon {verb[0]} LAYOUT.json HOME.blend [options]\n")
+            return 2
+        file = Path(options.pop(at))
         problem = unreadable(file)
         if problem:
             note(problem)

@@ -71,7 +71,7 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(
         dest="verb",
         required=True,
-        metavar="simulate | list | check | explain | coverage | place | doctor",
+        metavar="simulate | list | apply | check | explain | coverage | place | doctor",
     )
 
     every = Parser(add_help=False)
@@ -84,6 +84,7 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     _add_simulate(verbs, run)
     listing = verbs.add_parser("list", parents=[every], help="the sensors and their parameters")
     listing.add_argument("--json", action="store_true", help="for programs")
+    _add_apply(verbs, every)
     _add_check(verbs, run)
     _add_explain(verbs, every)
     doctor = verbs.add_parser(
@@ -156,6 +157,20 @@ def _add_simulate(verbs: Any, run: Parser) -> None:
     faulty.add_options(verb, path)
     verb.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
+
+
+def _add_apply(verbs: Any, every: Parser) -> None:
+    verb = verbs.add_parser(
+        "apply", parents=[every], help="add and change sensors as a layout file says"
+    )
+    verb.add_argument("layout", type=path, metavar="LAYOUT.json", help="as `list --json` prints it")
+    verb.add_argument(
+        "--save", type=path, required=True, metavar="FILE.blend", help="the home with the sensors"
+    )
+    verb.add_argument(
+        "--remove", action="store_true", help="delete the sensors that the layout does not have"
+    )
+    verb.add_argument("--quiet", action="store_true", help="do not say what was done")
 
 
 def _add_check(verbs: Any, run: Parser) -> None:

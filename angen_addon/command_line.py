@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`blender HOME.blend --command angen …`: simulate, list, check, explain, coverage and
+"""`blender HOME.blend --command angen …`: simulate, list, check, apply, explain, coverage and
 place without a window."""
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from ..sensor_logic.event_log import (
 from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.formats.source import SourceError
 from ..sensor_logic.kind import FORCES, LIGHT
+from ..sensor_logic.layout.entries import LayoutError
 from ..sensor_logic.recording import Recording
 from . import advice, bake, state, warmth
 from .arguments import parse
@@ -38,6 +39,7 @@ from .faulty import Faults
 from .interrupt import Interrupt
 from .kept import keep
 from .lacking import lacking
+from .layout.apply import apply_layout
 from .leaving import leave_hard
 from .output_files import Outputs, check_outputs
 from .progress import ProgressLine
@@ -71,6 +73,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
     verbs: dict[str, Callable[[argparse.Namespace, Outputs], int]] = {
         "simulate": _simulate,
         "list": _list,
+        "apply": _apply,
         "check": _check,
         "explain": _explain,
         "coverage": _coverage,
@@ -86,7 +89,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
                 raise OutputError("standard output is closed")
             outputs.land()
             return status
-    except (BadInput, NoSuchSensor) as error:
+    except (BadInput, NoSuchSensor, LayoutError) as error:
         note(str(error))
         return BAD_INPUT
     except (SensorError, OutputError) as error:
@@ -298,6 +301,21 @@ def _list(options: argparse.Namespace, outputs: Outputs) -> int:
             f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}"
         )
         outputs.said += f"{line.rstrip()}\n"
+    return DONE
+
+
+def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
+    _open_file(options)
+    try:
+        check_outputs({"--save": options.save})
+    except OutputError as error:
+        raise BadInput(str(error)) from None
+    if options.save.exists() and options.layout.exists() and options.save.samefile(options.layout):
+        raise BadInput(f"--save: {options.save} is the layout itself, which would be lost")
+    applied = apply_layout(options.layout, options.remove)
+    outputs.save_blend(options.save)
+    if not options.quiet:
+        note(f"{options.layout.name}: {applied.text}")
     return DONE
 
 

@@ -7,16 +7,18 @@ import math
 from typing import Any
 
 from ..sensor_logic.parameters import specs
-from .sensors import Sensor, decimal, unit_scale
+from .layout import told
+from .sensors import Sensor, decimal
 from .station import evaluated_depsgraph
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:
     """Name, kind, room, what its main reading is and the units of what it publishes, place
-    (metres), and all parameters (SI units, radians)."""
+    (metres, radians), what it hangs on, and all parameters (SI units, radians): an entry of a
+    layout, which gives the same sensor again."""
     depsgraph = evaluated_depsgraph()
-    metres = unit_scale(depsgraph.scene)
-    place = sensor.world_matrix(depsgraph)
+    obj = sensor.object
+    location, rotation = told.place(sensor, depsgraph)
     return {
         "name": sensor.name,
         "kind": sensor.kind.identifier,
@@ -27,25 +29,36 @@ def describe(sensor: Sensor) -> dict[str, Any]:
         "update_rate": decimal(sensor.settings.update_rate),
         "reading": {"field": sensor.reading.name, "unit": sensor.reading.unit},
         "units": {field.name: field.unit for field in sensor.kind.events},
-        "location": [_finite(c * metres) for c in place.translation],
+        "location": location,
+        "rotation": rotation,
+        "bounds": told.bounds(sensor, depsgraph),
+        "parent": obj.parent.name if obj.parent else None,
+        "collection": _collection(obj, depsgraph.scene),
         "parameters": parameters_of(sensor),
     }
+
+
+def _collection(obj: Any, scene: Any) -> str | None:
+    """The collection that an object is in; None: that of the scene itself."""
+    names = [c.name for c in obj.users_collection if c != scene.collection]
+    return names[0] if names else None
 
 
 def parameters_of(sensor: Sensor) -> dict[str, Any]:
     """All parameters of its kind, by name."""
     group = sensor.parameters
-    return {name: _plain(getattr(group, name)) for name in specs(sensor.kind.parameters)}
+    return {
+        name: _plain(getattr(group, name), spec.unit)
+        for name, spec in specs(sensor.kind.parameters).items()
+    }
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, unit: str) -> Any:
     if isinstance(value, float):
-        return _finite(value)
+        # JSON knows no NaN and no infinity. Angles count to the last bit, all else as it was typed.
+        if not math.isfinite(value):
+            return None
+        return told.shortest(value) if unit == "rad" else decimal(value)
     if value is None or isinstance(value, (bool, int, str)):
         return value
     return value.name
-
-
-def _finite(value: float) -> float | None:
-    """JSON knows no NaN and no infinity."""
-    return decimal(value) if math.isfinite(value) else None

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.model import Pose, pose_from_matrix
 from ..sensor_logic.parameters import Parameters, specs
 from ..sensor_logic.quantities import METRES, Lengths
+from ..sensor_logic.spelling import hint
 from .animation import is_animated
 from .instances import Holders, SensorFinder, Uid, is_holder, matrix_of, uid_of
 from .rooms import room_of
@@ -115,18 +115,8 @@ def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
     known = [sensor.name for sensor in sensors]
     for name in names:
         if name not in known:
-            raise NoSuchSensor(f"no sensor is called '{name}'; {_hint(name, known)}")
+            raise NoSuchSensor(f"no sensor is called '{name}'; {hint(name, known)}")
     return [sensor for sensor in sensors if not names or sensor.name in names]
-
-
-def _hint(name: str, known: list[str]) -> str:
-    """What may have been meant by a name that does not exist."""
-    lower = {sensor.lower(): sensor for sensor in known}
-    close = [sensor for text, sensor in lower.items() if name.lower() in text]
-    close = close or [lower[m] for m in difflib.get_close_matches(name.lower(), lower, n=3)]
-    if close:
-        return f"did you mean {', '.join(close[:5])}?"
-    return f"there are {', '.join(known[:5])}{' …' if len(known) > 5 else ''}"
 
 
 def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
@@ -172,7 +162,7 @@ def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) ->
     for index, pointer in pointers:
         if values[index] is not None:
             # Objects are named, not kept: they would not outlive undo.
-            named = _pointed_at(values[index], pointer)
+            named = pointed_at(values[index], pointer)
             values = (*values[:index], named, *values[index + 1 :])
     parameters, sound = _checked(sensor.kind.identifier, values)
     if not sound:
@@ -192,7 +182,7 @@ def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int
     return lambda group: tuple(getattr(group, name) for name in known), pointers
 
 
-def _pointed_at(value: Any, kind: str) -> str:
+def pointed_at(value: Any, kind: str) -> str:
     """What a parameter that points at something holds: a text's content, else the name."""
     return str(value.as_string() if kind == "Text" else value.name_full)
 

@@ -15,6 +15,7 @@ def _modules() -> tuple:
         explain,
         export,
         export_format,
+        import_layout,
         instance_override,
         lacking,
         markers,
@@ -31,8 +32,8 @@ def _modules() -> tuple:
 
     return (
         add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
-        export_format, lacking, report, event_jump, markers, explain, show, instance_override,
-        warmth, coverage, propose, doctor,
+        export_format, import_layout, lacking, report, event_jump, markers, explain, show,
+        instance_override, warmth, coverage, propose, doctor,
     )  # fmt: skip
 
 

@@ -16,11 +16,13 @@ from ...operators.add import new_sensor
 from ...operators.preset import find_preset
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.layout.entries import LayoutError
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.recording import Recording as Run
 from ..angen_error import AngenError, raised_as_angen_error
 from ..describe import parameters_of
 from ..kept import keep
+from ..layout.apply import Applied, apply_layout
 from ..output_files import Outputs, check_outputs
 from ..run_log import about, sensor_facts
 from ..sensors import (
@@ -40,7 +42,7 @@ from .recording import Recording
 
 # Blender holds one file at a time: which home that is.
 _open: Home | None = None
-ERRORS = (NoSuchSensor, SensorError, OutputError)
+ERRORS = (NoSuchSensor, SensorError, OutputError, LayoutError)
 # What every sensor has beside its kind's parameters.
 COMMON = ("enabled", "update_rate", "room")
 
@@ -193,6 +195,14 @@ class Home:
         obj.matrix_world = matrix
         bpy.context.view_layer.update()
         return HomeSensor(self, obj.name)
+
+    def apply(self, layout: str | Path, remove: bool = False) -> Applied:
+        """Adds and changes sensors as a layout file says; `remove` deletes those that it does not
+        have. Returns the names of those added, changed, unchanged, removed. Raises AngenError, and
+        changes nothing then."""
+        self._all()
+        with raised_as_angen_error(*ERRORS):
+            return apply_layout(Path(layout), remove)
 
     def simulate(
         self,

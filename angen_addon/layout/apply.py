@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Applies a layout to the open home: all of it, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from mathutils import Euler, Matrix, Quaternion, Vector
+
+from ...sensor_logic.kinds import NO_KIND
+from ...sensor_logic.layout.entries import Entry, read_layout
+from ..housing import Housing, housing_of, mesh_of
+from ..instances import chain
+from ..sensors import Sensor, unit_scale
+from ..station import evaluated_depsgraph
+from ..wording import named
+from .plan import Change, Planner
+from .told import of_faces
+
+EMPTY_SIZE_M = 0.1
+PLACE = ("location", "rotation", "look", "relative_to")
+CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+# Housings are found again by their size to a thousandth.
+SAME_SIZE = 1e-3
+
+
+class Applied(NamedTuple):
+    """The names of the sensors that a layout added, changed, left as they were and removed.
+    `cleared`: of those removed, the objects that stay, because they are more than a housing."""
+
+    added: list[str]
+    changed: list[str]
+    unchanged: list[str]
+    removed: list[str]
+    cleared: list[str]
+
+    @property
+    def text(self) -> str:
+        parts = [f"{len(self.added)} added", f"{len(self.changed)} changed"]
+        parts += [f"{len(self.removed)} removed"] if self.removed else []
+        told = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
+        if self.cleared:
+            told += f"; ordinary objects again: {named(self.cleared)}"
+        return told
+
+
+def apply_layout(path: Path, remove: bool = False) -> Applied:
+    """Puts the sensors of a layout file into the scene of the present context; `remove`: and
+    deletes those that it does not have. Raises LayoutError, and leaves all as it was."""
+    entries = read_layout(path)
+    view_layer = bpy.context.view_layer
+    view_layer.update()
+    planner = Planner(entries, view_layer, evaluated_depsgraph())
+    plans = planner.changes()
+    left_out = planner.left_out() if remove else []
+    unchanged = [plan.entry.name for plan in plans if not plan.changes]
+    added = [plan.entry.name for plan in plans if plan.sensor is None]
+    doing = [plan for plan in plans if plan.changes]
+    changed = [plan.entry.name for plan in doing if plan.sensor is not None]
+    with _Undoable() as undoable:
+        _carry_out(plans, undoable)
+        _check_done(doing)
+        undoable.keep()
+    removed = [sensor.name for sensor in left_out]
+    cleared = [sensor.name for sensor in left_out if not _delete(sensor)]
+    view_layer.update()
+    return Applied(added, changed, unchanged, removed, cleared)
+
+
+class _Undoable:
+    """Changes of the file that are taken back where an error ends the `with` block."""
+
+    def __init__(self) -> None:
+        self._back: list[Callable[[], object]] = []
+
+    def __enter__(self) -> _Undoable:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for take_back in reversed(self._back):
+            take_back()
+        if self._back:
+            bpy.context.view_layer.update()
+
+    def keep(self) -> None:
+        self._back = []
+
+    def later(self, take_back: Callable[[], object]) -> None:
+        self._back.append(take_back)
+
+    def set(self, owner: Any, name: str, value: Any) -> None:
+        before = getattr(owner, name)
+        if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
+            before = before.copy()
+        self.later(lambda: setattr(owner, name, before))
+        setattr(owner, name, value)
+
+
+def _carry_out(plans: list[Change], undoable: _Undoable) -> None:
+    objects = {id(plan): _object_of(plan, undoable) for plan in plans}
+    for plan in plans:
+        obj = objects[id(plan)]
+        try:
+            _set(plan, obj, undoable)
+        except (TypeError, ValueError, OverflowError, RuntimeError, AttributeError) as error:
+            raise plan.entry.error(str(error)) from None
+        if "collection" in plan.moves:
+            _move_to(obj, plan.moves["collection"], undoable)
+    for plan in plans:
+        if "parent" in plan.moves:
+            _hang_on(objects[id(plan)], plan.moves["parent"], undoable)
+    # What hangs on another is placed after it, also where that alone moved it.
+    for plan in sorted(plans, key=lambda plan: len(list(chain(objects[id(plan)])))):
+        obj = objects[id(plan)]
+        if plan.displaced or (plan.origin is not None and obj.parent and obj.is_editable):
+            _place(plan, obj, undoable)
+
+
+def _object_of(plan: Change, undoable: _Undoable) -> Any:
+    """The object of a sensor, which is made where it is new."""
+    if plan.sensor is not None:
+        return plan.sensor.object
+    metres = unit_scale(bpy.context.scene)
+    housing = _housing(plan)
+    label = plan.kind.label.partition(" (")[0]
+    mesh = mesh_of(housing, f"{label} housing", metres) if housing else None
+    obj = bpy.data.objects.new(plan.entry.name, mesh)
+    if mesh is None:
+        obj.empty_display_size = EMPTY_SIZE_M / metres
+    else:
+        undoable.later(lambda: bpy.data.meshes.remove(mesh))
+    undoable.later(lambda: bpy.data.objects.remove(obj))
+    if obj.name != plan.entry.name:
+        raise plan.entry.error(f"Blender calls it '{obj.name}': give it another name", "name")
+    if "collection" not in plan.moves:
+        _usable_collection().objects.link(obj)
+    return obj
+
+
+def _usable_collection() -> Any:
+    """The active collection, or where it is linked or left out of the view layer the scene's."""
+    active = bpy.context.view_layer.active_layer_collection
+    usable = active.collection.is_editable and not active.exclude
+    return active.collection if usable else bpy.context.scene.collection
+
+
+def _housing(plan: Change) -> Housing | None:
+    """What a new sensor looks like; None: an empty."""
+    kind, values = plan.kind, plan.entry.values
+    if "bounds" not in values:
+        return housing_of(kind.identifier, values.get("preset", ""))
+    if values["bounds"] is None:
+        return None
+    wanted = np.array(values["bounds"], float)
+    return _housing_of_size(plan.kind, wanted) or _box(*wanted.tolist())
+
+
+def _box(low: list[float], high: list[float]) -> Housing:
+    return Housing().box(tuple(low), tuple(high))  # type: ignore[arg-type]
+
+
+def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
+    """The housing of a kind, or of one of its parts, whose faces are within these bounds (m)."""
+    for preset in ("", *(preset.identifier for preset in kind.presets)):
+        housing = housing_of(kind.identifier, preset)
+        points = np.array([housing.points[i] for face in housing.faces for i in face])
+        box = np.array([points.min(0), points.max(0)]) if len(points) else np.zeros((2, 3))
+        if np.abs(box - wanted).max() <= SAME_SIZE * np.abs(wanted).max():
+            return housing
+    return None
+
+
+def _set(plan: Change, obj: Any, undoable: _Undoable) -> None:
+    settings = obj.angen_sensor
+    if "kind" in plan.settings:
+        # With a new kind comes that kind's rate.
+        undoable.set(settings, "update_rate", settings.update_rate)
+    for name, value in plan.settings.items():
+        undoable.set(settings, name, value)
+    group = getattr(settings, plan.kind.attribute)
+    for name, value in plan.parameters.items():
+        undoable.set(group, name, value)
+
+
+def _move_to(obj: Any, name: str | None, undoable: _Undoable) -> None:
+    """Puts an object into the collection of this name alone."""
+    scene = bpy.context.scene
+    target = scene.collection if name is None else bpy.data.collections.get(name)
+    if target is None:
+        made = target = bpy.data.collections.new(name)
+        undoable.later(lambda: bpy.data.collections.remove(made))
+        scene.collection.children.link(made)
+    before = list(obj.users_collection)
+    for collection in before:
+        collection.objects.unlink(obj)
+    target.objects.link(obj)
+
+    def take_back() -> None:
+        target.objects.unlink(obj)
+        for collection in before:
+            collection.objects.link(obj)
+
+    undoable.later(take_back)
+
+
+def _hang_on(obj: Any, name: str | None, undoable: _Undoable) -> None:
+    """Gives an object its parent; it stays where it is."""
+    bpy.context.view_layer.update()
+    world = obj.matrix_world.copy()
+    _remember_channels(obj, undoable)
+    undoable.set(obj, "matrix_parent_inverse", Matrix.Identity(4))
+    undoable.set(obj, "parent", None if name is None else bpy.context.view_layer.objects[name])
+    bpy.context.view_layer.update()
+    obj.matrix_world = world
+
+
+def _remember_channels(obj: Any, undoable: _Undoable) -> None:
+    for name in CHANNELS:
+        undoable.set(obj, name, getattr(obj, name))
+
+
+def _place(plan: Change, obj: Any, undoable: _Undoable) -> None:
+    """Puts an object where its plan says; it keeps its size."""
+    assert plan.origin is not None and plan.axes is not None
+    origin = (plan.origin / unit_scale(bpy.context.scene)).tolist()
+    _remember_channels(obj, undoable)
+    delta = any(obj.delta_location) or any(obj.delta_rotation_euler)
+    if obj.parent is None and obj.rotation_mode == "XYZ" and not delta:
+        obj.location = origin
+        if plan.angles:
+            obj.rotation_euler = plan.angles
+        return
+    bpy.context.view_layer.update()
+    turned = Matrix(plan.axes.tolist()).to_4x4()
+    size = Matrix.Diagonal((*obj.matrix_world.to_scale(), 1.0))
+    wanted = Matrix.Translation(origin) @ turned @ size
+    if not _close(wanted, obj.matrix_world):
+        obj.matrix_world = wanted
+
+
+def _close(a: Matrix, b: Matrix) -> bool:
+    difference = np.abs(np.array(a) - np.array(b))
+    return bool((difference <= 1e-6 * np.maximum(1.0, np.abs(np.array(a)))).all())
+
+
+def _check_done(plans: list[Change]) -> None:
+    """Raises LayoutError where Blender did not do what was asked for, as with what is locked,
+    driven, or hangs on what is."""
+    view_layer = bpy.context.view_layer
+    view_layer.update()
+    again = Planner((), view_layer, evaluated_depsgraph())
+    for plan in plans:
+        values = {key: value for key, value in plan.entry.values.items() if key not in PLACE}
+        entry = Entry(plan.entry.file, values, plan.entry.lines)
+        sensor = again.sensor(entry)
+        if sensor is None:
+            raise plan.entry.error(
+                "its collection is not in the view layer: show that, or name another", "collection"
+            )
+        left = again.change(entry)
+        what = [*left.settings, *left.parameters, *left.moves]
+        what += ["place"] if plan.displaced and not again.stands(plan, sensor) else []
+        if what:
+            raise plan.entry.error(
+                f"Blender did not set its {', '.join(what)}: is that locked, driven or held, or "
+                "no override of a library?"
+            )
+
+
+def _delete(sensor: Sensor) -> bool:
+    """Deletes a sensor with what hangs on it, its housing; False where its object is more than a
+    sensor, as a piece of furniture, and only stops being one."""
+    obj = sensor.object
+    if not _is_only_sensor(sensor):
+        obj.angen_sensor.kind = NO_KIND
+        return False
+    below = [child for child in obj.children_recursive if child.angen_sensor.kind == NO_KIND]
+    bpy.context.view_layer.update()
+    for child in set(obj.children_recursive) - set(below):
+        world = child.matrix_world.copy()
+        child.parent = None
+        child.matrix_world = world
+    for part in [*below, obj]:
+        bpy.data.objects.remove(part)
+    return True
+
+
+def _is_only_sensor(sensor: Sensor) -> bool:
+    """Whether an object is an empty, or a housing as new sensors have it."""
+    if sensor.object.type != "MESH":
+        return bool(sensor.object.type == "EMPTY")
+    box = of_faces(sensor.object.data)
+    if box is None:
+        return True
+    return _housing_of_size(sensor.kind, box * unit_scale(bpy.context.scene)) is not None

@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a layout changes in the open home; what is wrong with it is found before anything
+changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+from numpy.typing import NDArray
+
+from ...sensor_logic.kind import Kind
+from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.layout.entries import Entry, LayoutError
+from ...sensor_logic.model import pose_from_matrix
+from ...sensor_logic.parameters import specs
+from ...sensor_logic.spelling import hint
+from ..animation import is_animated, motion_paths
+from ..describe import describe
+from ..instances import is_holder
+from ..sensors import Sensor, all_sensors, pointed_at, unit_scale
+from ..wording import named
+
+Array = NDArray[np.float64]
+# What counts as the same place: single precision at its distance from the origin (m), and an angle.
+SAME_PLACE, SAME_ANGLE = 2e-6, 2e-6
+COMMON = ("room", "enabled", "update_rate")
+COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"}
+
+
+@dataclass
+class Change:
+    """What becomes of one sensor. `sensor` is None where it is new; `settings` and `parameters` are
+    what is set, by name. `origin` (3,) in metres and `axes` (3, 3) are where it will stand, None:
+    where it does; `angles` are those axes as XYZ Euler angles. `moves` holds its new parent or
+    collection, by "parent" and "collection"."""
+
+    entry: Entry
+    kind: Kind
+    sensor: Sensor | None
+    settings: dict[str, Any] = field(default_factory=dict)
+    parameters: dict[str, Any] = field(default_factory=dict)
+    moves: dict[str, str | None] = field(default_factory=dict)
+    origin: Array | None = None
+    axes: Array | None = None
+    angles: Sequence[float] = ()
+    displaced: bool = False
+
+    @property
+    def changes(self) -> bool:
+        """Whether anything differs."""
+        return bool(
+            self.sensor is None or self.settings or self.parameters or self.moves or self.displaced
+        )
+
+
+class Planner:
+    """Compares a layout with the sensors of a view layer, as evaluated at this frame."""
+
+    def __init__(self, entries: Sequence[Entry], view_layer: Any, depsgraph: Any) -> None:
+        self._entries = entries
+        self._view_layer = view_layer
+        self._depsgraph = depsgraph
+        self._sensors = all_sensors(view_layer)
+
+    def changes(self) -> list[Change]:
+        """What becomes of each sensor of the layout. Raises LayoutError."""
+        found = [self.change(entry) for entry in self._entries]
+        self._check_parents(found)
+        return found
+
+    def left_out(self) -> list[Sensor]:
+        """The sensors that the layout does not have. Raises LayoutError where one cannot be
+        deleted."""
+        listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
+        found = [sensor for sensor in self._sensors if sensor.uid not in listed]
+        stuck = [s for s in found if s.holders or s.object.library or s.object.override_library]
+        if stuck:
+            raise LayoutError(
+                f"--remove cannot delete {named(s.name for s in stuck)}: Blender would bring back "
+                "what is linked or a library override. Keep it in the layout, switched off "
+                '("enabled": false) where it is an override, or delete it in its own file'
+            )
+        return found
+
+    def sensor(self, entry: Entry) -> Sensor | None:
+        """The sensor of a layout's entry. Raises LayoutError."""
+        library = entry.values.get("library")
+        found = [
+            s
+            for s in self._sensors
+            if s.name == entry.name and (library is None or s.library == library)
+        ]
+        if len(found) > 1:
+            raise entry.error(
+                f"{len(found)} sensors of the home have this name: rename one, or name its library"
+            )
+        if not found and library:
+            raise entry.error(
+                f"it is of {library}, which this home does not link, or it is not in there: link "
+                "it first, or leave this sensor out",
+                "library",
+            )
+        return found[0] if found else None
+
+    def change(self, entry: Entry) -> Change:
+        """What becomes of the sensor of an entry. Raises LayoutError."""
+        sensor = self.sensor(entry)
+        taken = None if sensor else self._same_name(entry)
+        kind = self._kind(entry, sensor)
+        change = Change(entry, kind, sensor or (Sensor(entry.name, kind, taken) if taken else None))
+        if change.sensor is None:
+            self._check_new(entry)
+            facts: dict[str, Any] = {"parameters": {}}
+        else:
+            facts = describe(Sensor(entry.name, kind, change.sensor.object, change.sensor.holders))
+            facts["kind"] = change.sensor.settings.kind
+        self._plan_place(change, facts)
+        self._plan_settings(change, facts)
+        if change.sensor is not None and change.changes:
+            _check_editable(change)
+        if taken is not None and change.displaced:
+            raise entry.error(
+                "an object that is no sensor has this name and stands elsewhere: give the sensor "
+                "another name, or leave its place out to make that object a sensor"
+            )
+        return change
+
+    def _same_name(self, entry: Entry) -> Any:
+        """The object of this name that is no sensor. Raises LayoutError where it is out of
+        reach."""
+        obj = next((o for o in bpy.data.objects if o.name == entry.name and not o.library), None)
+        if obj is None or obj in set(self._view_layer.objects):
+            return obj
+        raise entry.error(
+            f"an object of this name is in the file, but not in the view layer "
+            f"'{self._view_layer.name}': give the sensor another name, or show that collection"
+        )
+
+    def _kind(self, entry: Entry, sensor: Sensor | None) -> Kind:
+        if "kind" in entry.values:
+            return KINDS[entry.values["kind"]]
+        if sensor is not None:
+            return sensor.kind
+        known = hint(entry.name, [s.name for s in self._sensors])
+        raise entry.error(f"no sensor has this name, and a new one needs a kind; {known}")
+
+    def _check_new(self, entry: Entry) -> None:
+        """Raises LayoutError where a sensor cannot be added."""
+        holder = self._view_layer.objects.get(entry.name.partition("/")[0])
+        if "/" in entry.name and holder is not None and is_holder(holder):
+            known = [s.name for s in self._sensors if s.holders]
+            raise entry.error(f"the instance has no such sensor; {hint(entry.name, known)}")
+        longest = bpy.types.ID.bl_rna.properties["name"].length_max - 1
+        if len(entry.name.encode()) > longest or not entry.name.isprintable():
+            raise entry.error(
+                f"a new name must have at most {longest} bytes of UTF-8 and no control characters",
+                "name",
+            )
+        if "location" not in entry.values:
+            raise entry.error("a new sensor needs a location")
+
+    # Where it stands
+
+    def _plan_place(self, change: Change, facts: dict[str, Any]) -> None:
+        entry, values = change.entry, change.entry.values
+        bounds = values.get("bounds", facts.get("bounds"))
+        if change.sensor is not None and not _same_bounds(bounds, facts["bounds"]):
+            raise entry.error(
+                "its solid has other bounds, which a layout cannot change: scale it in Blender, "
+                "delete it first, or leave bounds out",
+                "bounds",
+            )
+        for key in ("parent", "collection"):
+            if key in values and (change.sensor is None or values[key] != facts[key]):
+                change.moves[key] = values[key]
+        given = [key for key in ("location", "rotation", "look") if key in values]
+        if not given:
+            return
+        change.origin, change.axes, change.angles = self._target(change)
+        as_told = not values.keys() & {"relative_to", "look"}
+        if as_told and all(_same(values[key], facts.get(key)) for key in given):
+            return
+        change.displaced = change.sensor is None or not self.stands(change)
+
+    def _object(self, entry: Entry, key: str, name: str) -> Any:
+        """The object of the view layer that a sensor hangs on. Raises LayoutError."""
+        found = self._view_layer.objects.get(name)
+        if found is None:
+            known = [obj.name for obj in self._view_layer.objects]
+            raise entry.error(f"{key}: no object is called '{name}'; {hint(name, known)}", key)
+        return found
+
+    def _target(self, change: Change) -> tuple[Array, Array, Sequence[float]]:
+        """Origin (m), axes and XYZ Euler angles that an entry asks for."""
+        entry, values = change.entry, change.entry.values
+        metres = unit_scale(self._depsgraph.scene)
+        origin, axes = np.zeros(3), np.eye(3)
+        if "relative_to" in values:
+            base = self._object(entry, "relative_to", values["relative_to"])
+            try:
+                matrix = base.evaluated_get(self._depsgraph).matrix_world
+                pose = pose_from_matrix(np.array(matrix), metres)
+            except ValueError as error:
+                raise entry.error(f"'{base.name}': {error}", "relative_to") from None
+            origin, axes = pose.origin, pose.axes
+        now = self._pose(change.sensor) if change.sensor else None
+        at = np.array(values["location"]) if "location" in values else None
+        place = origin + axes @ at if at is not None else now[0] if now else origin
+        if not np.isfinite(place.astype(np.float32) / np.float32(metres)).all():
+            raise entry.error("location is too far away", "location")
+        if "look" in values:
+            turned = _looking(axes @ np.array(values["look"], float))
+        elif "rotation" in values:
+            if "relative_to" not in values:
+                angles = values["rotation"]
+                return place, _axes(angles), angles
+            turned = axes @ _axes(values["rotation"])
+        else:
+            if now is not None:
+                return place, now[1], ()
+            turned = axes
+        return place, turned, tuple(Matrix(turned.tolist()).to_euler("XYZ"))
+
+    def _pose(self, sensor: Sensor) -> tuple[Array, Array] | None:
+        """Where a sensor stands; None where it has no direction."""
+        matrix = np.array(sensor.world_matrix(self._depsgraph))
+        try:
+            pose = pose_from_matrix(matrix, unit_scale(self._depsgraph.scene))
+        except ValueError:
+            return None
+        return pose.origin, pose.axes
+
+    def stands(self, change: Change, sensor: Sensor | None = None) -> bool:
+        """Whether its sensor (or this one) stands where a change wants it."""
+        found = sensor or change.sensor
+        now = self._pose(found) if found else None
+        if now is None or change.origin is None or change.axes is None:
+            return False
+        near = SAME_PLACE * max(1.0, float(np.abs(change.origin).max()))
+        return bool(
+            np.abs(now[0] - change.origin).max() <= near
+            and np.abs(now[1] - change.axes).max() <= SAME_ANGLE
+        )
+
+    def _check_parents(self, changes: Sequence[Change]) -> None:
+        """Raises LayoutError where parents are missing, or sensors would hang on themselves."""
+        parents = {o.name: o.parent.name for o in self._view_layer.objects if o and o.parent}
+        new = {change.entry.name for change in changes if change.sensor is None}
+        for change in changes:
+            if "parent" in change.moves:
+                parent = change.moves["parent"]
+                parents.pop(change.entry.name, None)
+                if parent is not None:
+                    parents[change.entry.name] = parent
+                    if parent not in new:
+                        self._object(change.entry, "parent", parent)
+        for change in changes:
+            above, seen = parents.get(change.entry.name), set()
+            while above is not None and above not in seen:
+                if above == change.entry.name:
+                    raise change.entry.error("it would hang on itself by its parents", "parent")
+                seen.add(above)
+                above = parents.get(above)
+
+    # What it is set to
+
+    def _plan_settings(self, change: Change, facts: dict[str, Any]) -> None:
+        entry, kind = change.entry, change.kind
+        if facts.get("kind", NO_KIND) != kind.identifier:
+            change.settings["kind"] = kind.identifier
+        for name in COMMON:
+            if name in entry.values and not _same(entry.values[name], facts.get(name)):
+                change.settings[name] = entry.values[name]
+        wanted = entry.settings(kind)
+        for name, value in wanted.items():
+            if name not in facts["parameters"] or not _same(value, facts["parameters"][name]):
+                change.parameters[name] = value
+        rate = change.settings.get("update_rate", 1.0)
+        if not rate > 0.0:
+            raise entry.error(f"update_rate is {rate:g} Hz: it must be above 0", "update_rate")
+        if change.parameters or "kind" in change.settings:
+            self._check_parameters(change, facts)
+
+    def _check_parameters(self, change: Change, facts: dict[str, Any]) -> None:
+        """Finds what parameters point at, and raises LayoutError as the panel tells problems."""
+        entry, kind = change.entry, change.kind
+        merged = facts["parameters"] | change.parameters
+        for name, spec in specs(kind.parameters).items():
+            if name not in merged:
+                continue
+            if not spec.pointer:
+                merged[name] = math.nan if merged[name] is None else merged[name]
+            elif merged[name] is not None:
+                among = getattr(bpy.data, COLLECTIONS[spec.pointer])
+                found = among.get(merged[name])
+                if found is None:
+                    what = spec.pointer.lower()
+                    known = hint(merged[name], among.keys())
+                    text = f"{name}: no {what} is called '{merged[name]}'; {known}"
+                    raise entry.error(text, "parameters", name)
+                merged[name] = pointed_at(found, spec.pointer)
+                if name in change.parameters:
+                    change.parameters[name] = found
+        problems = kind.parameters(**merged).problems()
+        if problems:
+            raise entry.error(problems[0], "parameters", problems[0].split(" ")[0])
+
+
+def _check_editable(change: Change) -> None:
+    """Raises LayoutError where what would change is linked, animated or driven."""
+    sensor, entry = change.sensor, change.entry
+    assert sensor is not None
+    if sensor.holders:
+        raise entry.error(
+            f"it is in the instance '{sensor.handle.name}', so it has the settings and the place "
+            "of what is instanced: change that, or use Override Linked Home"
+        )
+    if not sensor.object.is_editable:
+        raise entry.error(f"it is linked from {sensor.library}: change it there, or override it")
+    if change.displaced and motion_paths(sensor.object):
+        how = motion_paths(sensor.object)[0]
+        raise entry.error(f"its place is animated or held ({how}): clear that, or leave it out")
+    group = f"angen_sensor.{change.kind.attribute}"
+    paths = {name: f"angen_sensor.{name}" for name in change.settings}
+    paths |= {name: f"{group}.{name}" for name in change.parameters}
+    for name, path in paths.items():
+        if is_animated(sensor.object, path):
+            raise entry.error(f"{name} is animated or driven: clear that, or leave it out", name)
+
+
+def _same(value: Any, told: Any) -> bool:
+    """Whether a value is what `list --json` tells, in single precision."""
+    if isinstance(value, list):
+        return isinstance(told, list) and all(map(_same, value, told))
+    numbers = isinstance(value, float) or isinstance(told, float)
+    if numbers and value is not None and told is not None:
+        return bool(np.float32(value) == np.float32(told))
+    return bool(value == told) and isinstance(value, bool) == isinstance(told, bool)
+
+
+def _same_bounds(wanted: Any, told: Any) -> bool:
+    if wanted is None or told is None:
+        return bool(wanted == told)
+    size = max(float(np.abs(told).max()), 1e-9)
+    return float(np.abs(np.array(wanted) - told).max()) <= 1e-4 * size
+
+
+def _axes(angles: Sequence[float]) -> Array:
+    """(3, 3) from XYZ Euler angles."""
+    (a, b, c), identity = angles, np.eye(3)
+    turns = [
+        identity if not angle else np.array(Matrix.Rotation(angle, 3, axis))
+        for angle, axis in ((c, "Z"), (b, "Y"), (a, "X"))
+    ]
+    return turns[0] @ turns[1] @ turns[2]
+
+
+def _looking(direction: Array) -> Array:
+    """(3, 3): axes that look along a direction with +Y as far up as it goes."""
+    return np.array(
+        Vector(direction / np.linalg.norm(direction)).to_track_quat("-Z", "Y").to_matrix()
+    )

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a sensor stands and how large its solid is, so that a layout gives the same again."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ...sensor_logic.model import pose_from_matrix
+from ..scene_probe.geometry import SURFACE_TYPES
+from ..sensors import Sensor, unit_scale
+
+Array = NDArray[np.float64]
+Told = list[float] | None
+
+
+def place(sensor: Sensor, depsgraph: Any) -> tuple[Told, Told]:
+    """Its location in metres and its XYZ Euler angles in radians, in the world.
+
+    They are its own channels, to the last bit, where these alone place it. What a parent, a
+    constraint or an instance places is told in steps of the accuracy that it can be set again with:
+    10 µm and 1 µrad up to 10 m from the origin. None: not a number, or no direction.
+    """
+    metres = unit_scale(depsgraph.scene)
+    matrix = sensor.world_matrix(depsgraph)
+    own = sensor.object.evaluated_get(depsgraph)
+    if not sensor.holders and _by_channels(own, matrix):
+        location = [shortest(c, metres) for c in own.location]
+        return location, [shortest(a) for a in own.rotation_euler]
+    try:
+        pose = pose_from_matrix(np.array(matrix), metres)
+    except ValueError:
+        return None, None
+    farthest = max(1.0, float(np.abs(pose.origin).max()))
+    decimals = 6 - math.ceil(math.log10(farthest))
+    angles = Matrix(pose.axes.tolist()).to_euler("XYZ")
+    return _rounded(pose.origin, decimals), _rounded(angles, 6)
+
+
+def _by_channels(own: Any, matrix: Any) -> bool:
+    """Whether an object stands where its location, rotation and scale say by themselves."""
+    if own.rotation_mode != "XYZ" or min(own.scale) <= 0.0:
+        return False
+    alone = np.array(Matrix.LocRotScale(own.location, own.rotation_euler, own.scale))
+    difference = np.abs(np.array(matrix) - alone)
+    return bool((difference <= 1e-6 * np.maximum(1.0, np.abs(alone))).all())
+
+
+def _rounded(values: Any, decimals: int) -> list[float]:
+    # Adding zero makes 0 of -0.
+    return [round(float(value), decimals) + 0.0 for value in values]
+
+
+def shortest(value: float, metres: float = 1.0) -> float:
+    """The shortest decimal number, of 7 digits or more, that is stored as `value` when it is
+    divided by `metres` again: Blender stores single precision."""
+    told = 0.0
+    for digits in (7, 8, 9):
+        told = float(f"{value * metres:.{digits}g}")
+        if np.float32(told / metres) == np.float32(value):
+            break
+    return told + 0.0
+
+
+def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
+    """The least and the greatest corner of its faces in its own axes, in metres; None where it has
+    none, as an empty."""
+    own = sensor.object.evaluated_get(depsgraph)
+    if own.type not in SURFACE_TYPES or not own.is_evaluated:
+        return None
+    mesh = own.to_mesh()
+    try:
+        corners = of_faces(mesh) if mesh is not None else None
+    finally:
+        own.to_mesh_clear()
+    if corners is None:
+        return None
+    scale = np.array(sensor.world_matrix(depsgraph).to_scale())
+    corners = corners * np.abs(scale) * unit_scale(depsgraph.scene)
+    return [[float(f"{c:.6g}") + 0.0 for c in corner] for corner in corners.tolist()]
+
+
+def of_faces(mesh: Any) -> Array | None:
+    """(2, 3): the box around a mesh's faces, in units; None where it has none."""
+    if not mesh.polygons:
+        return None
+    points = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", points)
+    used = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", used)
+    solid = points.reshape(-1, 3)[used].astype(float)
+    return np.array([solid.min(0), solid.max(0)])

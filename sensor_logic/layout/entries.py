@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a layout and checks what can be checked without the home.
+
+A layout is a list of sensors, or an object whose `sensors` is one. What a sensor does not name
+stays as it is, or is as by default where the sensor is new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..kind import Kind
+from ..kinds import KINDS
+from ..parameters import Spec, defaults, specs
+from ..spelling import hint
+from .lines import JsonPath, LineError, read_json
+
+# What Blender can store: a single-precision number, a whole one.
+LARGEST = 3.4028234e38
+LARGEST_WHOLE = 2**31 - 1
+
+
+class LayoutError(Exception):
+    """A layout cannot be applied; the text names file, line, sensor, reason and the way out."""
+
+
+def _name(value: Any) -> str:
+    if not isinstance(value, str) or not value:
+        return "must be a text that is not empty"
+    return _text(value)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        return "must be a text"
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return "has half of a character (a lone surrogate)"
+    return ""
+
+
+def _no_or_name(value: Any) -> str:
+    return "" if value is None else _name(value)
+
+
+def _yes_or_no(value: Any) -> str:
+    return "" if isinstance(value, bool) else "must be true or false"
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return "must be a number"
+    return "" if abs(value) <= LARGEST else "is too large a number"
+
+
+def _whole(value: Any) -> str:
+    if problem := _number(value):
+        return problem
+    if value != int(value):
+        return "must be a whole number"
+    return "" if abs(value) <= LARGEST_WHOLE else "is too large a number"
+
+
+def _vector(value: Any) -> str:
+    if not isinstance(value, list) or len(value) != 3:
+        return "must be a list of three numbers, x, y and z"
+    return next(filter(None, map(_number, value)), "")
+
+
+def _direction(value: Any) -> str:
+    return _vector(value) or (
+        "" if any(value) else "is no direction: one of x, y and z must not be 0"
+    )
+
+
+def _bounds(value: Any) -> str:
+    if value is None:
+        return ""
+    if not isinstance(value, list) or len(value) != 2 or any(map(_vector, value)):
+        return "must be null, or a list of two corners, each a list of x, y and z"
+    sound = all(low <= high for low, high in zip(*value, strict=True))
+    return "" if sound else "must name the corner of the least x, y and z first"
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, str) and value in KINDS:
+        return ""
+    return f"is unknown: {hint(str(value), KINDS)}"
+
+
+def _object(value: Any) -> str:
+    return "" if isinstance(value, dict) else "must be an object in { }"
+
+
+def _anything(value: Any) -> str:
+    return ""
+
+
+# What a sensor may name, and what is wrong with a value of it ("": nothing).
+KEYS: dict[str, Callable[[Any], str]] = {
+    "name": _name,
+    "kind": _kind,
+    "room": _text,
+    "enabled": _yes_or_no,
+    "update_rate": _number,
+    "location": _vector,
+    "rotation": _vector,
+    "look": _direction,
+    "relative_to": _name,
+    "parent": _no_or_name,
+    "collection": _no_or_name,
+    "bounds": _bounds,
+    "preset": _text,
+    "parameters": _object,
+    "library": _text,
+    # Only told by `list --json`.
+    "simulated": _anything,
+    "reading": _anything,
+    "units": _anything,
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A sensor in a layout: what is named of it, and where. `values` are those of KEYS."""
+
+    file: str
+    values: Mapping[str, Any]
+    lines: Mapping[JsonPath, int]
+
+    @property
+    def name(self) -> str:
+        return str(self.values["name"])
+
+    def error(self, text: str, *key: str) -> LayoutError:
+        """The error that what `key` leads to in this sensor is wrong."""
+        line = self.lines.get(key, self.lines[()])
+        name = self.values.get("name")
+        named = f"'{name}': " if isinstance(name, str) else ""
+        return LayoutError(f"{self.file}, line {line}: {named}{text}")
+
+    def settings(self, kind: Kind) -> dict[str, Any]:
+        """The parameters that preset and parameters name for a sensor of this kind, of the types
+        that it has. Raises LayoutError."""
+        found: dict[str, Any] = {}
+        preset = self.values.get("preset")
+        if preset is not None:
+            known = {preset.identifier: preset for preset in kind.presets}
+            if preset not in known:
+                raise self.error(f"preset '{preset}' is unknown: {hint(preset, known)}", "preset")
+            found |= known[preset].values
+        types, known_specs = defaults(kind.parameters), specs(kind.parameters)
+        for name, value in self.values.get("parameters", {}).items():
+            if name not in known_specs:
+                text = f"'{name}' is no parameter of a {kind.identifier}: {hint(name, known_specs)}"
+                raise self.error(text, "parameters", name)
+            problem = _of_type(types[name], known_specs[name], value)
+            if problem:
+                raise self.error(f"{name} {problem}", "parameters", name)
+            found[name] = type(types[name])(value) if _is_number(types[name]) else value
+        return found
+
+
+def _is_number(default: Any) -> bool:
+    return isinstance(default, (int, float)) and not isinstance(default, bool)
+
+
+def _of_type(default: Any, spec: Spec, value: Any) -> str:
+    """What keeps a value from being one of this parameter; empty where nothing does."""
+    if spec.pointer:
+        return _no_or_name(value)
+    if spec.choices:
+        known = [choice.identifier for choice in spec.choices]
+        return "" if value in known else f"is {value!r}: {hint(str(value), known)}"
+    if isinstance(default, bool):
+        return _yes_or_no(value)
+    if isinstance(default, int):
+        return _whole(value)
+    return _number(value) if isinstance(default, float) else _text(value)
+
+
+def read_layout(path: Path) -> list[Entry]:
+    """The sensors in a layout file, each sound by itself. Raises LayoutError."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise LayoutError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError:
+        raise LayoutError(f"{path} is no JSON: it is not UTF-8 text") from None
+    try:
+        found, lines = read_json(text)
+    except LineError as error:
+        raise LayoutError(f"{path.name}, line {error.line}: {error}") from None
+    top: JsonPath = ()
+    if isinstance(found, dict):
+        unknown = [key for key in found if key not in ("$schema", "sensors")]
+        if unknown or "sensors" not in found:
+            line = lines[tuple(unknown[:1])]
+            told = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
+            raise LayoutError(
+                f"{path.name}, line {line}: {told}: give a list of sensors, or "
+                '{"$schema": …, "sensors": [ … ]}'
+            )
+        found, top = found["sensors"], ("sensors",)
+    if not isinstance(found, list):
+        raise LayoutError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
+    depth = len(top)
+    own: list[dict[JsonPath, int]] = [{} for _ in found]
+    for key, line in lines.items():
+        if key[:depth] == top and len(key) > depth:
+            own[int(key[depth])][key[depth + 1 :]] = line
+    entries = [_checked(Entry(path.name, *pair)) for pair in zip(found, own, strict=True)]
+    _check_names(entries)
+    return entries
+
+
+def _checked(entry: Entry) -> Entry:
+    """The entry where it is sound by itself. Raises LayoutError."""
+    if not isinstance(entry.values, dict):
+        raise Entry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
+    for key, value in entry.values.items():
+        if key not in KEYS:
+            raise entry.error(f"'{key}' is unknown: {hint(key, KEYS)}", key)
+        problem = KEYS[key](value)
+        if problem:
+            shown = f" '{value}'" if key == "kind" else ""
+            raise entry.error(f"{key}{shown} {problem}", key)
+    if "name" not in entry.values:
+        raise entry.error("a sensor must have a name")
+    if "look" in entry.values and "rotation" in entry.values:
+        raise entry.error("look and rotation both turn it: give one of them", "look")
+    if "relative_to" in entry.values and not entry.values.keys() & {"location", "rotation", "look"}:
+        raise entry.error("relative_to needs a location, rotation or look", "relative_to")
+    kind = entry.values.get("kind")
+    if kind is not None:
+        entry.settings(KINDS[kind])
+    return entry
+
+
+def _check_names(entries: Iterable[Entry]) -> None:
+    """Raises LayoutError where two entries are of one sensor."""
+    seen: dict[tuple[str, str], Entry] = {}
+    for entry in entries:
+        key = entry.name, entry.values.get("library", "")
+        if key in seen:
+            raise entry.error(f"it is also in line {seen[key].lines[()]}: give it one name alone")
+        seen[key] = entry

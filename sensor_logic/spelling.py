@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What may have been meant by a name that does not exist."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+SHOWN = 5
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """What to tell of a name that is none of those `known`: the nearest of them, or the first."""
+    known = list(known)
+    lower = {other.lower(): other for other in known}
+    close = [other for text, other in lower.items() if name and name.lower() in text]
+    close = close or [lower[m] for m in difflib.get_close_matches(name.lower(), lower, n=3)]
+    if close:
+        return f"did you mean {', '.join(close[:SHOWN])}?"
+    if not known:
+        return "there are none"
+    return f"there are {', '.join(known[:SHOWN])}{' …' if len(known) > SHOWN else ''}"

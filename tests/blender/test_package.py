@@ -56,7 +56,7 @@ def test_the_examples_of_the_docs_run_as_they_stand(home, run, tmp_path) -> None
     text = (ROOT / "docs" / "package.md").read_text(encoding="utf-8")
     out = run("\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL)))
     assert "PIR hall PIR  [0. 0. 0.]" in out
-    assert "0.000000 PIR door moved 0" in out
+    assert "0.000000 PIR door moved 0" in out and "['PIR door']" in out
     assert (tmp_path / "events.csv").read_text().startswith("time_s,frame,sensor")
     assert (tmp_path / "events.mcap").read_bytes().startswith(b"\x89MCAP0\r\n")
     assert (tmp_path / "with_sensor.blend").exists()
@@ -162,6 +162,7 @@ def test_lengths_are_metres_whatever_the_unit_scale(world, run, tmp_path) -> Non
         ("setattr(home.sensor('PIR hall'), 'reach', 1.0)", ["reach", "range_max"]),
         ("setattr(home.sensor('PIR hall'), 'model', 'SONAR')", ["model", "SONAR"]),
         ("setattr(home.sensor('PIR hall'), 'update_rate', 'fast')", ["update_rate"]),
+        ("home.apply('script.py')", ["script.py, line 1: this is no JSON"]),
         ("home.simulate(frames=(5, 1))", ["frames 5 to 1"]),
         ("home.simulate(sensors=['no'])", ["'no'"]),
         ("home.simulate().samples('no')", ["'no'", "PIR hall"]),

@@ -95,6 +95,18 @@ def test_check_finds_no_difference_to_its_own_log(
     assert angen(HOME, "check", str(event_log), *quick).returncode == 0
 
 
+def test_a_layout_gives_the_same_sensors_again(
+    angen: Angen, sensors: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    none, layout = tmp_path / "none.json", tmp_path / "layout.json"
+    bare, again = tmp_path / "bare.blend", tmp_path / "again.blend"
+    none.write_text("[]")
+    layout.write_text(json.dumps(sensors))
+    assert angen(HOME, "apply", str(none), "--remove", "--save", str(bare)).returncode == 0
+    assert angen(bare, "apply", str(layout), "--save", str(again)).returncode == 0
+    assert json.loads(angen(again, "list", "--json").stdout) == sensors
+
+
 @pytest.mark.parametrize(
     ("file", "arguments", "named"),
     [

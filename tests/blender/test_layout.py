@@ -1,0 +1,328 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Layouts in a home: what `list --json` prints gives the same sensors again; whatever is wrong is
+told in a line, and changes nothing."""
+
+import json
+import re
+from math import pi, radians
+from pathlib import Path
+
+import bpy
+import pytest
+from mathutils import Quaternion, Vector
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"
+
+
+@pytest.fixture
+def listed(world, addon_part):
+    """What `list --json` prints of the scene."""
+
+    def run():
+        describe = addon_part("angen_addon.describe").describe
+        return json.loads(json.dumps([describe(s) for s in world.sensors()], allow_nan=False))
+
+    return run
+
+
+@pytest.fixture
+def apply(addon_part, tmp_path):
+    """Applies a layout, given as text or as what JSON holds."""
+
+    def run(layout, remove=False):
+        path = tmp_path / "home.json"
+        path.write_text(layout if isinstance(layout, str) else json.dumps(layout, indent=1))
+        return addon_part("angen_addon.layout.apply").apply_layout(path, remove)
+
+    return run
+
+
+@pytest.fixture
+def error(addon_part):
+    return addon_part("sensor_logic.layout.entries").LayoutError
+
+
+@pytest.fixture(params=[1.0, 0.01])
+def home(request, world):
+    """A door that opens and its switch, which hangs on the frame; a detector on a wall; a pad of
+    40 × 50 cm under a box of 2 kg, and one that measures that box alone."""
+    world.scene.unit_settings.scale_length = metres = request.param
+    u = 1 / metres
+    frame = world.link("Frame", None, (u, 2 * u, 0.3 * u))
+    frame.rotation_euler = (0.3, 0.2, 1.0)
+    leaf = world.box((0.1 * u, 0.1 * u, 0.01 * u), name="leaf")
+    leaf.parent = frame
+    world.key(leaf, "location", {1: (0, 0, -0.02 * u), 13: (u, 0, -0.02 * u)}, "CONSTANT")
+    switch = world.switch("Switch.door.001")
+    switch.parent = frame
+    bpy.ops.angen.sensor_add(kind="PIR", preset="HAA53")
+    pir = bpy.context.object
+    pir.name, pir.location = "PIR hall", (0, u / 3, 2.2 * u)
+    pir.rotation_euler = (radians(80), 0, radians(30))
+    pir.angen_sensor.update_rate = 24.0
+    pir.angen_sensor.pir.hold_time, pir.angen_sensor.pir.warm_up_time = 0.1, 0.0
+    pir.angen_sensor.room = "hall"
+    walker = world.box((0.4 * u, 0.4 * u, 1.7 * u), name="walker")
+    world.key(walker, "location", {1: (0, 4 * u, u), 48: (3 * u, 2 * u, u)})
+    turned = world.pir("turned")
+    turned.rotation_mode, turned.rotation_quaternion = "QUATERNION", Quaternion((1, 2, 3), 1.1)
+    turned.location = (u, -u, u / 7)
+    load = world.box((0.1 * u, 0.1 * u, 0.1 * u), at=(5 * u, 0, 0.07 * u), name="load")
+    load.angen_load.mass = 2.0
+    pad = world.box((0.4 * u, 0.5 * u, 0.02 * u), at=(5 * u, 0, 0.01 * u), name="pad")
+    world.sensor("PRESSURE", "pad", pad, partner_object=load, update_rate=24.0, threshold=1.0)
+    world.collection = bpy.data.collections.new("Pads")
+    world.scene.collection.children.link(world.collection)
+    world.scene.collection.objects.unlink(pad)
+    world.collection.objects.link(pad)
+    world.update()
+    return world
+
+
+def delete_all(world):
+    """As a user deletes sensors and their housings."""
+    for sensor in world.sensors():
+        bpy.data.objects.remove(sensor.object)
+    assert not world.sensors()
+
+
+def clear_all(apply):
+    assert len(apply([], remove=True).removed) == 4
+
+
+@pytest.mark.parametrize("without_sensors", ["deleted", "removed"])
+def test_a_list_gives_the_same_sensors_and_events_again(home, listed, apply, without_sensors):
+    before, log = listed(), home.log(home.run())
+    assert {row[2] for row in log if row[5] == "1"} == {s["name"] for s in before} - {"turned"}
+    delete_all(home) if without_sensors == "deleted" else clear_all(apply)
+    applied = apply(before)
+    assert len(applied.added) + len(applied.changed) == 4
+    assert listed() == before
+    assert home.log(home.run()) == log
+
+
+def test_a_list_applied_to_its_own_home_changes_nothing(home, listed, apply):
+    before = listed()
+    places = {obj.name: obj.matrix_world.copy() for obj in bpy.data.objects}
+    applied = apply({"$schema": "layout.schema.json", "sensors": before}, remove=True)
+    assert len(applied.unchanged) == 4 and applied[:2] == ([], [])
+    assert {obj.name: obj.matrix_world for obj in bpy.data.objects} == places
+    assert listed() == before
+
+
+def test_furniture_that_is_a_sensor_stays_when_it_is_removed(home, apply):
+    names = set(bpy.data.objects.keys())
+    applied = apply([], remove=True)
+    assert applied.cleared == ["pad"]
+    assert names - set(bpy.data.objects.keys()) == {"PIR hall", "Switch.door.001", "turned"}
+
+
+def test_sensors_are_added_changed_and_removed(world, listed, apply):
+    world.scene.unit_settings.scale_length = 0.01
+    door = world.link("Door", None, (100, 0, 0))
+    door.rotation_euler.z, door.scale = pi / 2, (3, 3, 3)
+    world.switch("old")
+    world.pir("gone")
+    layout = [
+        {"name": "old", "enabled": False, "location": [0, 0, 1.5], "collection": "Switches"},
+        {
+            "name": "new", "kind": "PIR", "room": "hall", "preset": "HC_SR501",
+            "relative_to": "Door", "location": [0.5, 0, 2], "look": [1, 0, 0], "parent": "Door",
+            "parameters": {"hold_time": 4},
+        },
+        {"name": "Door", "kind": "OPTICAL_SWITCH"},
+    ]  # fmt: skip
+    applied = apply(layout, remove=True)
+    assert applied == (["new"], ["old", "Door"], [], ["gone"], [])
+    told = {sensor["name"]: sensor for sensor in listed()}
+    assert told["old"]["location"] == [0, 0, 1.5] and not told["old"]["enabled"]
+    assert told["old"]["collection"] == "Switches"
+    new = told["new"]
+    assert new["location"] == [1, 0.5, 2] and new["parent"] == "Door"
+    assert new["parameters"]["hold_time"] == 4 and new["parameters"]["range_max"] == 7
+    # Its −Z axis is what was along the door's X.
+    assert (bpy.data.objects["new"].matrix_world.to_3x3().col[2] + Vector((0, 1, 0))).length < 1e-6
+    door.location.x = 200
+    world.update()
+    assert {s["name"]: s["location"] for s in listed()}["new"] == [2, 0.5, 2]
+
+
+def new(**values):
+    return [{"name": "new", "kind": "PIR", "location": [0, 0, 0], **values}]
+
+
+WRONG = [
+    ([{"name": "Swich"}], "needs a kind; did you mean Switch"),
+    ([{"name": "new", "kind": "PIR"}], "needs a location"),
+    (new(name="x" * 300), "bytes"),
+    (new(relative_to="Wal"), "relative_to: no object is called 'Wal'; did you mean wall"),
+    (new(parent="Wal"), "parent: no object is called 'Wal'"),
+    (new(parent="new"), "hang on itself"),
+    (new(name="wall", location=[9, 9, 9]), "no sensor has this name and stands elsewhere"),
+    (new(name="hidden"), "not in the view layer"),
+    (new(collection="away"), "its collection is not in the view layer"),
+    (new(library="//flat.blend"), "does not link"),
+    (new(name="Flat/PIR"), "the instance has no such sensor; did you mean Flat/inner"),
+    (new(update_rate=0), "must be above 0"),
+    (new(parameters={"range_max": -1}), "range_max is -1 m: it must be"),
+    (new(parameters={"range_min": 9, "range_max": 8}), "range_m"),
+    ([{"name": "pad", "parameters": {"partner_object": "Lod"}}], "no object is called 'Lod'"),
+    ([{"name": "pad", "bounds": [[0, 0, 0], [1, 1, 1]]}], "bounds"),
+    ([{"name": "Switch", "parameters": {"threshold": 9}}], "range_max"),
+    ([{"name": "keyed", "location": [1, 1, 1]}], "its place is animated or held (location)"),
+    ([{"name": "keyed", "enabled": False}], "enabled is animated"),
+    ([{"name": "Flat/inner", "room": "hall"}], "it is in the instance 'Flat'"),
+    ([{"name": "pad", "room": "hall"}, *new(parent="none")], "'new': parent"),
+]
+
+
+@pytest.fixture
+def crowded(world):
+    """Sensors of all sorts that a layout could trip over."""
+    world.switch("Switch")
+    world.wall(3.0)
+    world.sensor("PRESSURE", "pad", world.box((1, 1, 0.1), name="pad"))
+    keyed = world.pir("keyed")
+    world.key(keyed, "location", {1: (0, 0, 0), 9: (1, 0, 0)})
+    world.key(keyed, "angen_sensor.enabled", {1: True})
+    away = bpy.data.collections.new("away")
+    world.scene.collection.children.link(away)
+    away.objects.link(bpy.data.objects.new("hidden", None))
+    flat = bpy.data.collections.new("flat")
+    inner = world.switch("inner")
+    world.scene.collection.objects.unlink(inner)
+    flat.objects.link(inner)
+    holder = world.link("Flat", None)
+    holder.instance_type, holder.instance_collection = "COLLECTION", flat
+    bpy.context.view_layer.layer_collection.children["away"].exclude = True
+    world.update()
+    return world
+
+
+@pytest.mark.parametrize(("layout", "told"), WRONG)
+def test_what_is_wrong_is_told_and_nothing_changes(crowded, listed, apply, error, layout, told):
+    before, objects = listed(), sorted(bpy.data.objects.keys())
+    with pytest.raises(error, match=r"^home\.json, line \d+: '") as found:
+        apply(layout)
+    assert told in str(found.value) and "\n" not in str(found.value)
+    assert listed() == before and sorted(bpy.data.objects.keys()) == objects
+    assert "away" in bpy.data.collections and len(bpy.data.meshes) == 2
+
+
+def test_what_blender_does_not_do_is_taken_back(crowded, listed, apply, error):
+    """A driver of the parent, which nothing in the sensor tells, holds it where it is."""
+    before = listed()
+    lock = crowded.link("holder", None)
+    bpy.data.objects["Switch"].parent = lock
+    constraint = bpy.data.objects["Switch"].constraints.new("LIMIT_LOCATION")
+    constraint.use_min_z = True
+    with pytest.raises(error, match="its place is animated or held"):
+        apply([{"name": "pad", "room": "hall"}, {"name": "Switch", "location": [0, 0, -1]}])
+    assert [s["room"] for s in listed()] == [s["room"] for s in before]
+
+
+def test_sensors_that_hang_on_each_other_stand_where_the_layout_says(world, listed, apply):
+    layout = [
+        {"name": "a", "kind": "PIR", "location": [1, 0, 0], "rotation": [0, 0, 1], "parent": "b"},
+        {"name": "b", "kind": "PIR", "location": [0, 1, 0], "rotation": [1, 0, 0]},
+    ]
+    apply(layout)
+    found = listed()
+    assert [s["location"] for s in found] == [[1, 0, 0], [0, 1, 0]]
+    # Only the parent is moved: what hangs on it stays where the layout has it.
+    found[1]["location"] = [5, 5, 5]
+    assert apply(found).changed == ["b"]
+    assert listed() == found
+
+
+@pytest.fixture
+def linked(world, tmp_path):
+    """Links a file with a switch "Door" in a collection, or overrides it."""
+    collection = bpy.data.collections.new("devices")
+    world.scene.collection.children.link(collection)
+    door = world.switch("Door")
+    world.scene.collection.objects.unlink(door)
+    collection.objects.link(door)
+    path = tmp_path / "library.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+
+    def bring(override):
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        with bpy.data.libraries.load(str(path), link=True) as (_, target):
+            target.collections = ["devices"]
+        (devices,) = target.collections
+        scene = bpy.context.scene
+        scene.collection.children.link(devices)
+        if override:
+            made = devices.override_hierarchy_create(
+                scene, bpy.context.view_layer, do_fully_editable=True
+            )
+            scene.collection.children.unlink(devices)
+            assert made is not None
+        bpy.context.view_layer.update()
+
+    return bring
+
+
+def test_a_linked_sensor_is_left_alone_or_refused(linked, listed, apply, error):
+    linked(override=False)
+    before = listed()
+    assert apply(before).unchanged == ["Door"]
+    with pytest.raises(error, match="line 1: 'Door': it is linked from .*library.blend"):
+        apply('[{"name": "Door", "room": "hall"}]')
+    with pytest.raises(error, match="--remove cannot delete 'Door'"):
+        apply([], remove=True)
+    assert listed() == before
+
+
+def test_an_override_is_changed_but_not_deleted(linked, listed, apply, error):
+    linked(override=True)
+    (before,) = listed()
+    apply([{"name": "Door", "room": "hall", "parameters": {"range_max": 0.3}}])
+    (after,) = listed()
+    assert (after["room"], after["parameters"]["range_max"]) == ("hall", 0.3)
+    with pytest.raises(error, match='"enabled": false'):
+        apply([], remove=True)
+    assert listed() == [after] != [before]
+
+
+def test_import_in_the_window_is_one_undo_step(world, listed, tmp_path):
+    path = tmp_path / "home.json"
+    path.write_text(json.dumps(new()))
+    bpy.ops.ed.undo_push(message="before")
+    assert bpy.ops.angen.import_layout("EXEC_DEFAULT", True, filepath=str(path)) == {"FINISHED"}
+    assert [s["name"] for s in listed()] == ["new"]
+    bpy.ops.ed.undo()
+    assert listed() == []
+    path.write_text(json.dumps(new(name="")))
+    with pytest.raises(RuntimeError, match=r"home\.json, line 1: '': name must be"):
+        bpy.ops.angen.import_layout(filepath=str(path))
+
+
+def test_the_example_of_the_docs_is_a_layout(world, listed, apply):
+    (example,) = re.findall(r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    world.link("Frame bathroom", None, (1, 2, 0))
+    apply(example)
+    found = {s["name"]: s for s in listed()}
+    assert [s["kind"] for s in found.values()] == ["PIR", "PRESSURE", "OPTICAL_SWITCH"]
+    assert found["Switch bathroom"]["location"] == [1.4, 2.0, 2.0]
+    assert found["Pressure armchair"]["bounds"] == [[-0.2, -0.25, 0], [0.2, 0.25, 0.01]]
+
+
+def test_the_command_saves_a_copy_or_nothing(world, addon_part, tmp_path, capsys):
+    home, layout, saved = (tmp_path / name for name in ("a.blend", "l.json", "b.blend"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(home))
+    run = addon_part("angen_addon.command_line").run_command
+    cases = [
+        (new(kind="PIRR"), saved, 2, "l.json, line 4: 'new': kind 'PIRR' is unknown"),
+        (new(), layout, 2, "is the layout itself"),
+        (new(), home, 2, "is the open file itself"),
+        (new(), saved, 0, "l.json: 1 added, 0 changed, 0 as they were"),
+    ]
+    for given, target, status, told in cases:
+        layout.write_text(json.dumps(given, indent=1))
+        assert run(["apply", str(layout), "--save", str(target)]) == status
+        assert told in capsys.readouterr().err
+        assert saved.exists() == (status == 0)
+    bpy.ops.wm.open_mainfile(filepath=str(saved))
+    assert [s.name for s in world.sensors()] == ["new"]

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Layout files as they are read: every wrong one names file, line, sensor and the way out."""
+
+import json
+import re
+
+import pytest
+
+from sensor_logic.kinds import KINDS
+from sensor_logic.layout.entries import KEYS, LayoutError, read_layout
+from sensor_logic.layout.schema import FILE, SHAPES, schema_text
+from sensor_logic.parameters import specs
+
+SOUND = """[
+ {"name": "PIR hall.001", "kind": "PIR", "location": [0, 1, 2],
+  "preset": "HC_SR501",
+  "parameters": {"hold_time": 2, "rays": 9.0}}
+]"""
+TWO = '[{"name": "A"},\n{"name": "B"},\n{"name": "A"}]'
+
+
+def entry(text):
+    """A layout of one sensor, what is given of it in its third line."""
+    return f'[\n {{"name": "A", "kind": "PIR",\n {text}}}\n]'
+
+
+WRONG = [
+    ("", 1, "no JSON"),
+    ("[\n{]", 2, "no JSON"),
+    ('{"name": "A"}', 1, "'name' is unknown: give a list of sensors"),
+    ("{}", 1, "'sensors' is missing"),
+    ('{"sensors":\n {}}', 2, "sensors must be a list"),
+    ("[1,\n2]", 1, "a sensor must be an object"),
+    ('[\n{"kind": "PIR"}]', 2, "must have a name"),
+    ('[\n{"name": ""}]', 2, "not empty"),
+    (TWO, 3, "'A': it is also in line 1"),
+    ('[{"name": "A",\n"name": "B"}]', 2, "'name' is given twice"),
+    (entry('"room": 1'), 3, "'A': room must be a text"),
+    (entry('"room": "\\ud800"'), 3, "half of a character"),
+    (entry('"rooom": "hall"'), 3, "'rooom' is unknown: did you mean room"),
+    (entry('"enabled": 1'), 3, "true or false"),
+    (entry('"update_rate": true'), 3, "update_rate must be a number"),
+    (entry('"update_rate": NaN'), 3, "NaN is no number"),
+    (entry('"update_rate": 1e999'), 3, "too large"),
+    (entry('"location": [1, 2]'), 3, "x, y and z"),
+    (entry('"location": [1, 2, "3"]'), 3, "location must be a number"),
+    (entry('"location": [1, 2,\n 1e39]'), 3, "too large"),
+    (entry('"look": [0, 0, 0]'), 3, "look is no direction"),
+    (entry('"rotation": [0, 0, 0], "look": [1, 0, 0]'), 3, "give one of them"),
+    (entry('"relative_to": "Door"'), 3, "needs a location"),
+    (entry('"bounds": [[1, 1, 1], [0, 2, 2]]'), 3, "least"),
+    (entry('"preset": "HC_SR50"'), 3, "did you mean HC_SR501"),
+    (entry('"parameters": []'), 3, "object in { }"),
+    (entry('"parameters": {"rays": 1,\n"range_mx": 1}'), 4, "did you mean range_max"),
+    (entry('"parameters": {"rays": 1.5}'), 3, "rays must be a whole number"),
+    (entry('"parameters": {"rays": 1e10}'), 3, "rays is too large"),
+    (entry('"parameters": {"rays": 1' + "0" * 5000 + "}"), 1, "too many digits"),
+    (entry('"parameters": {"retrigger": 1}'), 3, "retrigger must be true or false"),
+    (entry('"parameters": {"sweep": "AL"}'), 3, "did you mean ALL"),
+    (entry('"parameters": {"range_max": null}'), 3, "range_max must be a number"),
+    ('[{"name": "A",\n"kind": "PIRR"}]', 2, "kind 'PIRR' is unknown: did you mean PIR?"),
+    ("[" * 100_000, 1, "nested too deep"),
+]
+
+
+def written(folder, text):
+    path = folder / "home.json"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_what_is_read_has_the_types_of_the_parameters(tmp_path):
+    for text in (SOUND, '{"$schema": "x", "sensors": ' + SOUND + "}", "\ufeff" + SOUND):
+        (found,) = read_layout(written(tmp_path, text))
+        values = found.settings(KINDS["PIR"])
+        assert found.name == "PIR hall.001"
+        # The preset's, and what replaces it.
+        assert (values["range_max"], values["hold_time"], values["rays"]) == (7.0, 2.0, 9)
+        assert isinstance(values["rays"], int) and isinstance(values["hold_time"], float)
+
+
+@pytest.mark.parametrize(("text", "line", "told"), WRONG)
+def test_what_is_wrong_is_told_with_its_line(tmp_path, text, line, told):
+    with pytest.raises(LayoutError) as error:
+        read_layout(written(tmp_path, text))
+    found = re.match(r"home\.json, line (\d+): (.*)$", str(error.value))
+    assert found, error.value
+    assert int(found[1]) == line and told in found[2]
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    bad = tmp_path / "bad.json"
+    bad.write_bytes(b'["\xff"]')
+    for path, told in ((tmp_path / "none.json", "No such file"), (tmp_path, ""), (bad, "UTF-8")):
+        with pytest.raises(LayoutError, match=re.escape(path.name)) as error:
+            read_layout(path)
+        assert told in str(error.value)
+
+
+def test_the_schema_is_that_of_the_parameters():
+    assert FILE.read_text(encoding="utf-8") == schema_text(), "run: python scripts/layout_schema.py"
+    assert SHAPES.keys() == KEYS.keys()
+    told = json.loads(schema_text())["definitions"]["sensor"]["allOf"]
+    for of_kind, kind in zip(told, KINDS.values(), strict=True):
+        parameters = of_kind["then"]["properties"]["parameters"]["properties"]
+        assert parameters.keys() == specs(kind.parameters).keys()

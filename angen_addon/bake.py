@@ -127,7 +127,7 @@ def _others_play(action: Any, obj: Any) -> bool:
 
 def _key(obj: Any, track: Track) -> str:
     """Replaces the keys of both outputs; returns why it could not."""
-    frames = np.frombuffer(track.frames)
+    frames = np.asarray(track.frames)
     for path, column in ((ACTIVE_PATH, track.active), (VALUE_PATH, track.value)):
         values = np.array(column, np.float64)
         kept = _changes(values)

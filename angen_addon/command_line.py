@@ -257,8 +257,8 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     if options.samples is not None:
         outputs.folders.append(options.samples)
         for sensor, name in file_names(recording.tracks).items():
-            text = samples_csv(recording.tracks[sensor], options.start)
-            outputs.texts[options.samples / name] = shown(text)
+            rows = samples_csv(recording.tracks[sensor], options.start)
+            outputs.texts[options.samples / name] = map(shown, rows)
     for text in exports.add_to(outputs, log):
         note(text)
     if options.report:

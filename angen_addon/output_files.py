@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ..sensor_logic.files import OutputError, check_folder, land, stage
+from ..sensor_logic.files import Content, OutputError, check_folder, land, stage
 from ..sensor_logic.parts import Parts
 
 MIB = 2**20
@@ -120,7 +120,7 @@ def _why_unsaved(part: Path, error: Exception) -> str:
     return " ".join(str(error).removeprefix("Error:").split())
 
 
-def write(texts: Mapping[Path, str], folder: Path | None) -> None:
+def write(texts: Mapping[Path, Content], folder: Path | None) -> None:
     """Writes all files, or none and no new folder either. Raises OutputError."""
     outputs = Outputs()
     outputs.texts.update(texts)
@@ -134,7 +134,7 @@ class Outputs:
     and what it says on standard output. As a context, whose end removes what did not land."""
 
     def __init__(self) -> None:
-        self.texts: dict[Path, str | bytes] = {}
+        self.texts: dict[Path, Content] = {}
         self.folders: list[Path] = []
         self.said = ""
         self._parts = Parts()

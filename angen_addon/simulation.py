@@ -78,8 +78,8 @@ def simulate(
     stations = [Station(sensor, clock) for sensor in sensors]
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
-        track = Track(sensor.name, sensor.kind.identifier, sensor.uid)
-        track.steps = report_steps(sensor)
+        kind, steps = sensor.kind.identifier, report_steps(sensor)
+        track = Track(sensor.name, kind, sensor.uid, steps, clock)
         recording.tracks[sensor.name] = track
     recording.clock = clock
     return _run(scene, stations, first, last, frame_end, recording)

@@ -66,7 +66,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
                 raise OutputError("Choose a folder for the samples")
             folder = self._folder(Path(bpy.path.abspath(self.directory)))
             texts = {
-                folder / name: self.shown(samples_csv(recording.tracks[sensor], start))
+                folder / name: map(self.shown, samples_csv(recording.tracks[sensor], start))
                 for sensor, name in file_names(recording.tracks).items()
             }
             write(texts, folder)

@@ -7,14 +7,18 @@ import csv
 import io
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from .kind import Field
 from .log_start import COLUMN, moment
 from .recording import Recording, Track
+from .recording_columns import Column
 
 HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
 
@@ -60,19 +64,28 @@ def events(recording: Recording) -> list[Event]:
 def track_events(track: Track) -> Iterable[Event]:
     """Each published field's first value, and its value whenever that changes (by its step)."""
     for published in track.kind.events:
-        last: Any = None
-        step = track.steps.get(published.name, 0.0)
-        for index, value in enumerate(track.columns[published.name]):
-            if _is_news(value, last, step):
-                last = value
-                yield Event(
-                    track.times[index],
-                    track.sensor,
-                    published.name,
-                    track.frames[index],
-                    track.kind_name,
-                    format_value(value),
-                )
+        column = track.columns[published.name]
+        for index in news(track, published):
+            yield Event(
+                track.times[index],
+                track.sensor,
+                published.name,
+                track.frames[index],
+                track.kind_name,
+                format_value(column[index]),
+            )
+
+
+def news(track: Track, published: Field) -> list[int]:
+    """The updates at which a field's value is an event."""
+    column, step = track.columns[published.name], track.steps.get(published.name, 0.0)
+    found, last = [], None
+    for index in column.changes().tolist():
+        value = column[index]
+        if _is_news(value, last, step):
+            last = value
+            found.append(index)
+    return found
 
 
 def _is_news(value: Any, last: Any, step: float) -> bool:
@@ -87,18 +100,20 @@ def _is_news(value: Any, last: Any, step: float) -> bool:
 
 def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """RFC 4180: comma, CRLF, quotes where needed."""
+    return rows_of([header, *rows])
+
+
+def rows_of(rows: Iterable[Iterable[str]]) -> str:
     out = io.StringIO()
-    writer = csv.writer(out)
-    writer.writerow(header)
-    writer.writerows(rows)
+    csv.writer(out).writerows(rows)
     return out.getvalue()
 
 
 def for_spreadsheets(text: str) -> str:
     """The same CSV for a program that takes what begins with = + - or @ for a formula: a name that
     does gets an apostrophe in front. Numbers stay as they are."""
-    header, *rows = csv.reader(io.StringIO(text, newline=""))
-    return to_csv(header, ([_no_formula(cell) for cell in row] for row in rows))
+    rows = csv.reader(io.StringIO(text, newline=""))
+    return rows_of([_no_formula(cell) for cell in row] for row in rows)
 
 
 def _no_formula(cell: str) -> str:
@@ -123,29 +138,26 @@ def rows_csv(found: Iterable[Event], start: datetime | None = None) -> str:
     return to_csv((*HEADER, COLUMN), ((*e.row, moment(start, e.time)) for e in found))
 
 
-def samples_csv(track: Track, start: datetime | None = None) -> str:
-    """Every update of one sensor: time_s, frame and the fields of its kind; where t = 0 stands for
-    a `start`, with date and time as a last column."""
+def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
+    """Every update of one sensor, some thousand rows at a time: time_s, frame and the fields of its
+    kind; where t = 0 stands for a `start`, with date and time as a last column."""
     fields = [
         f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
     ]
-    columns = [track.columns[f.name] for f in fields]
-    rows = (
-        (
-            format_time(time),
-            format_frame(frame),
-            *(format_value(c[i]) for c in columns),
-            *([moment(start, time)] if start else []),
-        )
-        for i, (time, frame) in enumerate(zip(track.times, track.frames, strict=True))
-    )
     last = [COLUMN] if start else []
-    return to_csv(("time_s", "frame", *(f.name for f in fields), *last), rows)
+    yield to_csv(("time_s", "frame", *(f.name for f in fields), *last), ())
+    columns = [track.times, track.frames, *(track.columns[f.name] for f in fields)]
+    for parts in zip(*(column.parts() for column in columns), strict=True):
+        times, frames, *values = (part.tolist() for _, part in parts)
+        shown: list[Iterable[str]] = [map(format_time, times), map(format_frame, frames)]
+        shown += [map(format_value, part) for part in values]
+        shown += [(moment(start, time) for time in times)] if start else []
+        yield rows_of(zip(*shown, strict=True))
 
 
-def _is_empty(column: Any) -> bool:
+def _is_empty(column: Column) -> bool:
     """Whether a column of floats holds no number."""
-    return all(math.isnan(value) for value in column)
+    return all(np.isnan(part).all() for _, part in column.parts())
 
 
 def read_events(path: Path) -> list[Event]:

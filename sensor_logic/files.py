@@ -6,13 +6,17 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from .parts import Parts
 
 # What Windows takes for a device, whatever follows after a dot.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
+
+
+# What is in a file; pieces of text are gone through once, when it is written.
+Content = str | bytes | Iterable[str]
 
 
 class OutputError(Exception):
@@ -32,7 +36,7 @@ def check_folder(folder: Path, what: str) -> None:
         raise OutputError(f"{what}: cannot write in {folder}: {error.strerror}") from None
 
 
-def write_files(texts: Mapping[Path, str | bytes]) -> None:
+def write_files(texts: Mapping[Path, Content]) -> None:
     """Writes all of `texts`, or, where one fails, none of them. Raises OutputError.
 
     Links are followed; a device or a pipe is written to, not replaced.
@@ -42,7 +46,7 @@ def write_files(texts: Mapping[Path, str | bytes]) -> None:
         land(texts, parts)
 
 
-def stage(texts: Mapping[Path, str | bytes], parts: Parts) -> None:
+def stage(texts: Mapping[Path, Content], parts: Parts) -> None:
     """Writes `texts` as parts of the files that they are to be. Raises OutputError."""
     for path, text in texts.items():
         try:
@@ -51,7 +55,7 @@ def stage(texts: Mapping[Path, str | bytes], parts: Parts) -> None:
             if _is_special(path):
                 continue
             with open(parts.new(path), "xb") as file:
-                file.write(text.encode() if isinstance(text, str) else text)
+                file.writelines(_encoded(text))
                 file.flush()
                 os.fsync(file.fileno())
         except UnicodeEncodeError:
@@ -60,19 +64,27 @@ def stage(texts: Mapping[Path, str | bytes], parts: Parts) -> None:
             raise OutputError(f"cannot write {path}: {error.strerror}") from None
 
 
-def land(texts: Mapping[Path, str | bytes], parts: Parts) -> None:
+def land(texts: Mapping[Path, Content], parts: Parts) -> None:
     """Writes those of `texts` that go into pipes and devices, and puts the parts in place. Raises
     OutputError."""
     path = Path()
     try:
         for path in filter(_is_special, texts):
-            text = texts[path]
-            path.write_bytes(text.encode() if isinstance(text, str) else text)
+            with open(path, "wb") as file:
+                file.writelines(_encoded(texts[path]))
         path = Path()
         parts.land()
     except OSError as error:
         what = path if path.name else error.filename
         raise OutputError(f"cannot write {what}: {error.strerror}") from None
+
+
+def _encoded(content: Content) -> Iterator[bytes]:
+    if isinstance(content, bytes):
+        yield content
+    else:
+        pieces = [content] if isinstance(content, str) else content
+        yield from (piece.encode() for piece in pieces)
 
 
 def _is_special(path: Path) -> bool:

@@ -4,22 +4,18 @@
 from __future__ import annotations
 
 import math
-from array import array
-from bisect import bisect_right
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any
+
+import numpy as np
 
 from .clock import Clock
 from .kind import Field, Kind
 from .kinds import KINDS
 from .model import Reading
-
-_COLUMN_CODES = {bool: "b", int: "q", float: "d"}
-
-
-def _column(of: type) -> Any:
-    return array(_COLUMN_CODES[of]) if of in _COLUMN_CODES else []
+from .recording_columns import Column, Grid
 
 
 @dataclass(eq=False)
@@ -27,23 +23,25 @@ class Track:
     """One sensor's readings in time order, a column each; frames and times as floats (s).
 
     `uid` tells the sensor in this session (its object, or its path in a collection instance),
-    whatever it is called by then; `steps` by how
-    much a field must change to be an event. A float that is not a number was not measured.
+    whatever it is called by then; `steps` by how much a field must change to be an event; `clock`
+    the time base that frames and times are of, where there is one. A float that is not a number was
+    not measured.
     """
 
     sensor: str
     kind_name: str
     uid: int | tuple[int, ...] = 0
-    frames: array[float] = field(default_factory=lambda: array("d"))
-    times: array[float] = field(default_factory=lambda: array("d"))
-    active: array[int] = field(default_factory=lambda: array("b"))
-    value: array[float] = field(default_factory=lambda: array("d"))
-    columns: dict[str, Any] = field(default_factory=dict)
     steps: dict[str, float] = field(default_factory=dict)
+    clock: Clock | None = None
 
     def __post_init__(self) -> None:
-        if not self.columns:
-            self.columns = {f.name: _column(f.type) for f in self.kind.samples}
+        frames = times = None
+        if self.clock is not None:
+            frames = Grid(self.clock.frame_start, Fraction(1, self.clock.substeps))
+            times = Grid(0, 1 / self.clock.steps_per_second)
+        self.frames, self.times = Column(float, grid=frames), Column(float, grid=times)
+        self.active, self.value = Column(bool), Column(float)
+        self.columns = {f.name: Column(f.type) for f in self.kind.samples}
 
     @property
     def kind(self) -> Kind:
@@ -58,8 +56,29 @@ class Track:
             value = reading.fields[name]
             column.append(math.nan if value is None else value)
 
+    def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
+        """The same of n readings: `active` (n,), `value` (n,) and `fields`, by the name of each a
+        list or array (n,), or None where none of them measured it."""
+        self.frames.extend(frames)
+        self.times.extend(times)
+        self.active.extend(readings.active)
+        self.value.extend(readings.value)
+        for name, column in self.columns.items():
+            values = readings.fields[name]
+            if values is None:
+                values = np.full(len(self.active) - len(column), math.nan)
+            elif isinstance(values, list):
+                values = [math.nan if value is None else value for value in values]
+            column.extend(values)
+
     def __len__(self) -> int:
         return len(self.frames)
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory the readings take."""
+        columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
+        return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
         """The same readings to the bit; what both did not measure is the same too."""
@@ -67,8 +86,7 @@ class Track:
 
     def _content(self) -> list[Any]:
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
-        exact = [c.tobytes() if isinstance(c, array) else c for c in columns]
-        return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *exact]
+        return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
 
     def reading_at(self, index: int) -> Field:
         """Which field `value` was at an update: of those that give the main reading with one
@@ -79,7 +97,7 @@ class Track:
 
     def at(self, frame: float) -> int | None:
         """Index of the last update at or before `frame`."""
-        index = bisect_right(self.frames, frame) - 1
+        index = self.frames.until(frame) - 1
         return index if index >= 0 else None
 
 

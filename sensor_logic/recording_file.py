@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import zlib
-from array import array
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,9 @@ from numpy.typing import NDArray
 
 from .clock import Clock
 from .recording import Recording, Track
+from .recording_columns import CODES, Column
 from .recording_reader import (
+    BYTES,
     VALUES,
     WRONG,
     RecordingFileError,
@@ -36,7 +37,7 @@ LEVEL = 3
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
     """The recording, with `facts` (plain values) that the caller wants back. Raises
     RecordingFileError where it is more than a file keeps."""
-    if size_of(recording) > VALUES:
+    if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise RecordingFileError("it has more readings than a file keeps")
     out = _Writer()
     header = {
@@ -124,7 +125,7 @@ def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
     """The steps of the clock at which the updates were; None where it does not tell them."""
     if clock is None:
         return None
-    frames, times = np.array(track.frames), np.array(track.times)
+    frames, times = np.asarray(track.frames), np.asarray(track.times)
     steps: NDArray[np.int64] = np.rint((frames - clock.frame_start) * clock.substeps).astype(
         np.int64
     )
@@ -133,28 +134,23 @@ def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
     return steps if same else None
 
 
-def _same(column: Any, other: Any) -> bool:
-    return (
-        isinstance(column, array)
-        and isinstance(other, array)
-        and column.typecode == other.typecode
-        and column.tobytes() == other.tobytes()
-    )
+def _same(one: Column, other: Column) -> bool:
+    return one.type is other.type is not str and one == other
 
 
-def _column(column: Any, out: _Writer) -> dict[str, Any]:
+def _column(column: Column, out: _Writer) -> dict[str, Any]:
     """Adds a column; returns what its reader needs to know."""
-    if not isinstance(column, array):
-        texts = sorted(set(column))
-        number = {text: i for i, text in enumerate(texts)}
-        numbers = np.array([number[text] for text in column], np.uint32)
-        return {"as": "texts", "texts": texts, "size": out.add(numbers.tobytes())}
-    if column.typecode == "b":
-        return {"as": "b", "size": out.add(column.tobytes())}
+    values = column.numbers()
+    if column.type is str:
+        texts = sorted(column.texts)
+        order = np.array([texts.index(text) for text in column.texts], np.uint32)
+        return {"as": "texts", "texts": texts, "size": out.add(order[values].tobytes())}
+    code = CODES[column.type]
+    if code == "b":
+        return {"as": "b", "size": out.add(values.tobytes())}
     # Compared bit by bit: a negative zero, or what is not a number, comes back as it was.
-    bits = np.frombuffer(column, np.uint64)
+    bits = values.view(np.uint64)
     found, which = np.unique(bits, return_inverse=True)
-    code = column.typecode
     for size in (np.uint8, np.uint16):
         if len(found) <= np.iinfo(size).max and len(found) * 4 <= len(bits):
             raw = found.tobytes() + which.astype(size).tobytes()

@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 import math
 import zlib
-from array import array
 from typing import Any
 
 import numpy as np
@@ -16,15 +15,16 @@ from numpy.typing import NDArray
 from .clock import Clock
 from .kinds import KINDS
 from .recording import Recording, Track
+from .recording_columns import CODES, Column
 
 MIB = 2**20
 # Unpacked; one that names 100,000 objects takes some 12 MiB.
 HEADER_BYTES = 32 * MIB
-# Of all columns of a file: 256 MiB.
-VALUES = 2**25
+# Of all columns of a file, most of which are as the one before; and what they take in memory.
+VALUES = 2**27
+BYTES = 256 * MIB
 MOST_SUBSTEPS = 10_000
 LARGEST_FRAME = 2**31
-CODES = {bool: "b", int: "q", float: "d", str: "texts"}
 # What values that are not as they should be can lead to.
 WRONG = (
     ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError,
@@ -48,7 +48,7 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
     reader = _Reader(body, 4 + size)
     clock = _read_clock(header["clock"]) if header["clock"] else None
     first, last = (_whole(frame, -LARGEST_FRAME, LARGEST_FRAME) for frame in header["frames"])
-    recording = Recording({}, clock, first, last)
+    recording, room = Recording({}, clock, first, last), BYTES
     for facts in header["tracks"]:
         kind = KINDS.get(facts["kind"])
         if kind is None or [f.name for f in kind.samples] != facts["fields"]:
@@ -56,7 +56,11 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
         values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
         if values < 0:
             raise RecordingFileError("it has more readings than a file keeps")
-        recording.tracks[_of(str, facts["sensor"])] = _read_track(facts, clock, reader)
+        track = _read_track(facts, clock, reader)
+        recording.tracks[_of(str, track.sensor)] = track
+        room -= track.nbytes
+        if room < 0:
+            raise RecordingFileError("it has more readings than a file keeps")
     return recording, _of(dict, header["facts"])
 
 
@@ -115,50 +119,56 @@ def _read_clock(fields: Any) -> Clock:
 
 def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) -> Track:
     count, columns = header["count"], list(header["columns"])
-    track = Track(header["sensor"], header["kind"])
+    track = Track(header["sensor"], header["kind"], clock=clock)
     track.steps = {_of(str, name): _number(step) for name, step in header["steps"].items()}
     if columns[0]["as"] == "steps":
         if clock is None:
             raise RecordingFileError("it is damaged (no clock)")
         raw = reader.take(columns.pop(0)["size"], 8 * count)
         frames, times = frames_and_times(np.cumsum(np.frombuffer(raw, np.int64)), clock)
-        track.frames, track.times = array("d", frames.tobytes()), array("d", times.tobytes())
     else:
-        track.frames = _read_column(columns.pop(0), "d", count, reader, {})
-        track.times = _read_column(columns.pop(0), "d", count, reader, {})
-    if not (np.isfinite(track.frames).all() and np.isfinite(track.times).all()):
+        frames, times = (_read_values(columns.pop(0), "d", count, reader) for _ in range(2))
+    if not (np.isfinite(frames).all() and np.isfinite(times).all()):
         raise ValueError
-    codes = {f.name: CODES[f.type] for f in track.kind.samples} | {"active": "b", "value": "d"}
-    known: dict[str, Any] = {}
-    for name, facts in zip(codes, columns, strict=True):
-        known["=" + name] = _read_column(facts, codes[name], count, reader, known)
-    track.columns = {f.name: known["=" + f.name] for f in track.kind.samples}
-    track.active, track.value = known["=active"], known["=value"]
+    track.frames.extend(frames)
+    track.times.extend(times)
+    known: dict[str, Column] = {}
+    parts = {**track.columns, "active": track.active, "value": track.value}
+    for (name, column), facts in zip(parts.items(), columns, strict=True):
+        if facts["as"].startswith("="):
+            twin = known[facts["as"]]
+            if twin.type is not column.type:
+                raise TypeError
+            column.extend(twin)
+        elif column.type is str:
+            column.extend(_read_texts(facts, count, reader))
+        else:
+            column.extend(_read_values(facts, CODES[column.type], count, reader))
+        known["=" + name] = column
     return track
 
 
-def _read_column(facts: dict[str, Any], code: str, count: int, reader: _Reader, known: Any) -> Any:
-    kind, packed = facts["as"], facts["size"]
-    if kind.startswith("="):
-        twin = known[kind]
-        if twin.typecode != code:
-            raise TypeError
-        return array(code, twin)
-    if kind != code:
+def _read_texts(facts: dict[str, Any], count: int, reader: _Reader) -> list[str]:
+    if facts["as"] != "texts":
         raise TypeError
-    if kind == "texts":
-        texts = [_of(str, text) for text in facts["texts"]]
-        return [texts[i] for i in np.frombuffer(reader.take(packed, 4 * count), np.uint32)]
-    if kind == "b":
+    texts = [_of(str, text) for text in facts["texts"]]
+    return [texts[i] for i in np.frombuffer(reader.take(facts["size"], 4 * count), np.uint32)]
+
+
+def _read_values(facts: dict[str, Any], code: str, count: int, reader: _Reader) -> NDArray[Any]:
+    packed = facts["size"]
+    if facts["as"] != code:
+        raise TypeError
+    if code == "b":
         raw = reader.take(packed, count)
         if raw.strip(b"\0\1"):
             raise ValueError
-        return array("b", raw)
+        return np.frombuffer(raw, np.int8)
     found = _whole(facts["found"], 0, count)
     if not found:
         raw = reader.take(packed, 8 * count)
-        return array(kind, np.frombuffer(raw, np.uint8).reshape(8, -1).T.tobytes())
+        return np.frombuffer(raw, np.uint8).reshape(8, -1).T.copy().view(code).ravel()
     size = np.uint8 if found <= np.iinfo(np.uint8).max else np.uint16
     raw = reader.take(packed, 8 * found + count * size().itemsize)
-    table = np.frombuffer(raw[: 8 * found], np.uint64)
-    return array(kind, table[np.frombuffer(raw[8 * found :], size)].tobytes())
+    table = np.frombuffer(raw[: 8 * found], code)
+    return np.asarray(table[np.frombuffer(raw[8 * found :], size)])

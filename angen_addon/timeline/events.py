@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.event_log import format_value
-from ...sensor_logic.kind import Field
+from ...sensor_logic.event_log import news
 from ...sensor_logic.recording import Track
 
 Indices = NDArray[np.intp]
@@ -18,14 +16,16 @@ Indices = NDArray[np.intp]
 
 def log_indices(track: Track) -> Indices:
     """The updates that the event log tells of, in order; the first update is one of them."""
-    found = [_news(track, published) for published in track.kind.events]
-    return np.unique(np.concatenate([np.empty(0, np.intp), *found])).astype(np.intp)
+    return _together(news(track, published) for published in track.kind.events)
 
 
 def switch_indices(track: Track) -> Indices:
     """The updates at which a published state changed: not the first one, no measured values."""
-    found = [_changes(track.columns[f.name]) for f in track.kind.events if f.type is not float]
-    return np.unique(np.concatenate([np.empty(0, np.intp), *found])).astype(np.intp)
+    return _together(news(track, f)[1:] for f in track.kind.events if f.type is not float)
+
+
+def _together(found: Iterable[list[int]]) -> Indices:
+    return np.array(sorted(set().union(*found)), np.intp)
 
 
 def event_indices(track: Track) -> Indices:
@@ -36,36 +36,3 @@ def event_indices(track: Track) -> Indices:
         return found
     told = log_indices(track)
     return told[told > 0]
-
-
-def _news(track: Track, published: Field) -> Indices:
-    column = track.columns[published.name]
-    if published.type is float:
-        return _steps(column, track.steps.get(published.name, 0.0))
-    first = np.zeros(min(len(column), 1), np.intp)
-    return np.concatenate([first, _changes(column)])
-
-
-def _changes(column: Any) -> Indices:
-    """Where a column of states or texts differs from the update before."""
-    if isinstance(column, list):
-        found = [i for i in range(1, len(column)) if column[i] != column[i - 1]]
-        return np.array(found, np.intp)
-    values = np.frombuffer(column, np.int8 if column.typecode == "b" else np.int64)
-    return np.flatnonzero(values[1:] != values[:-1]) + 1
-
-
-def _steps(column: Any, step: float) -> Indices:
-    """Where a measured value has moved by a step since it was told last."""
-    found: list[int] = []
-    last = math.nan
-    for index, value in enumerate(column):
-        if math.isnan(value):
-            continue
-        told = (
-            abs(value - last) >= step if step > 0.0 else format_value(value) != format_value(last)
-        )
-        if not found or told:
-            found.append(index)
-            last = value
-    return np.array(found, np.intp)

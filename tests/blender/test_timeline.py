@@ -2,7 +2,6 @@
 """The sensors' history in the timeline: spans, events and what is drawn of them."""
 
 import random
-from array import array
 
 import bpy
 import numpy as np
@@ -244,9 +243,9 @@ def test_a_day_is_made_ready_quickly(addon_part, made):
     count = 864_000
     track = recording.Track("day", "PIR")
     active = (np.arange(count) // 50 % 7 == 0).astype(np.int8)
-    track.frames = array("d", np.arange(count) * 2.4 + 1)
-    track.active = array("b", active.tolist())
-    track.columns["moved"] = track.active
+    track.frames.extend(np.arange(count) * 2.4 + 1)
+    track.active.extend(active)
+    track.columns["moved"].extend(active)
     assert len(events.switch_indices(track)) == int(np.count_nonzero(np.diff(active)))
     spans = history.spans_of(track, 1.0, count * 2.4 + 1)
     assert len(spans.starts) == int(np.count_nonzero(np.diff(active))) + 1

@@ -110,7 +110,7 @@ def test_values_are_written(value, text):
 
 
 def test_samples_have_every_update():
-    assert samples_csv(switch("Door", [0, 1, 1])) == (
+    assert "".join(samples_csv(switch("Door", [0, 1, 1]))) == (
         "time_s,frame,open,range_m\r\n0.000000,1,0,0.3\r\n0.041667,2,1,0.3\r\n0.083333,3,1,0.3\r\n"
     )
 

@@ -30,7 +30,7 @@ VALUES = {
 
 def bits(column):
     """Columns by their bytes: so that a NaN equals itself and 0.0 is not −0.0."""
-    return list(column) if isinstance(column, list) else (column.typecode, column.tobytes())
+    return list(column) if column.type is str else (column.type, np.asarray(column).tobytes())
 
 
 def contents(recording):

@@ -14,6 +14,7 @@ import pytest
 from sensor_logic.clock import Clock
 from sensor_logic.kinds import KINDS
 from sensor_logic.recording import Recording, Track
+from sensor_logic.recording_columns import Column
 from sensor_logic.report import page
 from sensor_logic.report.facts import Placed, Report, SensorFacts, Shape, Storey
 from sensor_logic.report.sections import Line
@@ -146,7 +147,7 @@ def test_what_was_not_simulated_and_what_is_not_valid_look_different() -> None:
         track("pad", "PRESSURE", np.arange(10.0), np.zeros(10), np.zeros(10)),
         track("late", "PIR", np.arange(5.0, 10.0), np.zeros(5), np.zeros(5)),
     ]
-    tracks[0].columns["valid"][2] = 0
+    tracks[0].columns["valid"] = Column(bool, np.arange(10) != 2)
     made = report(tracks, 10.0)
     made = replace(made, sensors=(*made.sensors, SensorFacts("off", "PIR", "", 1.0)))
     drawn = [

@@ -46,9 +46,9 @@ from .progress import ProgressLine
 from .quiet import fill_closed_streams, standard_output_silenced
 from .report import check_name, report_text
 from .run_log import log_of_run
+from .runtime.simulation import simulate
+from .runtime.time_base import ends_before_time
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
-from .simulation import simulate
-from .station import ends_before_time
 from .wording import uncapped
 
 SHOWN_DIFFERENCES = 50

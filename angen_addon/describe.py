@@ -8,8 +8,8 @@ from typing import Any
 
 from ..sensor_logic.parameters import specs
 from .layout import told
+from .runtime.time_base import evaluated_depsgraph
 from .sensors import Sensor, decimal
-from .station import evaluated_depsgraph
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:

@@ -16,11 +16,11 @@ from ..sensor_logic.clock import Clock
 from ..sensor_logic.model import Reading
 from . import outputs, state
 from .instances import Uid
-from .probes import Probes
+from .runtime.probes import Probes
+from .runtime.sensor_runner import PendingUpdates, SensorRunner
 from .scene_probe.light.probe import LightRequest
 from .scene_probe.solids import Solids
 from .sensors import Sensor, SensorError, all_sensors, check, simulated
-from .station import Station, Taken
 
 BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
 EDITED = "The scene was edited since: scrub, play or simulate"
@@ -52,10 +52,10 @@ class Live:
         self._frame: int | None = None
         self._held = False
         self._probes = Probes(scene)
-        self._waiting: dict[Uid, Taken] = {}
-        self._lit: dict[str, Taken] = {}
+        self._waiting: dict[Uid, PendingUpdates] = {}
+        self._lit: dict[str, PendingUpdates] = {}
         self._clock: Clock
-        self._stations: list[Station] = []
+        self._runners: list[SensorRunner] = []
         self._last_update: dict[Uid, int] = {}
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
@@ -66,20 +66,21 @@ class Live:
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
             self._find_sensors(view_layer, clock)
-        if not self._stations:
+        if not self._runners:
             return
         step = scene.frame_current - scene.frame_start
         if step < 0:
             # Before time begins there is nothing to sense, and nothing to compare with later.
             self._forget()
             return
-        due = [(s, *update) for s in self._stations if (update := self._due(s, step))]
-        pads = [station.sensor for station, _, _ in due if station.sensor.kind.motion]
+        due = [(s, *update) for s in self._runners if (update := self._due(s, step))]
+        pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.motion]
         frame = scene.frame_current if pads or self._motion_matters(step) else None
+        self._probes.note_edits()
         self._probes.look(depsgraph, frame, pads)
         self.looked_at = scene.frame_current
         self._watch([s for s, _, _ in due], step, depsgraph)
-        changed = [self._finish(station, step) for station in self._stations]
+        changed = [self._finish(runner, step) for runner in self._runners]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._light(depsgraph, scene.frame_current)
         changed += self._show_again()
@@ -130,7 +131,7 @@ class Live:
     def _sensors_are_the_same(self) -> bool:
         """Whether every sensor still exists, under its name."""
         try:
-            return all(s.sensor.name_now == s.sensor.name for s in self._stations)
+            return all(s.sensor.name_now == s.sensor.name for s in self._runners)
         except ReferenceError:
             return False
 
@@ -139,20 +140,19 @@ class Live:
         self.outdated = False
         before = dict(self.readings)
         self._forget()
-        self._stations.clear()
+        self._runners.clear()
         for sensor in simulated(all_sensors(view_layer)):
             try:
                 check(sensor)
             except SensorError as error:
                 self.problems[sensor.name] = str(error)
             else:
-                station = Station(sensor, clock)
-                station.heed(self._probes)
-                self._stations.append(station)
+                runner = SensorRunner(sensor, clock)
+                self._runners.append(runner)
                 if sensor.kind.light and sensor.name in before:
                     # It is told as old until the light is measured.
                     self.readings[sensor.name] = before[sensor.name]
-        self._probes.serve(station.sensor for station in self._stations)
+        self._probes.serve(runner.sensor for runner in self._runners)
 
     def _forget(self) -> None:
         self.problems.clear()
@@ -161,16 +161,16 @@ class Live:
         self._waiting.clear()
         self._lit.clear()
 
-    def _due(self, station: Station, step: int) -> tuple[int, bool] | None:
+    def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
         """The number of the update to make now and whether it follows the one before."""
-        uid = station.sensor.uid
-        number = station.schedule.last_update(step)
+        uid = runner.sensor.uid
+        number = runner.schedule.last_update(step)
         last = self._last_update.get(uid)
-        if number == last and not self._is_ahead(station.sensor):
+        if number == last and not self._is_ahead(runner.sensor):
             return None
-        follows = last is not None and number == last + 1 and station.schedule.step(number) == step
+        follows = last is not None and number == last + 1 and runner.schedule.step(number) == step
         if not follows:
-            station.reset()
+            runner.reset()
         self._last_update[uid] = number
         return number, follows
 
@@ -182,29 +182,29 @@ class Live:
 
     def _motion_matters(self, step: int) -> bool:
         """Whether a sensor that needs the motion has an update at this step or beside it."""
-        schedules = [s.schedule for s in self._stations if s.sensor.kind.motion]
+        schedules = [s.schedule for s in self._runners if s.sensor.kind.motion]
         return any(
             schedule.step(schedule.last_update(beside)) == beside
             for schedule in schedules
             for beside in range(max(step - 1, 0), step + 2)
         )
 
-    def _watch(self, due: list[Station], step: int, depsgraph: Any) -> None:
+    def _watch(self, due: list[SensorRunner], step: int, depsgraph: Any) -> None:
         """Lets those look that watch between their updates."""
-        for station in self._stations:
+        for runner in self._runners:
             # Of what cannot be sensed, the next update tells.
             with suppress(SensorError):
-                if station not in due and station.watches:
-                    station.watch(step, depsgraph, self._probes)
+                if runner not in due and runner.watches:
+                    runner.watch(step, depsgraph, self._probes)
 
     def _follow_one(
-        self, station: Station, number: int, follows: bool, step: int, depsgraph: Any
+        self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
     ) -> bool:
         """Whether the sensor's binary output changed."""
-        name, uid = station.sensor.name, station.sensor.uid
+        name, uid = runner.sensor.name, runner.sensor.uid
         self._lit.pop(name, None)
         try:
-            taken = station.take(number, step, depsgraph, self._probes)
+            taken = runner.take(number, step, depsgraph, self._probes)
         except SensorError as error:
             self.problems[name] = str(error)
             self.readings.pop(name, None)
@@ -217,7 +217,7 @@ class Live:
         if taken.request is not None:
             self._lit[name] = taken
             return False
-        if station.sensor.kind.motion and follows:
+        if runner.sensor.kind.motion and follows:
             # After a jump the frames beside are not known anyway.
             self._waiting[uid] = taken
             return False
@@ -238,15 +238,15 @@ class Live:
             self._fail(direct, error)
             measured = ()
         for taken in direct:
-            if taken.station.sensor.name in measured:
-                del self._lit[taken.station.sensor.name]
+            if taken.runner.sensor.name in measured:
+                del self._lit[taken.runner.sensor.name]
                 changed.append(self._show(taken, frame))
         return changed
 
-    def _fail(self, lit: Iterable[Taken], error: SensorError) -> None:
+    def _fail(self, lit: Iterable[PendingUpdates], error: SensorError) -> None:
         """What was to be measured cannot be."""
         for taken in lit:
-            name = taken.station.sensor.name
+            name = taken.runner.sensor.name
             self._lit.pop(name, None)
             self.readings.pop(name, None)
             self.problems[name] = str(error)
@@ -258,10 +258,10 @@ class Live:
     def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
         """Measures the light at the present frame as a run does, of so many sensors at most, those
         that are selected first."""
-        waiting = sorted(self._lit.values(), key=lambda taken: not taken.station.sensor.selected)
+        waiting = sorted(self._lit.values(), key=lambda taken: not taken.runner.sensor.selected)
         lit = waiting[:at_most]
         for taken in lit:
-            del self._lit[taken.station.sensor.name]
+            del self._lit[taken.runner.sensor.name]
         state.CACHE.running = True
         try:
             depsgraph = view_layer.depsgraph
@@ -270,7 +270,7 @@ class Live:
             for _ in self._probes.measure(scene, view_layer, depsgraph, asked):
                 pass
             for taken in lit:
-                taken.station.reset()
+                taken.runner.reset()
                 self._show(taken, scene.frame_current)
             # What is shown must not be taken for an edit.
             view_layer.update()
@@ -279,26 +279,26 @@ class Live:
         finally:
             state.CACHE.running = False
 
-    def _finish(self, station: Station, step: int) -> bool:
+    def _finish(self, runner: SensorRunner, step: int) -> bool:
         """Shows what waited for this frame, if it is the next one; the same."""
-        taken = self._waiting.pop(station.sensor.uid, None)
-        return taken is not None and step == taken.step + 1 and self._show(taken)
+        taken = self._waiting.pop(runner.sensor.uid, None)
+        return taken is not None and step == taken.steps[0] + 1 and self._show(taken)
 
     def _show_again(self) -> list[bool]:
         """Writes the last readings to outputs that say something else, as where keys of a bake were
         removed; whether binary outputs changed."""
         return [
-            outputs.show(station.sensor, published.reading.active, published.reading.value)
-            for station in self._stations
-            if (published := self.readings.get(station.sensor.name)) is not None
+            outputs.show(runner.sensor, published.reading.active, published.reading.value)
+            for runner in self._runners
+            if (published := self.readings.get(runner.sensor.name)) is not None
         ]
 
-    def _show(self, taken: Taken, frame: int | None = None) -> bool:
+    def _show(self, taken: PendingUpdates, frame: int | None = None) -> bool:
         """Publishes a reading, sensed at its update's frame unless at another one; whether the
         binary output changed."""
-        reading, sensor = taken.reading(), taken.station.sensor
+        reading, sensor = taken.reading(), taken.runner.sensor
         if frame is None:
-            frame = self._clock.frame_and_subframe(taken.step)[0]
+            frame = self._clock.frame_and_subframe(taken.steps[0])[0]
         self.readings[sensor.name] = Published(reading, frame)
         problem = reading.fields.get("problem", "")
         if problem:

@@ -9,7 +9,7 @@ from collections import deque
 from typing import TextIO
 
 from .console import tell
-from .simulation import Progress
+from .runtime.simulation import Progress
 
 TERMINAL_INTERVAL_S = 0.2
 LOG_INTERVAL_S = 10.0

@@ -145,15 +145,6 @@ def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
     read_parameters(sensor, sensor.settings, lengths)
 
 
-def names_others(sensor: Sensor, parameters: Any) -> bool:
-    """Whether parameters hold what something else in the file is called or says, which can change
-    without the sensor."""
-    known = specs(type(parameters))
-    pointers = _reader(sensor.kind.identifier)[1]
-    names = list(known)
-    return any(getattr(parameters, names[index]) is not None for index, _ in pointers)
-
-
 def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
     """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
     group = getattr(settings, sensor.kind.attribute)

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..sensor_logic.kind import RAYS
 from ..sensor_logic.model import Array, Pose
-from .station import Station
+from .runtime.sensor_runner import SensorRunner
+from .sensors import unit_scale
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Rays:
         return both.min(axis=0, initial=np.inf), both.max(axis=0, initial=-np.inf)
 
 
+# With these all rays are asked for at once; what a switch sweeps are the same rays.
+EVERYTHING = {"sweep": "ALL", "swept": False}
 NO_RAYS = Rays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
 
 
@@ -59,21 +62,7 @@ class Sight:
     request: Any = None
 
 
-class _Asked:
-    """Stands for the probes: takes down the rays that a model asks for; nothing is met."""
-
-    def __init__(self) -> None:
-        self.caster = self
-        self.rays: list[Rays] = []
-
-    def cast(
-        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
-    ) -> Array:
-        self.rays.append(Rays(np.array(origins), np.array(directions), np.array(length)))
-        return length
-
-
-def sight_of(station: Station, depsgraph: Any) -> Sight | None:
+def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
     """What the sensor looks with at the depsgraph's frame: all rays that its model ever casts with
     these parameters; none of a model that casts none. None while it is switched off. Raises
     SensorError.
@@ -81,19 +70,20 @@ def sight_of(station: Station, depsgraph: Any) -> Sight | None:
     The model senses once, where nothing is met; a detector with all tilts at once, which are those
     that its saw-tooth takes in turn.
     """
-    asked: Any = _Asked()
-    station.reset()
-    taken = station.take(0, 0, depsgraph, asked)
+    runner.reset()
+    taken = runner.take(0, 0, depsgraph, None)
     if taken is None:
         return None
     parameters, pose = taken.parameters, taken.update.pose
-    if not station.sensor.kind.asks_for(RAYS, parameters):
+    if not runner.sensor.kind.asks_for(RAYS, parameters):
         return Sight(parameters, pose, NO_RAYS, taken.request)
     rows = getattr(parameters, "tilt_count", 1)
-    if hasattr(parameters, "sweep"):
-        taken = replace(taken, parameters=replace(parameters, sweep="ALL"))
-    if getattr(parameters, "swept", False):
-        # What it sweeps are the same rays.
-        taken = replace(taken, parameters=replace(parameters, swept=False))
-    taken.reading()
-    return Sight(parameters, pose, replace(asked.rays[0], rows=rows, bundles=rows))
+    every = {name: value for name, value in EVERYTHING.items() if hasattr(parameters, name)}
+    metres, asked = unit_scale(depsgraph.scene), []
+
+    def note(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
+        asked.append(Rays(origins / metres, np.array(directions), length / metres))
+        return length
+
+    runner.model.update(replace(parameters, **every), replace(taken.update, scene={RAYS: note}))
+    return Sight(parameters, pose, replace(asked[0], rows=rows, bundles=rows))

@@ -87,8 +87,8 @@ def _run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[
     """A hall of still objects with as many triangles in all, one thing that moves to and fro, and
     detectors of the thesis's kind, all 24 fps at 10 Hz."""
     import bpy
+    from angen_sensors.angen_addon.runtime.simulation import simulate
     from angen_sensors.angen_addon.sensors import all_sensors
-    from angen_sensors.angen_addon.simulation import simulate
     from angen_sensors.sensor_logic.recording import Recording
 
     from .growth_scene import hall

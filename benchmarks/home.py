@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import bpy
+from angen_sensors.angen_addon.runtime.simulation import simulate
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
-from angen_sensors.angen_addon.simulation import simulate
 from angen_sensors.sensor_logic.recording import Recording
 
 from .common import open_home, spread

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from angen_sensors.angen_addon.probes import make_caster
-from angen_sensors.angen_addon.station import evaluated_depsgraph
+from angen_sensors.angen_addon.runtime.probes import make_caster
+from angen_sensors.angen_addon.runtime.time_base import evaluated_depsgraph
 
 from . import pressure_scenes
 from .box_home import RATE, BoxHome, blender_scene, make, triangles

@@ -11,9 +11,10 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.probes import Probes
+from angen_sensors.angen_addon.runtime.probes import Probes
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
-from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
 from angen_sensors.sensor_logic.model import Emission, Update
 from angen_sensors.sensor_logic.motion_detector import MotionDetector
 from angen_sensors.sensor_logic.pir import PirParameters
@@ -161,7 +162,7 @@ def measure_cost(frames: int, rounds: int) -> list[dict[str, Any]]:
 def _in_home(scene: Any, sensors: list[Sensor], frames: int) -> tuple[float, int, int]:
     """Milliseconds an update, updates, and those that said that something moves."""
     clock, probes = clock_of(scene), Probes(scene)
-    stations = [Station(sensor, clock) for sensor in sensors]
+    runners = [SensorRunner(sensor, clock) for sensor in sensors]
     taken, updates, moved = 0.0, 0, 0
     first = FIRST - scene.frame_start
     for step in range(first - 24, first + frames):
@@ -173,12 +174,12 @@ def _in_home(scene: Any, sensors: list[Sensor], frames: int) -> tuple[float, int
             if solid.moving and np.isfinite(solid.geometry.lo).all():
                 solid.geometry.tree(depsgraph)
         begin = time.process_time()
-        for station in stations:
-            reading = station.take(step, step, depsgraph, probes).reading()
+        for runner in runners:
+            reading = runner.take(step, step, depsgraph, probes).reading()
             moved += reading.active and step >= first
         if step >= first:
             taken += time.process_time() - begin
-            updates += len(stations)
+            updates += len(runners)
     return taken / updates * 1e3, updates, moved
 
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.probes import Probes
+from angen_sensors.angen_addon.runtime.probes import Probes
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.sensors import all_sensors
-from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
 
 Array = np.typing.NDArray[np.float64]
 Vec = Sequence[float]
@@ -157,10 +158,10 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
     apart from that of Blender's own evaluation of the frame."""
     bpy.context.view_layer.update()
     clock = clock_of(scene)
-    stations = [Station(sensor, clock) for sensor in all_sensors(bpy.context.view_layer)]
-    pads = [station.sensor for station in stations]
+    runners = [SensorRunner(sensor, clock) for sensor in all_sensors(bpy.context.view_layer)]
+    pads = [runner.sensor for runner in runners]
     probes = Probes(scene)
-    probes.serve(station.sensor for station in stations)
+    probes.serve(runner.sensor for runner in runners)
     done = Followed({pad.name: Track() for pad in pads}, [], {})
     poses: dict[str, list[Array]] = {obj.name: [] for obj in watched}
     waiting: list[Any] = []
@@ -172,7 +173,7 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
         begin = time.perf_counter()
         probes.look(depsgraph, scene.frame_current, pads)
         readings = [taken.reading() for taken in waiting]
-        waiting = [station.take(step, step, depsgraph, probes) for station in stations]
+        waiting = [runner.take(step, step, depsgraph, probes) for runner in runners]
         done.seconds.append(time.perf_counter() - begin)
         for pad, reading in zip(pads, readings, strict=False):
             track = done.tracks[pad.name]

@@ -16,9 +16,10 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.probes import Probes
+from angen_sensors.angen_addon.runtime.probes import Probes
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
-from angen_sensors.angen_addon.station import Station, clock_of, evaluated_depsgraph
 
 from .common import HOME as HOME
 from .common import open_home, spread
@@ -100,7 +101,7 @@ def run(scene: Any, sensors: list[Sensor], caster_name: str, frames: int) -> Run
     # Values at the playhead would be sensed a second time.
     scene.angen_live = False
     clock = clock_of(scene)
-    stations = [Station(sensor, clock) for sensor in sensors]
+    runners = [SensorRunner(sensor, clock) for sensor in sensors]
     probes = Probes(scene)
     done = Run()
     cast = probes.caster.cast
@@ -118,11 +119,11 @@ def run(scene: Any, sensors: list[Sensor], caster_name: str, frames: int) -> Run
         scene.frame_set(clock.frame_and_subframe(step)[0])
         depsgraph = evaluated_depsgraph()
         evaluated = time.perf_counter()
-        due = [(n, s) for s in stations for n, _ in s.schedule.updates(step, step)]
+        due = [(n, s) for s in runners for n, _ in s.schedule.updates(step, step)]
         if due:
             probes.look(depsgraph, None)
-        for number, station in due:
-            done.moved.append(station.take(number, step, depsgraph, probes).reading().active)
+        for number, runner in due:
+            done.moved.append(runner.take(number, step, depsgraph, probes).reading().active)
         sensing = time.perf_counter() - evaluated
         if step < first:
             done.starting += sensing

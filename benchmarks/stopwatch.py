@@ -10,12 +10,13 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
-from angen_sensors.angen_addon import simulation, state
-from angen_sensors.angen_addon.probes import Probes
+from angen_sensors.angen_addon import state
+from angen_sensors.angen_addon.runtime.probes import Probes
+from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
 from angen_sensors.angen_addon.scene_probe.bodies import Bodies
 from angen_sensors.angen_addon.scene_probe.rays import RayCaster
 from angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
-from angen_sensors.angen_addon.station import Station, Taken
+from angen_sensors.sensor_logic.recording import Track
 
 EVALUATION = "evaluation of the scene"
 # What is wrapped: owner, name, and the part that its own time counts for.
@@ -23,14 +24,14 @@ WRAPPED = (
     (type(state.CACHE), "note", "what moved"),
     (RayCaster, "update", "what moved"),
     (SceneRayCaster, "update", "what moved"),
-    (RayCaster, "cast", "rays"),
-    (SceneRayCaster, "cast", "rays"),
+    (RayCaster, "cast_at", "rays"),
+    (SceneRayCaster, "cast_at", "rays"),
     (Bodies, "look", "contact forces"),
     (Probes, "forces", "contact forces"),
     (Probes, "measure", "light"),
-    (Station, "take", "sensor models"),
-    (Taken, "reading", "sensor models"),
-    (simulation, "_record", "recording"),
+    (SensorRunner, "read", "sensor models"),
+    (PendingUpdates, "readings", "sensor models"),
+    (Track, "extend", "recording"),
 )
 PARTS = (EVALUATION, *dict.fromkeys(part for *_, part in WRAPPED))
 

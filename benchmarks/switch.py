@@ -14,8 +14,8 @@ from typing import Any
 
 import bpy
 import numpy as np
+from angen_sensors.angen_addon.runtime.simulation import simulate
 from angen_sensors.angen_addon.sensors import all_sensors
-from angen_sensors.angen_addon.simulation import simulate
 from angen_sensors.sensor_logic.model import Pose, Update
 from angen_sensors.sensor_logic.optical_switch import OpticalSwitchParameters, SlottedSwitch
 from angen_sensors.sensor_logic.recording import Recording

@@ -14,9 +14,9 @@ from bpy.types import Context, Event, Operator
 from ..angen_addon import lacking, outputs, state
 from ..angen_addon.kept import keep
 from ..angen_addon.progress import TimeLeft
+from ..angen_addon.runtime.simulation import Progress, simulate
+from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
 from ..angen_addon.sensors import SensorError, all_sensors, simulated
-from ..angen_addon.simulation import Progress, simulate
-from ..angen_addon.station import ends_before_time, frames_to_run
 from ..sensor_logic.recording import Recording
 from .slices import Slices
 

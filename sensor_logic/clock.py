@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 # Finds 1/3 Hz, 29.97 fps and the like.
 LARGEST_DENOMINATOR = 1000
@@ -93,7 +94,12 @@ class Schedule:
 
     def updates(self, first: int, last: int) -> Iterator[tuple[int, int]]:
         """(number, step) of every update with first ≤ step ≤ last."""
-        number = max(0, self.last_update(first - 1) + 1)
-        while (step := self.step(number)) <= last:
-            yield number, step
-            number += 1
+        numbers, steps = self.between(first, last)
+        yield from zip(numbers.tolist(), steps.tolist(), strict=True)
+
+    def between(self, first: int, last: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The numbers (n,) and the steps (n,) of the same updates."""
+        begin = max(0, self.last_update(first - 1) + 1)
+        numbers = np.arange(begin, max(begin, self.last_update(last) + 1), dtype=np.int64)
+        spacing = self.steps_per_update
+        return numbers, -(-numbers * spacing.numerator // spacing.denominator)

@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
-
-from .model import Reading
+from .kind import LIGHT
+from .model import Model, Reading, Update
 from .parameters import READING, Choice, Parameters, parameter
 from .photoresistor import conductance, divided, equivalent_lux, follow
 from .quantities import METRES, Lengths
@@ -247,18 +245,7 @@ class LightSample:
     note: str = ""
 
 
-class LightUpdate(Protocol):
-    """What the model looks at of an `Update`."""
-
-    @property
-    def time(self) -> float: ...
-    @property
-    def light(self) -> Callable[[], LightSample]: ...
-    @property
-    def noise(self) -> Callable[[], np.random.Generator]: ...
-
-
-class LightSensor:
+class LightSensor(Model):
     """The state of one sensor: its photoresistor or its integration, and its comparator."""
 
     def __init__(self) -> None:
@@ -267,8 +254,8 @@ class LightSensor:
         self._window: deque[tuple[float, float]] = deque()
         self._lit: bool | None = None
 
-    def update(self, parameters: LightParameters, update: LightUpdate) -> Reading:
-        sample = update.light()
+    def update(self, parameters: LightParameters, update: Update) -> Reading:
+        sample: LightSample = update.ask(LIGHT)
         dt = 0.0 if self._time is None else max(update.time - self._time, 0.0)
         fields: dict[str, Any] = {
             "luminance_percent": None,
@@ -294,7 +281,7 @@ class LightSensor:
         return Reading(fields["lit"], value, fields)
 
     @staticmethod
-    def _noisy(light: float | None, parameters: LightParameters, update: LightUpdate) -> float:
+    def _noisy(light: float | None, parameters: LightParameters, update: Update) -> float:
         if light is None or math.isnan(light):
             raise ValueError(f"no light was measured by the method {parameters.method}")
         if parameters.noise_sigma > 0.0:

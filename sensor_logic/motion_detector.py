@@ -3,21 +3,21 @@
 
 from __future__ import annotations
 
-from .model import Reading, Update
+from .model import Model, Readings, Updates
 from .pir import PirParameters, RangeScan
 from .pyroelectric.detector import PyroelectricDetector
 
 
-class MotionDetector:
+class MotionDetector(Model):
     """One detector. Where the model is changed, it starts anew."""
 
     def __init__(self) -> None:
         self._model = ""
         self._sensing: RangeScan | PyroelectricDetector
 
-    def update(self, parameters: PirParameters, update: Update) -> Reading:
+    def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         if parameters.model != self._model:
             self._model = parameters.model
             pyroelectric = parameters.model == "PYROELECTRIC"
             self._sensing = PyroelectricDetector() if pyroelectric else RangeScan()
-        return self._sensing.update(parameters, update)
+        return self._sensing.sense(parameters, updates)

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .breaks import light_between
-from .model import Array, Pose, Reading, Update
+from .kind import CROSSINGS, RAYS
+from .model import Array, Model, Pose, Reading, Readings, Update, Updates
 from .parameters import Parameters, parameter
 from .quantities import METRES, Lengths
 from .sweep import Passes, no_passes
@@ -143,7 +144,7 @@ class Caught:
     thing: int
 
 
-class SlottedSwitch:
+class SlottedSwitch(Model):
     """The state of one switch: what its comparator last said, and what was seen since.
 
     `caught`: what alone made the last reading a closed one.
@@ -155,14 +156,36 @@ class SlottedSwitch:
         self._looks: list[Look] = []
         self._beam: tuple[OpticalSwitchParameters, Pose, tuple[Array, Array, Array]] | None = None
 
-    def watch(self, parameters: OpticalSwitchParameters, update: Update) -> None:
-        """Looks at the beam at a step between two updates."""
-        if parameters.swept:
-            self._looks.append(self._look(parameters, update))
-        else:
+    def sense(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
+        if not parameters.swept:
             self._looks.clear()
+            if parameters.noise_sigma == 0.0:
+                return self._sense_plain(parameters, updates)
+        found = []
+        for i, due in enumerate(updates.due.tolist()):
+            if due:
+                found.append(self._read(parameters, updates[i]))
+            elif parameters.swept:
+                self._looks.append(self._look(parameters, updates[i]))
+        return Readings.of(found)
 
-    def update(self, parameters: OpticalSwitchParameters, update: Update) -> Reading:
+    def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
+        """The same without noise, and of what is seen at the updates alone."""
+        self.caught = None
+        rays = self._rays(parameters, updates.pose)
+        seen = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
+        ranges = np.asarray(seen.table)
+        ranges = np.where(ranges >= rays[2], parameters.range_max, ranges + parameters.range_min)
+        ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
+        light = (ranges >= parameters.threshold).mean(axis=1)[seen.rows]
+        is_open = np.empty(len(light), bool)
+        changes = np.append(True, light[1:] != light[:-1])
+        for i in np.flatnonzero(changes).tolist():
+            self._open = is_open[i:] = self._compared(parameters, float(light[i]))
+        nearest = ranges.min(axis=1)[seen.rows]
+        return Readings(is_open, nearest, {"open": is_open, "range_m": nearest})
+
+    def _read(self, parameters: OpticalSwitchParameters, update: Update) -> Reading:
         now = self._look(parameters, update)
         # A look with another number of rays is none of this beam.
         looks = [one for one in self._looks if len(one.ranges) == len(now.ranges)] + [now]
@@ -205,10 +228,10 @@ class SlottedSwitch:
 
     def _look(self, parameters: OpticalSwitchParameters, update: Update) -> Look:
         rays = self._rays(parameters, update.pose)
-        ranges, reach = update.cast(0, *rays), rays[2]
+        ranges, reach = update.ask(RAYS, 0, *rays), rays[2]
         # What meets nothing reads range_max itself, not what rounding makes of the sum.
         ranges = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
-        passes = update.sweep(*rays) if parameters.swept else None
+        passes = update.ask(CROSSINGS, *rays) if parameters.swept else None
         if passes is None:
             # What was seen before is not of this interval, or no longer asked for.
             self._looks.clear()

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 # Times are multiples of a frame; this only absorbs the rounding of their difference.
 TIME_TOLERANCE_S = 1e-9
 
@@ -57,3 +60,27 @@ class OutputTiming:
             self.active = False
             self._fell = time
         return self.active
+
+    def run(
+        self,
+        times: NDArray[np.float64],
+        triggered: NDArray[np.bool_],
+        hold: float,
+        blocking: float,
+        warm_up: float,
+        retrigger: bool = True,
+    ) -> NDArray[np.bool_]:
+        """The output (n,) at `times` (n,), given at which of them motion was seen: stepped only
+        where there is some, or the output is on."""
+        active, triggers = np.zeros(len(times), bool), np.flatnonzero(triggered)
+        i = 0
+        while i < len(times):
+            if not self.active:
+                following = int(np.searchsorted(triggers, i))
+                if following == len(triggers):
+                    break
+                i = int(triggers[following])
+            seen = bool(triggered[i])
+            active[i] = self.update(float(times[i]), seen, hold, blocking, warm_up, retrigger)
+            i += 1
+        return active

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .model import Array, Pose, Reading, Update
+from .kind import RAYS
+from .model import Array, Index, Model, Pose, Readings, Updates
 from .output_timing import OutputTiming
 from .parameters import Choice, Parameters, parameter
 from .pyroelectric.lenses import LENSES
@@ -320,87 +321,81 @@ class _AimedRays(NamedTuple):
     reach: Array
 
 
-class _Scan(NamedTuple):
-    """What the rays of a bundle read: ranges as cast, and by tilt what is made of them."""
-
-    rays: _AimedRays
-    cast: Array
-    by_tilt: list[Array]
-
-
-class RangeScan:
+class RangeScan(Model):
     """The state of one detector: the last scan at each tilt, and its output stage."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
         self._output = OutputTiming()
         self._aimed: dict[int, _AimedRays] = {}
-        self._scans: dict[int, _Scan] = {}
-        self._fan: tuple[PirParameters, Array] | None = None
 
-    def update(self, parameters: PirParameters, update: Update) -> Reading:
-        if self._fan is None or self._fan[0] is not parameters:
-            self._fan = parameters, fan_directions(parameters)
-        fan = self._fan[1]
+    def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        fan = fan_directions(parameters)
+        n = len(updates)
+        change, tilt = np.zeros(n), np.zeros(n, np.intp)
         if parameters.sweep == "ALL":
-            tilts = range(len(fan))
-            bundle = 0
+            found = self._changes(parameters, updates, 0, range(len(fan)), np.arange(n))
+            tilt = found.argmax(axis=1)
+            change = found[np.arange(n), tilt]
+            tilt[change <= parameters.threshold] = 0
         else:
-            bundle = update.number % len(fan)
-            tilts = range(bundle, bundle + 1)
-        ranges = self._scan(parameters, update, bundle, fan[tilts.start : tilts.stop])
-        change = self._largest_changes(tilts, ranges)
-        most = change.index(max(change))
-        triggered = change[most] > parameters.threshold
-        angle = tilts[most if triggered else 0] * parameters.vertical_step
-        moved = self._output.update(
-            update.time,
-            triggered,
+            tilt = updates.numbers % len(fan)
+            for one in np.unique(tilt).tolist():
+                which = np.flatnonzero(tilt == one)
+                scans = range(one, one + 1)
+                change[which] = self._changes(parameters, updates, one, scans, which)[:, 0]
+        angle = np.asarray(tilt * parameters.vertical_step, np.float64)
+        moved = self._output.run(
+            updates.times,
+            change > parameters.threshold,
             parameters.hold_time,
             parameters.blocking_time,
             parameters.warm_up_time,
             parameters.retrigger,
         )
-        return Reading(moved, angle, {"angle_rad": angle, "moved": moved, "signal": None})
+        return Readings(moved, angle, {"angle_rad": angle, "moved": moved, "signal": None})
 
-    def _scan(
-        self, parameters: PirParameters, update: Update, bundle: int, fan: Array
-    ) -> list[Array]:
-        """By tilt, ranges (rays,) in metres, within range_min … range_max; the same arrays where
-        nothing changed."""
-        rays = self._aim(parameters, update.pose, bundle, fan)
-        cast = ranges = update.cast(bundle, rays.origins, rays.directions, rays.reach)
-        known = self._scans.get(bundle)
-        if known is not None and known.cast is cast and known.rays is rays:
-            return known.by_tilt
+    def _changes(
+        self,
+        parameters: PirParameters,
+        updates: Updates,
+        bundle: int,
+        tilts: range,
+        which: Index,
+    ) -> Array:
+        """By update in `which` (k,) and tilt, (k, tilts): the largest |range − range of the
+        previous scan at that tilt|, 0 at the first. Ranges are in metres, within range_min …
+        range_max."""
+        rays = self._aim(parameters, updates.pose, bundle, tilts)
+        seen = updates.ask(RAYS, bundle, rays.origins, rays.directions, rays.reach, which=which)
+        rows, ranges = seen.rows, np.asarray(seen.table)
         # What meets nothing reads range_max itself, not what rounding makes of the sum.
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
-            ranges = ranges + update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
-        within = np.minimum(np.maximum(ranges, parameters.range_min), parameters.range_max)
-        by_tilt = list(within.reshape(fan.shape[:2]))
-        if parameters.noise_sigma == 0.0 and not cast.flags.writeable:
-            self._scans[bundle] = _Scan(rays, cast, by_tilt)
-        return by_tilt
+            numbers = updates.numbers[which].tolist()
+            size = ranges.shape[1]
+            noise = [updates.noise(k).normal(0.0, parameters.noise_sigma, size) for k in numbers]
+            ranges, rows = ranges[rows] + noise, np.arange(len(which))
+        ranges = np.minimum(np.maximum(ranges, parameters.range_min), parameters.range_max)
+        scans = ranges.reshape(len(ranges), len(tilts), -1)
+        change = np.zeros((len(which), len(tilts)))
+        other = np.flatnonzero(rows[1:] != rows[:-1]) + 1
+        change[other] = np.abs(scans[rows[other]] - scans[rows[other - 1]]).max(axis=2)
+        first, last = scans[rows[0]], scans[rows[-1]]
+        for i, one in enumerate(tilts):
+            before = self._previous.get(one)
+            if before is not None and before.shape == first[i].shape:
+                change[0, i] = np.abs(first[i] - before).max()
+            self._previous[one] = last[i]
+        return change
 
-    def _aim(self, parameters: PirParameters, pose: Pose, bundle: int, fan: Array) -> _AimedRays:
+    def _aim(self, parameters: PirParameters, pose: Pose, bundle: int, tilts: range) -> _AimedRays:
         known = self._aimed.get(bundle)
         if known is None or known.parameters is not parameters or known.pose is not pose:
+            fan = fan_directions(parameters)[tilts.start : tilts.stop]
             directions = fan.reshape(-1, 3) @ pose.axes.T
             origins = pose.origin + directions * parameters.range_min
             reach = np.full(len(directions), parameters.range_max - parameters.range_min)
             known = _AimedRays(parameters, pose, origins, directions, reach)
             self._aimed[bundle] = known
         return known
-
-    def _largest_changes(self, tilts: range, ranges: list[Array]) -> list[float]:
-        """Largest |range − range of the previous scan at that tilt|, of each; 0 at the first."""
-        change = [0.0] * len(tilts)
-        for row, tilt in enumerate(tilts):
-            before, now = self._previous.get(tilt), ranges[row]
-            if before is now:
-                continue
-            if before is not None and before.shape == now.shape:
-                change[row] = float(np.abs(now - before).max())
-            self._previous[tilt] = now
-        return change

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .force_resistor import ForceResistor
-from .model import PadContact, Pose, Reading, Update
+from .kind import FORCES
+from .model import Model, PadContact, Pose, Reading, Update
 from .parameters import Choice, Parameters, parameter
 from .partner_names import joined
 from .quantities import METRES, Lengths
@@ -195,7 +196,7 @@ class PressureParameters(Parameters):
         return []
 
 
-class PressurePad:
+class PressurePad(Model):
     """One pad with its memory: the last known reading and the state of its resistor."""
 
     def __init__(self) -> None:
@@ -207,7 +208,7 @@ class PressurePad:
 
         Where the forces are not known the last known ones stand, and `valid` is false.
         """
-        contact = update.contact()
+        contact: PadContact = update.ask(FORCES)
         problem = contact.forces.problem
         if contact.forces.usable:
             self._known = pad_reading(parameters, update.pose, contact)

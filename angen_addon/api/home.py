@@ -25,6 +25,8 @@ from ..kept import keep
 from ..layout.apply import Applied, apply_layout
 from ..output_files import Outputs, check_outputs
 from ..run_log import about, sensor_facts
+from ..runtime.simulation import simulate
+from ..runtime.time_base import evaluated_depsgraph
 from ..sensors import (
     NoSuchSensor,
     Sensor,
@@ -35,9 +37,7 @@ from ..sensors import (
     simulated,
     unit_scale,
 )
-from ..simulation import simulate
 from ..state import CACHE
-from ..station import evaluated_depsgraph
 from .recording import Recording
 
 # Blender holds one file at a time: which home that is.

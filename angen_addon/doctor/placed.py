@@ -12,12 +12,13 @@ from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from .. import warmth
 from ..animation import action_curves
+from ..runtime.agenda import frames_to_step_from
+from ..runtime.sensor_runner import SensorRunner
+from ..runtime.time_base import clock_of
 from ..scene_probe.rays import NOTHING
 from ..scene_probe.solids import Solid
 from ..sensors import Sensor, SensorError
 from ..sight import sight_of
-from ..simulation import frames_to_step_from
-from ..station import Station, clock_of
 from ..wording import named
 from .examined import Examined, Found
 
@@ -127,7 +128,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
     """Sensors whose rays begin behind something: nearer than their range min they see nothing."""
     for sensor in home.asking_for(RAYS):
         try:
-            sight = sight_of(Station(sensor, clock_of(home.scene)), home.depsgraph)
+            sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
         except SensorError as error:
             yield str(error), "Mend its parameters in the sidebar, Active Sensor"
             continue

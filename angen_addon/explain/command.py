@@ -10,9 +10,9 @@ from ...sensor_logic.clock import Schedule
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording import Recording
 from .. import outputs
+from ..runtime.simulation import Progress, simulate
+from ..runtime.time_base import clock_of
 from ..sensors import Sensor, SensorError, decimal, simulated
-from ..simulation import Progress, simulate
-from ..station import clock_of
 from ..timeline.events import log_indices
 from . import explain
 

@@ -14,16 +14,17 @@ import numpy as np
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.recording import Recording, Track
 from .. import handlers, outputs, state
-from ..probes import Probes
+from ..runtime.probes import Probes
+from ..runtime.sensor_runner import PendingUpdates, SensorRunner
+from ..runtime.time_base import evaluated_depsgraph
 from ..sensors import Sensor, all_sensors, read_pose, unit_scale
-from ..station import Station, Taken, evaluated_depsgraph
 from ..units import lengths_of
 from .facts import Explanation
 from .witness import Witness
 
 
 class Replay:
-    """One sensor at chosen updates of a recording. `station` keeps its model's state between
+    """One sensor at chosen updates of a recording. `runner` keeps its model's state between
     them; `witness` says what its rays met at the last one; `lengths` is what to tell lengths in."""
 
     def __init__(self, scene: Any, sensor: Sensor, recording: Recording) -> None:
@@ -32,7 +33,7 @@ class Replay:
         self.scene = scene
         self.sensor = sensor
         self.track: Track = track
-        self.station = Station(sensor, clock)
+        self.runner = SensorRunner(sensor, clock)
         self.metres = unit_scale(scene)
         self.lengths = lengths_of(scene)
         self.probes = Probes(scene)
@@ -44,12 +45,12 @@ class Replay:
 
     def step(self, index: int) -> int:
         """The step of the clock at which update `index` of the track was made."""
-        clock = self.station.clock
+        clock = self.runner.clock
         return round((self.track.frames[index] - clock.frame_start) * clock.substeps)
 
     def number(self, index: int) -> int:
         """Which update that was, counted from t = 0."""
-        return self.station.schedule.last_update(self.step(index))
+        return self.runner.schedule.last_update(self.step(index))
 
     def index_of(self, number: int, index: int) -> int | None:
         """Where in the track update `number` is, if every update from there to `index` was
@@ -61,27 +62,27 @@ class Replay:
 
     def go(self, step: int) -> Any:
         """Evaluates the scene at a step; returns the depsgraph."""
-        frame, subframe = self.station.clock.frame_and_subframe(step)
-        self._show_outputs_before(self.station.clock.step_frame(step))
+        frame, subframe = self.runner.clock.frame_and_subframe(step)
+        self._show_outputs_before(self.runner.clock.step_frame(step))
         self.scene.frame_set(frame, subframe=subframe)
         return evaluated_depsgraph()
 
-    def take(self, index: int, frame: int | None = None) -> Taken | None:
+    def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
         """Update `index` anew, not yet read; None where the sensor is off now. `frame`: as in
         `Probes.look`. Raises SensorError."""
         step = self.step(index)
         depsgraph = self.go(step)
         self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
-        return self.station.take(self.number(index), step, depsgraph, self.probes)
+        return self.runner.take(self.number(index), step, depsgraph, self.probes)
 
     def watch(self, first: int, last: int) -> None:
         """Lets the sensor look at the steps between two updates of the track, where it does so."""
-        if not self.station.watches:
+        if not self.runner.watches:
             return
         for step in range(self.step(first) + 1, self.step(last)):
             depsgraph = self.go(step)
             self.probes.look(depsgraph, None)
-            self.station.watch(step, depsgraph, self.probes)
+            self.runner.watch(step, depsgraph, self.probes)
 
     def bounds(self, index: int, own: bool = False) -> dict[str, Array]:
         """Least and greatest corner (2, 3) in metres of what rays meet at an update, by name;

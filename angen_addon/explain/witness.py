@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sensor_logic.model import Answers, Index
 from ..scene_probe.rays import NOTHING, RayCaster
 from ..scene_probe.reference_rays import SceneRayCaster
 
@@ -40,13 +41,19 @@ class Witness:
         if self._namer is not self._caster:
             self._namer.update(depsgraph)
 
-    def cast(
-        self, sensor: int, bundle: int, origins: Array, directions: Array, length: Array
-    ) -> Array:
+    def cast_at(
+        self,
+        sensor: int,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
         ranges, met = self._namer.cast_met(sensor, bundle, origins, directions, length)
         if self._namer is not self._caster:
             ranges = self._caster.cast(sensor, bundle, origins, directions, length)
         names = {number: self.solids.name_of(number) for number in set(met.tolist())}
         names[NOTHING] = ""
         self.seen = Seen(ranges.copy(), [names[number] for number in met.tolist()])
-        return ranges
+        return Answers(ranges[None], np.zeros(len(frames), np.intp))

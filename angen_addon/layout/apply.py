@@ -15,8 +15,8 @@ from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Entry, read_layout
 from ..housing import Housing, housing_of, mesh_of
 from ..instances import chain
+from ..runtime.time_base import evaluated_depsgraph
 from ..sensors import Sensor, unit_scale
-from ..station import evaluated_depsgraph
 from ..wording import named
 from .plan import Change, Planner
 from .told import of_faces

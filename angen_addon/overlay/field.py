@@ -19,10 +19,10 @@ from ..animation import is_animated
 from ..kinds import appearance_of
 from ..kinds.pir.figure import sweep_figure
 from ..live import live_of
+from ..runtime.sensor_runner import SensorRunner
 from ..scene_probe.rays import RayCaster
 from ..sensors import Sensor, SensorError, all_sensors, unit_scale
 from ..sight import Rays, sight_of
-from ..station import Station
 from .figures import Figure, surface_outline
 from .movers import Movers
 from .sweep import NO_TILTS, Sweep
@@ -54,7 +54,7 @@ class Seen:
         self.sensor = sensor
         self.uid = sensor.uid
         self.appearance = appearance_of(sensor.kind)
-        self.station = Station(sensor, clock)
+        self.runner = SensorRunner(sensor, clock)
         self.matrix: Any = None
         self.parameters: Any = None
         self.pose: Pose | None = None
@@ -201,7 +201,7 @@ class Field:
         seen.matrix = matrix.copy()
         problem, sight, rays = "", None, None
         try:
-            sight = sight_of(seen.station, depsgraph)
+            sight = sight_of(seen.runner, depsgraph)
         except SensorError as error:
             problem = str(error)
         if sight is not None:
@@ -243,10 +243,10 @@ class Field:
         scans = getattr(seen.parameters, "model", "") == "RANGE_SCAN"
         due, follows = NO_TILTS, False
         if scans:
-            due, follows = seen.sweep.due(seen.station.schedule, step, seen.parameters, rays.rows)
+            due, follows = seen.sweep.due(seen.runner.schedule, step, seen.parameters, rays.rows)
         elif rays.rows > 1:
             # Views and zones: wide; once an update is enough while the playhead moves.
-            number = seen.station.schedule.last_update(max(step, 0))
+            number = seen.runner.schedule.last_update(max(step, 0))
             follows, seen.number = number == seen.number, number
         asked = due if follows and not all_now else range(rays.bundles)
         rows = [row for row in asked if seen.stale[row]]

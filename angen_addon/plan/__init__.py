@@ -12,8 +12,8 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import Placed, Shape, Storey
 from .. import state
+from ..runtime.time_base import evaluated_depsgraph
 from ..sensors import Sensor
-from ..station import evaluated_depsgraph
 from .fields import placed
 from .home import Home
 from .shapes import shapes_at

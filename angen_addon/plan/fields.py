@@ -12,9 +12,10 @@ from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import Placed
 from ..instances import Uid
 from ..kinds import appearance_of
+from ..runtime.sensor_runner import SensorRunner
+from ..runtime.time_base import clock_of
 from ..sensors import Sensor
 from ..sight import Rays, sight_of
-from ..station import Station, clock_of
 from .home import Home
 
 BUNDLE = 0
@@ -23,7 +24,7 @@ BUNDLE = 0
 def placed(home: Home, sensor: Sensor) -> tuple[Uid, Placed] | None:
     """The sensor with its session uid, its `height` in the world; None while it is switched off.
     Raises SensorError."""
-    sight = sight_of(Station(sensor, clock_of(home.depsgraph.scene)), home.depsgraph)
+    sight = sight_of(SensorRunner(sensor, clock_of(home.depsgraph.scene)), home.depsgraph)
     if sight is None:
         return None
     appearance = appearance_of(sensor.kind)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sensor_logic.model import Answers, Index
 from ..instances import Uid
 from . import sections
 from .bundles import Bundle, Moving, Rays, Watch
@@ -61,6 +62,19 @@ class RayCaster:
         `sensor` is the session uid, or path, of the object whose own solids the rays pass through.
         """
         return self.cast_met(sensor, bundle, origins, directions, length)[0]
+
+    def cast_at(
+        self,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        """The ranges (k, n) at each of the frames (m,) that are kept."""
+        ranges = self.cast(sensor, bundle, origins, directions, length)
+        return Answers(ranges[None], np.zeros(len(frames), np.intp))
 
     def cast_met(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array

@@ -9,6 +9,7 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
+from ...sensor_logic.model import Answers, Index
 from ..instances import Uid
 from .solids import Solids
 
@@ -43,6 +44,18 @@ class SceneRayCaster:
     ) -> Array:
         rays = zip(origins, directions, length.tolist(), strict=True)
         return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
+
+    def cast_at(
+        self,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        ranges = self.cast(sensor, bundle, origins, directions, length)
+        return Answers(ranges[None], np.zeros(len(frames), np.intp))
 
     def _cast_one(self, sensor: Uid, origin: Array, direction: Array, limit: float) -> float:
         start, way = Vector(origin), Vector(direction)

@@ -63,7 +63,8 @@ class Solids:
     """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
     world bounds `lo`, `hi` (n, 3), and `version` (n,), the number of the synchronisation, of which
     there were `syncs`, at which one last moved or changed its shape. `listing` counts how often the
-    list was made anew; `heard` how often something was told of changes;
+    list was made anew; `edits` how often more than the frame may have
+    changed;
     `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
     that met them is void; `instanced` are the session uids of objects that others instance."""
 
@@ -84,9 +85,7 @@ class Solids:
         self._shapes: dict[int, Geometry] = {}
         self._numbers = 0
         self.syncs = 0
-        self.heard = 0
-        self._touched_at: dict[int, int] = {}
-        self._forgot_at = 0
+        self.edits = 0
         self._listed: list[int] = []
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
@@ -103,7 +102,6 @@ class Solids:
         Frame changes name every object that could have changed. An edit can change anything,
         visibility included.
         """
-        self.heard += 1
         if edited:
             self.forget()
         for update in depsgraph.updates:
@@ -112,25 +110,15 @@ class Solids:
                 original = changed.original
                 uid = original.session_uid
                 self._touched.add(uid)
-                self._touched_at[uid] = self.heard
                 if update.is_updated_geometry:
                     self._reshaped.add(uid)
                     self._must_list |= _may_instance(original)
 
     def forget(self) -> None:
         """Anything may have changed unheard: all is looked at again."""
-        self.heard += 1
-        self._forgot_at = self.heard
+        self.edits += 1
         self._must_list = True
         self._unsure = True
-
-    def untouched(self, uid: Uid, since: int) -> bool:
-        """Whether nothing was told of a change of the object `uid`, nor of what it is an instance
-        of and in, since `heard` was that."""
-        parts = (uid,) if isinstance(uid, int) else uid
-        return since >= self._forgot_at and all(
-            since >= self._touched_at.get(part, 0) for part in parts
-        )
 
     @property
     def inverse(self) -> Array:

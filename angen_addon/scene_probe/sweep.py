@@ -33,9 +33,10 @@ STANDS = -1
 
 @dataclass(frozen=True)
 class Moment:
-    """The solids at one step: numbers (n,), the state of their shapes, matrices (n, 4, 4) and world
-    bounds (n, 3)."""
+    """The solids at one step, as of the synchronisation `sync`: numbers (n,), the state of their
+    shapes, matrices (n, 4, 4) and world bounds (n, 3)."""
 
+    sync: int
     numbers: NDArray[np.int64]
     shapes: list[Any]
     matrix: Array
@@ -86,13 +87,9 @@ class Sweeper:
         self._moves: tuple[Moment, Moment, Moves] | None = None
         self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
-    def next_step(self) -> None:
-        """The solids are elsewhere from now on."""
-        self._moment = None
-
-    def moment(self) -> Moment:
-        """The solids as they are now: what `sweep` gets as `before` a step later."""
-        if self._moment is None:
+    def moment(self, frame: int = 0) -> Moment:
+        """The solids at one of the frames that are kept: what `sweep` gets."""
+        if self._moment is None or self._moment.sync != self._solids.syncs:
             solids = self._solids
             if self._listing != solids.listing:
                 self._listing = solids.listing
@@ -101,7 +98,7 @@ class Sweeper:
                 self._triangles = {g: t for g, t in self._triangles.items() if g in listed}
             shapes = [s.geometry.state for s in solids.solids]
             arrays = solids.matrix.copy(), solids.lo.copy(), solids.hi.copy()
-            self._moment = Moment(self._numbers, shapes, *arrays)
+            self._moment = Moment(solids.syncs, self._numbers, shapes, *arrays)
         return self._moment
 
     def sweep(
@@ -109,16 +106,17 @@ class Sweeper:
         depsgraph: Any,
         sensor: Uid,
         before: Moment,
+        now: Moment,
         start: Beam,
         beam: Beam,
         tolerance: float,
     ) -> Passes:
-        """What the rays met since the moment `before`, when the beam was that of the `start`; in
-        Blender units, the `tolerance` too.
+        """What the rays met from the moment `before`, when the beam was that of the `start`, to
+        `now`; in Blender units, the `tolerance` too.
 
         `sensor` is the session uid of the object whose own solids are passed through.
         """
-        moves = self._moves_since(before)
+        moves = self._moves_since(before, now)
         stands = start is beam or bool(np.array_equal(start.matrix, beam.matrix))
         if stands and not _overlap(moves, moves.moved, *beam.bounds).any():
             return no_passes()
@@ -130,7 +128,6 @@ class Sweeper:
         everything = np.arange(len(moves.before))
         near = np.flatnonzero(_overlap(moves, everything, lo + centre, hi + centre))
         standing = moves.before[near] == STANDS if stands else np.zeros(len(near), bool)
-        now = self.moment()
         found: list[Passes] = []
         for row in [*near[~standing].tolist(), *near[standing].tolist()]:
             solid = self._solids.solids[row]
@@ -147,9 +144,8 @@ class Sweeper:
             found.append(passes(ways, beam.length, triangles, solid.number))
         return joined(found)
 
-    def _moves_since(self, before: Moment) -> Moves:
+    def _moves_since(self, before: Moment, now: Moment) -> Moves:
         """The same for all sensors that looked last at the same moment."""
-        now = self.moment()
         known = self._moves
         if known is None or known[0] is not before or known[1] is not now:
             known = before, now, self._compare(before, now)

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Emission
+from ...sensor_logic.model import Answers, Emission, Index
 from ...sensor_logic.pyroelectric.radiance import ZERO_CELSIUS
 from ..animation import is_animated
 from ..instances import Uid
@@ -84,6 +84,20 @@ class Warmth:
                 emissivity[which] = patches.emissivity[slot]
         ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
         return Emission(np.where(np.isnan(temperature), ambient, temperature), emissivity, ambient)
+
+    def see_at(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        """What they see at each of the frames (m,) that are kept."""
+        seen = self.see(depsgraph, sensor, bundle, origins, directions, length)
+        return Answers([seen], np.zeros(len(frames), np.intp))
 
     def _slots_met(
         self, depsgraph: Any, patches: _Patches, origins: Array, directions: Array, ranges: Array

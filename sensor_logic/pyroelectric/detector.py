@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..model import Array, Pose, Reading, Update
+from ..kind import WARMTH
+from ..model import Array, Model, Pose, Readings, Updates
 from ..output_timing import OutputTiming
 from .calibration import threshold
 from .lenses import LENSES
@@ -61,7 +62,7 @@ class _Aimed(NamedTuple):
     weights: Array
 
 
-class PyroelectricDetector:
+class PyroelectricDetector(Model):
     """The state of one detector: what its elements feel, and its output stage."""
 
     def __init__(self) -> None:
@@ -70,32 +71,33 @@ class PyroelectricDetector:
         self._chain: Chain | None = None
         self._time = 0.0
 
-    def update(self, parameters: PirParameters, update: Update) -> Reading:
-        rays = self._aim(parameters, update.pose)
-        seen = update.warmth(0, rays.origins, rays.directions, rays.reach)
-        power = net_power(rays.weights, seen)
-        peak = self._feel(parameters, power, update.time)
-        signal = peak / threshold_of(parameters)
+    def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        rays = self._aim(parameters, updates.pose)
+        seen = updates.ask(WARMTH, 0, rays.origins, rays.directions, rays.reach)
+        power = np.array([net_power(rays.weights, emission) for emission in seen.table])[seen.rows]
+        signal = self._feel(parameters, power, updates.times) / threshold_of(parameters)
         if parameters.signal_noise > 0.0:
-            signal += float(update.noise().normal(0.0, parameters.signal_noise))
-        moved = self._output.update(
-            update.time,
-            abs(signal) > 1.0,
+            numbers = updates.numbers.tolist()
+            signal += [updates.noise(k).normal(0.0, parameters.signal_noise) for k in numbers]
+        moved = self._output.run(
+            updates.times,
+            np.abs(signal) > 1.0,
             parameters.hold_time,
             parameters.blocking_time,
             parameters.warm_up_time,
             parameters.retrigger,
         )
-        return Reading(moved, signal, {"angle_rad": None, "moved": moved, "signal": signal})
+        return Readings(moved, signal, {"angle_rad": None, "moved": moved, "signal": signal})
 
-    def _feel(self, parameters: PirParameters, power: float, time: float) -> float:
-        """The largest signal since the update before; another amplifier starts at rest."""
+    def _feel(self, parameters: PirParameters, power: Array, times: Array) -> Array:
+        """The largest signals (n,), each since the update before; another amplifier starts at
+        rest."""
         response = response_of(parameters)
         if self._chain is None or self._chain.response != response:
             self._chain = Chain(response)
-        peak = self._chain.advance(power, time - self._time)
-        self._time = time
-        return peak
+        peaks = self._chain.advance(power, np.diff(times, prepend=self._time))
+        self._time = float(times[-1])
+        return peaks
 
     def _aim(self, parameters: PirParameters, pose: Pose) -> _Aimed:
         known = self._aimed

@@ -148,23 +148,30 @@ class Chain:
         self._state: Array | None = None
         self._power = 0.0
 
-    def advance(self, power: float, dt: float) -> float:
-        """The signal of the largest size within the last `dt` s, over which the power went
-        linearly to `power`."""
-        if self._state is None or dt <= 0.0:
-            self._state = np.zeros(STATES)
-            self._state[0] = power
-            self._power = power
-            return 0.0
+    def advance(self, power: Array, dt: Array) -> Array:
+        """The signals (n,) of the largest size within the last `dt` (n,) s, over which the power
+        went linearly to `power` (n,)."""
+        peaks = np.zeros(len(power))
+        for k, (now, seconds) in enumerate(zip(power.tolist(), dt.tolist(), strict=True)):
+            if self._state is None or seconds <= 0.0:
+                self._state = np.zeros(STATES)
+                self._state[0] = now
+            else:
+                peaks[k] = self._over(now, seconds)
+            self._power = now
+        return peaks
+
+    def _over(self, power: float, dt: float) -> float:
         parts = max(1, math.ceil(dt / LOOK_EVERY - 1e-9))
         # Frame times are rounded: without this each step would have an exponential of its own.
         once = step(self.response, round(dt / parts, 12))
         change = (power - self._power) / parts
+        assert self._state is not None
         state, before, peak = self._state, self._power, 0.0
         for _ in range(parts):
             state = once.carry @ state + once.level * before + once.change * change
             before += change
             if abs(state[-1]) > abs(peak):
                 peak = float(state[-1])
-        self._state, self._power = state, power
+        self._state = state
         return peak

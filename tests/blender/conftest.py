@@ -123,7 +123,8 @@ class World:
         scene = self.scene
         first = scene.frame_start if first is None else first
         last = scene.frame_end if last is None else last
-        run = part("angen_addon.simulation").simulate(scene, self.sensors(), first, last, recording)
+        simulate = part("angen_addon.runtime.simulation").simulate
+        run = simulate(scene, self.sensors(), first, last, recording)
         for _ in run:
             pass
         return recording
@@ -138,15 +139,15 @@ class World:
 
     def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:
         """Origins (n, 3) and directions (n, 3) of one update's rays in the world, and what is
-        free ahead of each (n,), in metres; all from the sensor's own station."""
-        station_module = part("angen_addon.station")
+        free ahead of each (n,), in metres; all from the sensor's own runner."""
         depsgraph = self.update()
-        probes = part("angen_addon.probes").Probes(self.scene)
+        probes = part("angen_addon.runtime.probes").Probes(self.scene)
         probes.look(depsgraph, None)
         probes.caster = spy = Spy(probes.caster)
         sensor = next(s for s in self.sensors() if s.object == obj)
-        station = station_module.Station(sensor, station_module.clock_of(self.scene))
-        station.take(number, 0, depsgraph, probes).reading()
+        clock = part("angen_addon.runtime.time_base").clock_of(self.scene)
+        runner = part("angen_addon.runtime.sensor_runner").SensorRunner(sensor, clock)
+        runner.take(number, 0, depsgraph, probes).reading()
         metres = part("angen_addon.sensors").unit_scale(self.scene)
         return spy.origins * metres, spy.directions, spy.ranges * metres
 
@@ -162,10 +163,11 @@ class Spy:
     def __init__(self, caster: Any) -> None:
         self._caster = caster
 
-    def cast(self, sensor: int, bundle: int, origins: Any, directions: Any, length: Any) -> Any:
-        self.origins, self.directions = np.array(origins), np.array(directions)
-        self.ranges = self._caster.cast(sensor, bundle, origins, directions, length)
-        return self.ranges
+    def cast_at(self, sensor: Any, bundle: int, *rays_and_frames: Any) -> Any:
+        self.origins, self.directions = (np.array(part) for part in rays_and_frames[:2])
+        answers = self._caster.cast_at(sensor, bundle, *rays_and_frames)
+        self.ranges = answers[0]
+        return answers
 
 
 @pytest.fixture

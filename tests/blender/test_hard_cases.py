@@ -109,7 +109,7 @@ def test_sheared(world, measured):
 
 def aimed(world, caster_at, targets):
     """Ranges of rays from a point exactly at targets (n, 3)."""
-    from bl_ext.user_default.angen_sensors.angen_addon import probes
+    from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes
 
     ways = targets - caster_at
     far = np.linalg.norm(ways, axis=1)

@@ -6,7 +6,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import probes, sensors, station
+from bl_ext.user_default.angen_sensors.angen_addon import sensors
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, time_base
 from bl_ext.user_default.angen_sensors.sensor_logic.pir import fan_directions
 from mathutils import Vector
 
@@ -48,7 +49,7 @@ def test_every_ray_reads_what_scene_ray_cast_reads(home, frame):
     its face, what the face's plane says."""
     scene, casters = home
     scene.frame_set(frame)
-    depsgraph = station.evaluated_depsgraph()
+    depsgraph = time_base.evaluated_depsgraph()
     for caster in casters:
         caster.update(depsgraph)
     for sensor in sensors.all_sensors(bpy.context.view_layer):
@@ -67,12 +68,12 @@ def test_every_ray_reads_what_scene_ray_cast_reads(home, frame):
 
 
 def test_the_sofa_knows_all_weights_as_the_person_sits_down_and_gets_up(home):
-    from bl_ext.user_default.angen_sensors.angen_addon import simulation
+    from bl_ext.user_default.angen_sensors.angen_addon.runtime import simulation
     from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
 
     scene, _ = home
     sofa = sensors.chosen(sensors.all_sensors(bpy.context.view_layer), ["Pressure sofa"])
-    clock = station.clock_of(scene)
+    clock = time_base.clock_of(scene)
     forces = []
     for second, last in ((46, 52), (56, 59), (81, 88)):
         found = Recording()

@@ -86,13 +86,13 @@ def test_the_search_finds_what_must_not_be_kept(world):
 def test_a_run_keeps_nothing_evaluated(home, addon_part, caster):
     home.scene.angen_ray_caster = caster
     recording = addon_part("sensor_logic.recording").Recording()
-    simulate = addon_part("angen_addon.simulation").simulate
+    simulate = addon_part("angen_addon.runtime.simulation").simulate
     steps = simulate(home.scene, home.sensors(), 1, 6, recording)
     looked = 0
     for _ in steps:
-        names = steps.gi_frame.f_locals
-        assert evaluated(names["probes"], names["stations"], names["waiting"]) == []
-        looked += len(kept_by(names["probes"]))
+        stage = steps.gi_frame.f_locals["stage"]
+        assert evaluated(stage) == []
+        looked += len(kept_by(stage.probes))
     assert looked > 50
 
 
@@ -162,7 +162,7 @@ def test_faces_made_by_nodes_are_as_warm_as_their_material(world, addon_part):
         world.link("host", world.mesh([(9, 9, 9)], []), (0, 0, -2)),
         nodes_scenes.coloured(body, warm),
     )
-    probes = addon_part("angen_addon.probes").Probes(world.scene)
+    probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
     depsgraph = world.update()
     probes.look(depsgraph, None)
     ways = np.array([[0, 0, -1.0]])
@@ -172,7 +172,7 @@ def test_faces_made_by_nodes_are_as_warm_as_their_material(world, addon_part):
 
 def test_what_nodes_make_and_nothing_moves_is_still(home, addon_part):
     """So that its rays are not cast again at each frame; what changes is seen to."""
-    caster = addon_part("angen_addon.probes").make_caster(home.scene)
+    caster = addon_part("angen_addon.runtime.probes").make_caster(home.scene)
     for frame in (1, 2, 3, 13):
         home.scene.frame_set(frame)
         caster.update(home.update())

@@ -74,7 +74,7 @@ def _leave_the_mode():
 
 @pytest.fixture
 def caster(world, addon_part):
-    return addon_part("angen_addon.probes").make_caster(world.scene)
+    return addon_part("angen_addon.runtime.probes").make_caster(world.scene)
 
 
 @pytest.mark.parametrize("name", odd_geometries.ODD)

@@ -299,7 +299,8 @@ def run_of(steps):
     """The recording of a run that is left after so many steps."""
     recording = part("sensor_logic.recording").Recording()
     sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
-    run = part("angen_addon.simulation").simulate(bpy.context.scene, sensors, 1, 72, recording)
+    simulate = part("angen_addon.runtime.simulation").simulate
+    run = simulate(bpy.context.scene, sensors, 1, 72, recording)
     for _ in zip(range(steps), run, strict=False):
         pass
     run.close()

@@ -23,7 +23,7 @@ def readings():
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLE), load_ui=False)
     scene = bpy.context.scene
     recording = import_module(f"{ADDON}.sensor_logic.recording").Recording()
-    simulation = import_module(f"{ADDON}.angen_addon.simulation")
+    simulation = import_module(f"{ADDON}.angen_addon.runtime.simulation")
     found = import_module(f"{ADDON}.angen_addon.sensors").all_sensors(bpy.context.view_layer)
     for _ in simulation.simulate(scene, found, scene.frame_start, scene.frame_end, recording):
         pass

@@ -31,7 +31,7 @@ def parts(addon_part, monkeypatch):
         operator=simulate.ANGEN_OT_simulate,
         slices=slices.Slices,
         progress=progress,
-        Progress=addon_part("angen_addon.simulation").Progress,
+        Progress=addon_part("angen_addon.runtime.simulation").Progress,
     )
 
 

@@ -16,7 +16,7 @@ def probe(world, addon_part):
 
     class Probe:
         def __init__(self):
-            self.probes = addon_part("angen_addon.probes").Probes(world.scene)
+            self.probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
 
         def __call__(self, place, directions, sensor=0, bundle=0):
             depsgraph = world.update()
@@ -270,9 +270,7 @@ def test_in_a_scene_it_says_what_it_says_alone(world, addon_part):
             kelvin = np.where(hit, 28.0, 20.0) + ZERO
             return model.Emission(kelvin, np.where(hit, 0.9, 0.95), 20.0 + ZERO)
 
-        update = model.Update(
-            frame, (frame - 1) / 24, pose, None, None, None, None, None, warmth
-        )  # fmt: skip
+        update = model.Update(frame, (frame - 1) / 24, pose, {"warmth": warmth})
         expected.append(sensing.update(parameters, update).value)
     assert np.abs(expected).max() > 1.0
     # A ray at the very edge may be in or out by rounding.

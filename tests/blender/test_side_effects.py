@@ -73,7 +73,7 @@ def test_so_does_a_run_with_substeps_that_is_closed_early(busy, addon_part):
     busy.scene.angen_substeps = 3
     before = state_of_the_file(busy)
     recording = addon_part("sensor_logic.recording").Recording()
-    run = addon_part("angen_addon.simulation").simulate(
+    run = addon_part("angen_addon.runtime.simulation").simulate(
         busy.scene, busy.sensors(), 1, 48, recording
     )
     for _ in range(30):
@@ -109,7 +109,9 @@ def test_a_run_ends_where_another_scene_is_shown(busy, addon_part):
     """What was recorded is not taken for that scene's."""
     scene, before = busy.scene, state_of_the_file(busy)
     recording = addon_part("sensor_logic.recording").Recording()
-    run = addon_part("angen_addon.simulation").simulate(scene, busy.sensors(), 1, 48, recording)
+    run = addon_part("angen_addon.runtime.simulation").simulate(
+        scene, busy.sensors(), 1, 48, recording
+    )
     for _ in range(10):
         next(run)
     other = bpy.data.scenes.new("other")

@@ -515,7 +515,7 @@ def run(world: Any) -> tuple[Any, int, int]:
     """The recording, and at how many of the steps the scene was evaluated."""
     from_part = world.part
     recording = from_part("sensor_logic.recording").Recording()
-    made = from_part("angen_addon.simulation").simulate(
+    made = from_part("angen_addon.runtime.simulation").simulate(
         world.scene, world.sensors(), world.scene.frame_start, world.scene.frame_end, recording
     )
     progress = list(made)[-1]

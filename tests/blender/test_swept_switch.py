@@ -497,13 +497,13 @@ def test_triangles_are_sorted_once_while_instances_move(world, swept, addon_part
 def test_its_beam_is_shown_and_planned_as_unswept(world, swept, addon_part):
     """The overlay and the floor plan ask for rays where there are no probes."""
     sight = addon_part("angen_addon.sight").sight_of
-    station = addon_part("angen_addon.station")
+    runner = addon_part("angen_addon.runtime.sensor_runner").SensorRunner
+    clock = addon_part("angen_addon.runtime.time_base").clock_of(world.scene)
     seen = []
     for name, on in (("switch", True), ("unswept", False)):
         obj = swept(name, swept=on, aperture_rays=3, aperture=0.001)
         sensor = next(s for s in world.sensors() if s.object == obj)
-        made = station.Station(sensor, station.clock_of(world.scene))
-        seen.append(sight(made, world.update()))
+        seen.append(sight(runner(sensor, clock), world.update()))
     assert seen[0].parameters.swept
     assert seen[0].rays.same(seen[1].rays)
     assert len(seen[0].rays.reach) == 3

@@ -25,7 +25,7 @@ def person(world):
 def probed(world, addon_part):
     """Names of the surfaces that weigh with each bearer, as the probe has it."""
     depsgraph = world.update()
-    probes = addon_part("angen_addon.probes").Probes(world.scene)
+    probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
     probes.look(depsgraph, None)
     solids = probes.caster.solids
     things = addon_part("angen_addon.scene_probe.things").Things()

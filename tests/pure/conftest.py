@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sensor_logic.contact.world import PadForces
+from sensor_logic.kind import FORCES, LIGHT, RAYS
 from sensor_logic.light import LightSample
 from sensor_logic.model import Array, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator
@@ -48,16 +49,10 @@ class Stage:
         ]
 
     def update(self, number: int, cast: Any, contact: PadContact | None = None) -> Update:
-        return Update(
-            number,
-            number / self.rate,
-            AHEAD,
-            cast,
-            self.noise(number),
-            self.noise(0),
-            lambda: contact or PadContact(PadForces(), np.zeros(3), None),
-            LightSample,
-        )
+        pressed = contact or PadContact(PadForces(), np.zeros(3), None)
+        scene = {RAYS: cast, FORCES: lambda: pressed, LIGHT: LightSample}
+        time = number / self.rate
+        return Update(number, time, AHEAD, scene, self.noise(number), self.noise(0))
 
     def noise(self, number: int) -> Callable[[], np.random.Generator]:
         return lambda: generator(self.seed, self.sensor, number)

@@ -2,18 +2,23 @@
 """The light sensor's model: what it makes of the light that the scene sends it."""
 
 import math
-from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sensor_logic.kind import LIGHT
 from sensor_logic.light import LightParameters, LightSample, LightSensor
+from sensor_logic.model import Pose, Update
 from sensor_logic.noise import generator
 from sensor_logic.photoresistor import conductance
 
 LUX = {"method": "ILLUMINANCE", "threshold": 50.0}
 DIGITAL = {**LUX, "output": "DIGITAL", "lux_step": 0.0, "lux_max": 1e6, "integration_time": 0.0}
+
+
+HERE = Pose(np.zeros(3), np.eye(3))
 
 
 def sense(lights, rate=1.0, name="sensor", **settings):
@@ -25,11 +30,12 @@ def sense(lights, rate=1.0, name="sensor", **settings):
     return [
         model.update(
             parameters,
-            SimpleNamespace(
-                number=i,
-                time=i / rate,
-                light=lambda light=light: LightSample(**{field: light}),
-                noise=lambda i=i: generator(0, name, i),
+            Update(
+                i,
+                i / rate,
+                HERE,
+                {LIGHT: lambda light=light: LightSample(**{field: light})},
+                lambda i=i: generator(0, name, i),
             ),
         )
         for i, light in enumerate(lights)

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from sensor_logic.kind import RAYS
 from sensor_logic.model import Update, pose_from_matrix
 from sensor_logic.pir import PirParameters, RangeScan, fan_directions
 
@@ -78,9 +79,7 @@ def test_rays_start_at_range_min_and_turn_with_the_sensor():
         return length
 
     parameters = PirParameters(rays=3, horizontal_fov=math.pi, range_min=0.5, range_max=4.0)
-    RangeScan().update(
-        parameters, Update(0, 0.0, pose_from_matrix(matrix), cast, None, None, None, None)
-    )
+    RangeScan().update(parameters, Update(0, 0.0, pose_from_matrix(matrix), {RAYS: cast}))
     ((origins, directions, length),) = asked
     # The first ray is on the sensor's right, which is its +X: world −Y.
     np.testing.assert_allclose(directions, [(0, -1, 0), (1, 0, 0), (0, 1, 0)], atol=1e-12)

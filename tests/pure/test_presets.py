@@ -2,15 +2,15 @@
 """Presets name parameters that exist, with values that a sensor can be simulated with."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from sensor_logic.force_resistor import ForceResistor
+from sensor_logic.kind import RAYS
 from sensor_logic.kinds import KINDS
 from sensor_logic.light_parts import PARTS
-from sensor_logic.model import Pose
+from sensor_logic.model import Pose, Update
 from sensor_logic.optical_switch import SlottedSwitch
 from sensor_logic.parameters import defaults, specs, used
 
@@ -137,7 +137,7 @@ def test_a_slotted_switch_closes_by_what_is_in_its_gap(preset):
     seen = []
     for covered in (-0.2, 0.3, 0.7, 1.2, 0.5, 0.3):
         beam = Beam(parameters.range_max, covered, width)
-        update = SimpleNamespace(pose=pose, cast=beam.cast)
+        update = Update(0, 0.0, pose, {RAYS: beam.cast})
         seen.append(switch.update(parameters, update).active)
     expected = [True, True, False, False, False, True]
     assert seen == (expected if parameters.aperture else [True, True, False, False, True, True])

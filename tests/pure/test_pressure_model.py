@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from sensor_logic.contact.world import PadForces, Partner
-from sensor_logic.light import LightSample
 from sensor_logic.model import PadContact, Pose
 from sensor_logic.pressure import PressurePad, PressureParameters, pad_reading
 
@@ -31,11 +30,12 @@ def read(parameters, *contacts):
 
 
 def update_of(one, number=0, time=0.0):
+    from sensor_logic.kind import FORCES
     from sensor_logic.model import Update
     from sensor_logic.noise import generator
 
     noise = lambda: generator(0, "pad", number)  # noqa: E731
-    return Update(number, time, HERE, lambda *_: None, noise, noise, lambda: one, LightSample)
+    return Update(number, time, HERE, {FORCES: lambda: one}, noise, noise)
 
 
 def test_force_along_the_pads_own_normal():

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from sensor_logic.kind import WARMTH
 from sensor_logic.model import Emission, Pose, Update
 from sensor_logic.noise import generator
 from sensor_logic.pir import PirParameters
@@ -95,8 +96,8 @@ def sense(parameters, pose, body, places, rate, ambient=20.0):
     made = []
     for k, feet in enumerate(places):
         update = Update(
-            k, k / rate, pose, None, lambda k=k: generator(0, "pir", k), None, None, None,
-            body.seen(feet, ambient),
+            k, k / rate, pose, {WARMTH: body.seen(feet, ambient)},
+            lambda k=k: generator(0, "pir", k),
         )  # fmt: skip
         made.append(detector.update(parameters, update))
     return made
@@ -305,7 +306,7 @@ def test_a_room_that_warms_up_evenly_is_no_movement():
     found = [
         detector.update(
             parameters,
-            Update(k, k / 24, level_at(2), None, None, None, None, None, at(20 + k / 24)),
+            Update(k, k / 24, level_at(2), {WARMTH: at(20 + k / 24)}),
         )
         for k in range(240)
     ]
@@ -407,7 +408,7 @@ def test_a_change_of_lens_is_no_movement():
     found = [
         detector.update(
             pyro(lens=lens, zone_rays=12),
-            Update(k, k / 24, pose, None, None, None, None, None, body),
+            Update(k, k / 24, pose, {WARMTH: body}),
         )
         for k, lens in enumerate(lenses)
     ]
@@ -422,7 +423,7 @@ def test_turning_the_detector_is_movement():
         a = 0.02 * max(k - 24, 0)
         turn = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
         pose = Pose(np.array([0, 0, 1.2]), turn @ LEVEL)
-        update = Update(k, k / 24, pose, None, None, None, None, None, body)
+        update = Update(k, k / 24, pose, {WARMTH: body})
         found.append(detector.update(parameters, update))
     assert peak(found[:24]) < 1e-9 and peak(found) > 1.0
 
@@ -473,17 +474,7 @@ def test_coverage_is_what_the_detector_itself_would_say(lens, pose):
         readings = [
             detector.update(
                 parameters,
-                Update(
-                    k,
-                    k / rate,
-                    pose,
-                    None,
-                    None,
-                    None,
-                    None,
-                    None,
-                    cylinder_seen(walker, feet, 20.0),
-                ),
+                Update(k, k / rate, pose, {WARMTH: cylinder_seen(walker, feet, 20.0)}),
             )
             for k, feet in enumerate(places)
         ]

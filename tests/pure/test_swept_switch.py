@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sensor_logic.kind import CROSSINGS
 from sensor_logic.optical_switch import OpticalSwitchParameters, SlottedSwitch
 from sensor_logic.sweep import Passes
 
@@ -26,6 +27,11 @@ def none():
     return passed()
 
 
+def swept(update, through):
+    """The update with an answer of what passed."""
+    return replace(update, scene={**update.scene, CROSSINGS: through})
+
+
 @pytest.fixture
 def lived(stage):
     """Runs (what is ahead, what passed) of updates; of a triple, what was seen at a step between
@@ -38,10 +44,8 @@ def lived(stage):
             for look in step if isinstance(step, list) else [step]:
                 ahead, through = look
                 ranges = np.broadcast_to(ahead, parameters.aperture_rays).astype(float)
-                update = replace(
-                    stage.update(number, lambda *_, r=ranges: r),
-                    sweep=lambda *_, p=through: p,
-                )
+                seen = stage.update(number, lambda *_, r=ranges: r)
+                update = swept(seen, lambda *_, p=through: p)
                 if isinstance(step, list) and look is not step[-1]:
                     model.watch(parameters, update)
                 else:
@@ -137,17 +141,17 @@ def test_after_a_jump_nothing_before_it_is_told(lived, stage, gap):
         return
     # Switched off in between.
     free = stage.update(1, lambda *_: np.array([FREE]))
-    broken = replace(free, sweep=lambda *_: passed(([0], 0.4, 0.6, 0.024)))
+    broken = swept(free, lambda *_: passed(([0], 0.4, 0.6, 0.024)))
     model.watch(ONE, broken)
     model.watch(replace(ONE, swept=False), free)
-    assert model.update(ONE, replace(free, sweep=lambda *_: none())).active
+    assert model.update(ONE, swept(free, lambda *_: none())).active
 
 
 def test_another_number_of_rays_is_another_beam(lived, stage):
     model = SlottedSwitch()
     lived(FIVE, (FREE, None), model=model)
     free = stage.update(1, lambda *_: np.full(5, FREE))
-    model.watch(FIVE, replace(free, sweep=lambda *_: passed((range(5), 0.4, 0.6, 0.024))))
+    model.watch(FIVE, swept(free, lambda *_: passed((range(5), 0.4, 0.6, 0.024))))
     assert lived(replace(FIVE, aperture_rays=2), (FREE, none()), model=model) == [(1, 0.5)]
 
 
@@ -157,12 +161,12 @@ def test_noise_is_the_same_as_unswept_and_on_what_passes_too(stage):
     updates = [stage.update(k, lambda *_: np.array([0.2])) for k in range(50)]
     model, plain = SlottedSwitch(), SlottedSwitch()
     for update in updates:
-        swept = model.update(noisy, replace(update, sweep=lambda *_: none()))
-        assert swept == plain.update(replace(noisy, swept=False), update)
+        reading = model.update(noisy, swept(update, lambda *_: none()))
+        assert reading == plain.update(replace(noisy, swept=False), update)
     found = []
     for update in updates:
         through = passed(([0], 0.4, 0.6, 0.024))
-        reading = model.update(noisy, replace(update, sweep=lambda *_, p=through: p))
+        reading = model.update(noisy, swept(update, lambda *_, p=through: p))
         found.append(reading.value)
     assert np.std(found) == pytest.approx(0.01, rel=0.3)
     assert np.mean(found) == pytest.approx(0.025, abs=0.006)

@@ -110,7 +110,7 @@ def _why(replay: Replay, index: int) -> Explanation:
 def _look_since(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
     """Update `index`, with what a swept switch saw since the one before."""
     earlier = replay.index_of(replay.number(index) - 1, index)
-    if replay.station.watches and earlier is not None:
+    if replay.runner.watches and earlier is not None:
         _look(replay, earlier)
         replay.watch(earlier, index)
     return _look(replay, index)
@@ -121,7 +121,7 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
     if taken is None:
         return None
     parameters: OpticalSwitchParameters = taken.parameters
-    reading = replay.station.model.update(parameters, taken.update)
+    reading = replay.runner.model.update(parameters, taken.update)
     seen = replay.witness.seen
     ahead = seen.ranges * replay.metres
     reach = parameters.range_max - parameters.range_min
@@ -136,10 +136,10 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
         float(np.mean(ranges >= parameters.threshold)),
         len(ranges),
     )
-    caught = replay.station.model.caught
+    caught = replay.runner.model.caught
     if caught is not None:
         name = replay.probes.caster.solids.name_of(caught.thing)
-        seconds = caught.steps / float(replay.station.clock.steps_per_second)
+        seconds = caught.steps / float(replay.runner.clock.steps_per_second)
         return parameters, replace(beam, name=name, ago=seconds)
     return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")
 

@@ -104,7 +104,7 @@ def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] 
         return None
     # Without the output stage the model says what this very scan shows.
     bare = replace(taken.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
-    reading = replay.station.model.update(bare, taken.update)
+    reading = replay.runner.model.update(bare, taken.update)
     parameters: PirParameters = taken.parameters
     fan = fan_directions(parameters)
     first = taken.update.number % len(fan)

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ....sensor_logic.kind import RAYS, WARMTH
 from ....sensor_logic.model import Array, Emission
 from ....sensor_logic.pir import PirParameters
 from ....sensor_logic.pyroelectric.detector import threshold_of, zones_of
@@ -97,15 +98,16 @@ def _look(replay: Replay, index: int) -> tuple[PirParameters, _Look] | None:
     if taken is None:
         return None
     parameters: PirParameters = taken.parameters
+    update = taken.update
     told: list[Emission] = []
 
     def warmth(bundle: int, origins: Array, directions: Array, length: Array) -> Emission:
         # The same rays once more, to learn what they meet.
-        taken.update.cast(BUNDLE, origins, directions, length)
-        told.append(taken.update.warmth(bundle, origins, directions, length))
+        update.ask(RAYS, BUNDLE, origins, directions, length)
+        told.append(update.ask(WARMTH, bundle, origins, directions, length))
         return told[-1]
 
-    replay.station.model.update(parameters, replace(taken.update, warmth=warmth))
+    replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
     emission, seen = told[-1], replay.witness.seen
     weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
     surroundings = STEFAN_BOLTZMANN * emission.ambient**4

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....sensor_logic.kind import FORCES
 from ....sensor_logic.kinds.pressure import FORCE
 from ....sensor_logic.partner_names import split
 from ....sensor_logic.pressure import PressureParameters, pad_reading
@@ -68,7 +69,7 @@ def _nearest_above(replay: Replay, index: int) -> str:
 
 def _why(replay: Replay, index: int) -> Explanation:
     track, sensor = replay.track, replay.sensor
-    clock = replay.station.clock
+    clock = replay.runner.clock
     whole = clock.frame_and_subframe(replay.step(index))[0]
     # The forces at a frame follow from the motion through it: from the frames beside it.
     for beside in (whole - 1, whole):
@@ -81,9 +82,9 @@ def _why(replay: Replay, index: int) -> Explanation:
     if taken is None:
         return replay.off(index)
     replay.probes.look(replay.go((whole + 1 - clock.frame_start) * clock.substeps), whole + 1, [])
-    contact = taken.update.contact()
-    reading = replay.station.model.update(
-        taken.parameters, replace(taken.update, contact=lambda: contact)
+    contact = taken.update.ask(FORCES)
+    reading = replay.runner.model.update(
+        taken.parameters, replace(taken.update, scene={FORCES: lambda: contact})
     )
     parameters: PressureParameters = taken.parameters
     pose = taken.update.pose

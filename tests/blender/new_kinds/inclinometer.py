@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from ..kind import Field, Kind, Preset
-from ..model import Reading, Update
+from ..model import Model, Reading, Update
 from ..parameters import Parameters, parameter
 
 
@@ -17,7 +17,7 @@ class InclinometerParameters(Parameters):
     report_step: float = parameter(0.1, "Report step", "Least change of the log", unit="rad")
 
 
-class Inclinometer:
+class Inclinometer(Model):
     def update(self, parameters: InclinometerParameters, update: Update) -> Reading:
         tilt = math.acos(max(-1.0, min(1.0, float(update.pose.axes[2, 2]))))
         tipped = tilt > parameters.limit

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kind import RAYS, Field, Kind, Preset
-from ..model import Reading, Update
+from ..model import Model, Reading, Update
 from ..parameters import Parameters, parameter
 
 
@@ -18,10 +18,10 @@ class RangerParameters(Parameters):
     limit: float = parameter(1.0, "Limit", "What is nearer than this is near", unit="m")
 
 
-class Ranger:
+class Ranger(Model):
     def update(self, parameters: RangerParameters, update: Update) -> Reading:
         origin, ahead = update.pose.origin[None], -update.pose.axes[:, 2][None]
-        distance = float(update.cast(0, origin, ahead, np.array([parameters.reach]))[0])
+        distance = float(update.ask(RAYS, 0, origin, ahead, np.array([parameters.reach]))[0])
         near = distance < parameters.limit
         return Reading(near, distance, {"near": near, "distance_m": distance})
 

@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from ..sensor_logic.contact.world import PadForces
-from ..sensor_logic.light import LightSample
-from . import state
-from .instances import Uid
-from .scene_probe.bodies import Bodies
-from .scene_probe.light.kept import KeptScenes
-from .scene_probe.light.probe import LightError, LightRequest, measure_direct, measuring
-from .scene_probe.light.signature import LightSignature
-from .scene_probe.rays import RayCaster
-from .scene_probe.reference_rays import SceneRayCaster
-from .scene_probe.sweep import Sweeper
-from .scene_probe.things import Pad
-from .scene_probe.warmth import Warmth
-from .sensors import Sensor, SensorError, unit_scale
+from ...sensor_logic.contact.world import PadForces
+from ...sensor_logic.light import LightSample
+from .. import state
+from ..instances import Uid
+from ..scene_probe.bodies import Bodies
+from ..scene_probe.light.kept import KeptScenes
+from ..scene_probe.light.probe import LightError, LightRequest, measure_direct, measuring
+from ..scene_probe.light.signature import LightSignature
+from ..scene_probe.rays import RayCaster
+from ..scene_probe.reference_rays import SceneRayCaster
+from ..scene_probe.sweep import Sweeper
+from ..scene_probe.things import Pad
+from ..scene_probe.warmth import Warmth
+from ..sensors import Sensor, SensorError, unit_scale
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
@@ -51,6 +51,9 @@ class Probes:
         self._solids = self.caster.solids
         self._bodies = Bodies(self._solids)
         self._pads: list[Pad] = []
+        self._told = 0
+        # The number of the newest of the frames that are kept.
+        self.frame = 0
         # By the sensor's name, what was asked and what was found.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._direct: Mapping[str, LightSample] = {}
@@ -63,13 +66,14 @@ class Probes:
         self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.motion]
 
     @property
-    def heard(self) -> int:
-        """How often something was told of changes; for `untouched`."""
-        return self._solids.heard
+    def edits(self) -> int:
+        """How often more than the frame may have changed."""
+        return self._solids.edits + self._told
 
-    def untouched(self, uid: Uid, since: int) -> bool:
-        """Whether the object `uid` is as it was when `heard` was `since`."""
-        return self._solids.untouched(uid, since)
+    def note_edits(self) -> None:
+        """Others had their turn, and may have changed what Blender tells of at the next evaluation
+        only."""
+        self._told += 1
 
     def look(self, depsgraph: Any, frame: int | None, due: Sequence[Sensor] = ()) -> None:
         """Brings the probes to the scene as it is now evaluated.
@@ -78,7 +82,6 @@ class Probes:
         whose forces at this frame will be asked for.
         """
         self.caster.update(depsgraph)
-        self.sweeper.next_step()
         if self._pads and frame is not None:
             metres = unit_scale(depsgraph.scene)
             self._bodies.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])

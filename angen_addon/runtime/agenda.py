@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which steps of the clock a run looks at, and which sensors are due there."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.kind import CROSSINGS, RAYS, WARMTH
+from ...sensor_logic.model import Index
+from ..scene_probe.zones import has_simulation_zone
+from .sensor_runner import Dates, SensorRunner
+from .stillness import Stillness
+
+# Modifiers whose result at a frame depends on the frames before it.
+SIMULATED_MODIFIERS = {
+    "CLOTH",
+    "COLLISION",
+    "DYNAMIC_PAINT",
+    "FLUID",
+    "PARTICLE_SYSTEM",
+    "SOFT_BODY",
+}
+# What is kept of frames, so that models can be answered later; all else is looked for in the scene
+# itself, at its frame.
+KEPT = {RAYS, WARMTH, CROSSINGS}
+# Steps that are planned at once, to bound memory.
+WINDOW = 1 << 16
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of a run: the `steps` (n,) to evaluate, in order; those that are `looked` at; the
+    sensors' dates in it; the whole frames at which the motion is needed, as steps; the pads due at
+    such a frame; and the sensors that must be read at a step itself, each with the update's number
+    and whether it is due."""
+
+    steps: Index
+    looked: Container[int]
+    dates: list[tuple[SensorRunner, Dates]]
+    motion: frozenset[int]
+    pads: dict[int, list[SensorRunner]]
+    read: dict[int, list[tuple[SensorRunner, int, bool]]]
+
+
+class Agenda:
+    """The steps of a run from `first` to `last`: those of the updates, those between that a sensor
+    watches, the frames beside where one needs the motion, and no other, unless the scene holds what
+    must be stepped through frame by frame from its start."""
+
+    def __init__(self, scene: Any, runners: Sequence[SensorRunner], first: int, last: int) -> None:
+        self._runners = runners
+        self._first, self._last = first, last
+        self._substeps = runners[0].clock.substeps if runners else 1
+        self._frame_start = scene.frame_start
+        self._until: Index = np.zeros(0, np.intp)
+        self._from: int | None = None
+        starts = frames_to_step_from(scene)
+        if starts:
+            self._from = (min(starts) - scene.frame_start) * self._substeps
+
+    def windows(self) -> Iterator[Window]:
+        """All of it, a stretch of time after the other."""
+        substeps = self._substeps
+        begin, end = self._first - self._first % substeps, self._last + 1
+        if any(runner.sensor.kind.motion for runner in self._runners):
+            begin, end = begin - substeps, end + 2 * substeps
+        if self._from is not None:
+            begin = min(begin, self._from)
+        size = WINDOW - WINDOW % substeps
+        for start in range(begin, end, size):
+            yield self._window(start, min(start + size, end))
+
+    def fresh(self, window: Window, still: Stillness) -> NDArray[np.bool_]:
+        """At which of the window's steps (n,) anything may be otherwise than at the step before."""
+        last, self._until = self._until, window.steps[-1:]
+        steps = np.concatenate([last, window.steps])
+        if not len(steps):
+            return np.zeros(0, bool)
+        frames, parts = self._frame_start + steps // self._substeps, steps % self._substeps
+        return still.fresh(frames, parts / self._substeps)[len(last) :]
+
+    def _window(self, begin: int, end: int) -> Window:
+        """The steps from `begin` to before `end`."""
+        dates = [self._dates(runner, begin, end - 1) for runner in self._runners]
+        parts = [own.steps for own in dates]
+        motion: list[Index] = []
+        pads: dict[int, list[SensorRunner]] = {}
+        read: dict[int, list[tuple[SensorRunner, int, bool]]] = {}
+        for runner, own in zip(self._runners, dates, strict=True):
+            if runner.sensor.kind.motion:
+                frames = self._frames_moved(runner, begin, end)
+                motion += [frames - self._substeps, frames, frames + self._substeps]
+                for frame in frames.tolist():
+                    pads.setdefault(frame, []).append(runner)
+            if not (runner.steady and set(runner.sensor.kind.needs) <= KEPT):
+                each = zip(own.steps.tolist(), own.numbers.tolist(), own.due.tolist(), strict=True)
+                for step, number, due in each:
+                    read.setdefault(step, []).append((runner, number, due))
+        # Before time begins nobody looks at the motion.
+        parts += [steps[steps >= 0] for steps in motion]
+        looked: Container[int] = range(begin, end)
+        if self._from is not None:
+            through = np.arange(max(begin, self._from), min(end, self._last + 1), self._substeps)
+            looked = frozenset(np.concatenate([through[:0], *parts]).tolist())
+            parts.append(through)
+        steps = np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
+        steps = steps[(steps >= begin) & (steps < end)]
+        moved = np.concatenate(motion) if motion else np.zeros(0, np.int64)
+        every = list(zip(self._runners, dates, strict=True))
+        return Window(steps, looked, every, frozenset(moved.tolist()), pads, read)
+
+    def _frames_moved(self, runner: SensorRunner, begin: int, end: int) -> Index:
+        """The whole frames, as steps, of the updates in a window and just outside of it."""
+        first, last = max(begin - 2 * self._substeps, self._first), end + 2 * self._substeps
+        steps = runner.schedule.between(first, min(last, self._last))[1]
+        return np.unique(steps - steps % self._substeps)
+
+    def _dates(self, runner: SensorRunner, first: int, last: int) -> Dates:
+        """The updates from step `first` to `last`; and the steps between two, where the sensor
+        watches."""
+        schedule = runner.schedule
+        first, last = max(first, self._first), min(last, self._last)
+        numbers, steps = schedule.between(first, last)
+        due = np.ones(len(steps), bool)
+        if runner.watches:
+            start = schedule.step(max(schedule.last_update(self._first - 1) + 1, 0))
+            end = schedule.step(schedule.last_update(self._last))
+            every = np.arange(max(first, start), min(last, end) + 1)
+            due = np.isin(every, steps)
+            spacing = schedule.steps_per_update
+            numbers = every * spacing.denominator // spacing.numerator + ~due
+            steps = every
+        return Dates(steps, numbers, due)
+
+
+def frames_to_step_from(scene: Any) -> list[int]:
+    """First frames of what in the scene depends, at a frame, on the frames before it."""
+    starts = []
+    world = scene.rigidbody_world
+    if world is not None and world.enabled and not world.point_cache.is_baked:
+        starts.append(world.point_cache.frame_start)
+    for obj in scene.objects:
+        for modifier in obj.modifiers:
+            if modifier.type in SIMULATED_MODIFIERS or has_simulation_zone(modifier):
+                holder = getattr(modifier, "particle_system", modifier)
+                cache = getattr(holder, "point_cache", None)
+                starts.append(cache.frame_start if cache else scene.frame_start)
+    return starts

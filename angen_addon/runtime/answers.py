@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What answers the questions of sensor models about the scene, each under its name.
+
+A new physical quantity is one function here, by the name under which kinds say that they need it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, RAYS, WARMTH
+from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose
+from ...sensor_logic.sweep import Passes
+from ..scene_probe.light.probe import LightRequest
+from ..scene_probe.moments import gravity_of
+from ..scene_probe.sweep import TOLERANCE, Beam, Moment
+from ..sensors import Sensor
+from .probes import Probes
+
+if TYPE_CHECKING:
+    from .sensor_runner import Read, SensorRunner
+
+# What is read beside parameters and pose while the scene is at a step: of a pad its weight (3,) in
+# N and the partners that it measures alone.
+Beside = tuple[Array, frozenset[int] | None] | None
+
+
+@dataclass(frozen=True)
+class Question:
+    """Whose model asks, as it was `read`, and about which `steps`: their `frames` (n,) among those
+    that the probes keep."""
+
+    runner: SensorRunner
+    read: Read
+    steps: list[int]
+    frames: Index
+    depsgraph: Any
+    probes: Probes
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Where a beam was swept to last: the step, the sensor's pose and where its rays start, both
+    of which are the same objects as long as it stands still, its beam, and the solids."""
+
+    step: int
+    pose: Pose
+    origins: Array
+    beam: Beam
+    moment: Moment
+
+
+def ranges(
+    asked: Question,
+    bundle: int,
+    origins: Array,
+    directions: Array,
+    length: Array,
+    which: Index | None = None,
+) -> Answers:
+    """How far rays get."""
+    frames = asked.frames if which is None else asked.frames[which]
+    metres, cast = asked.read.metres, asked.probes.caster.cast_at
+    if metres == 1.0:
+        return cast(asked.runner.uid, bundle, origins, directions, length, frames)
+    in_units = origins / metres, directions, length / metres
+    found = cast(asked.runner.uid, bundle, *in_units, frames)
+    return Answers(np.asarray(found.table) * metres, found.rows)
+
+
+def warmth(
+    asked: Question,
+    bundle: int,
+    origins: Array,
+    directions: Array,
+    length: Array,
+    which: Index | None = None,
+) -> Answers:
+    """How warm the things are that rays meet."""
+    frames = asked.frames if which is None else asked.frames[which]
+    metres = asked.read.metres
+    rays = origins / metres, directions, length / metres
+    return asked.probes.warmth.see_at(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+
+
+def crossings(
+    asked: Question, origins: Array, directions: Array, length: Array, which: Index | None = None
+) -> Answers:
+    """What went through rays since the step before."""
+    chosen = np.arange(len(asked.steps)) if which is None else which
+    rays = origins, directions, length
+    found = [_swept_at(asked, asked.steps[i], int(asked.frames[i]), rays) for i in chosen.tolist()]
+    return Answers(found, np.arange(len(found)))
+
+
+def _swept_at(
+    asked: Question, step: int, frame: int, rays: tuple[Array, Array, Array]
+) -> Passes | None:
+    before, (origins, directions, length) = asked.runner.swept, rays
+    pose, metres = asked.read.pose, asked.read.metres
+    if before is not None and before.pose is pose and before.origins is origins:
+        beam = before.beam
+    else:
+        beam = Beam(matrix_of(pose, metres), origins / metres, directions, length / metres)
+    sweeper = asked.probes.sweeper
+    now = sweeper.moment(frame)
+    asked.runner.swept = Swept(step, pose, origins, beam, now)
+    if before is None or before.step != step - 1:
+        return None
+    found = sweeper.sweep(
+        asked.depsgraph, asked.runner.uid, before.moment, now, before.beam, beam, TOLERANCE / metres
+    )
+    if metres == 1.0 or not len(found):
+        return found
+    return replace(found, near=found.near * metres, far=found.far * metres)
+
+
+def contact(asked: Question, which: Index | None = None) -> Answers:
+    """The forces on a pad; known after the next frame, of one update at a time."""
+    (step,) = asked.steps
+    assert asked.read.beside is not None
+    weight, chosen = asked.read.beside
+    clock = asked.runner.clock
+    forces = asked.probes.forces(asked.runner.uid, clock.frame_and_subframe(step)[0])
+    return Answers([PadContact(forces, weight, chosen)], np.zeros(1, np.intp))
+
+
+def light(asked: Question, which: Index | None = None) -> Answers:
+    """The light on a sensor, once it was measured, of one update at a time."""
+    (_,) = asked.steps
+    return Answers([asked.probes.light(asked.runner.sensor.name)], np.zeros(1, np.intp))
+
+
+ANSWERS: dict[str, Callable[..., Answers]] = {
+    RAYS: ranges,
+    WARMTH: warmth,
+    CROSSINGS: crossings,
+    FORCES: contact,
+    LIGHT: light,
+}
+
+
+def beside_of(sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float) -> Beside:
+    """What a sensor's model asks of the scene at this very step."""
+    if FORCES not in sensor.kind.needs:
+        return None
+    return _own_weight(evaluated, depsgraph.scene, metres), _partners(evaluated)
+
+
+def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
+    """(3,) N: the weight of a pad, where it has a mass."""
+    mass = evaluated.angen_load.mass
+    if mass == 0.0 and evaluated.rigid_body is not None:
+        mass = evaluated.rigid_body.mass
+    return gravity_of(scene, metres)[0] * mass
+
+
+def _partners(evaluated: Any) -> frozenset[int] | None:
+    """Session uids of the objects that a pad measures alone; None: everything."""
+    settings = evaluated.angen_sensor.pressure
+    chosen, group = settings.partner_object, settings.partner_collection
+    if chosen is None and group is None:
+        return None
+    found = {obj.original.session_uid for obj in group.all_objects} if group else set()
+    return frozenset(found | ({chosen.original.session_uid} if chosen else set()))
+
+
+def matrix_of(pose: Pose, metres: float) -> Array:
+    """The matrix (4, 4) of a pose, without scale, in Blender units."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = pose.axes
+    matrix[:3, 3] = pose.origin / metres
+    return matrix
+
+
+def light_request(
+    sensor: Sensor, parameters: Any, pose: Pose, metres: float, steady: bool
+) -> LightRequest:
+    """What a light sensor with these parameters asks of the scene, in Blender units."""
+    return LightRequest(
+        sensor.name,
+        matrix_of(pose, metres),
+        parameters.method,
+        parameters.engine,
+        parameters.samples,
+        parameters.clip_start / metres,
+        parameters.clip_end / metres,
+        parameters.field_of_view,
+        parameters.exposure,
+        steady,
+    )

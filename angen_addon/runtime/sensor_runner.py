@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where sensor models meet the scene: a runner for each sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.clock import Clock, Schedule
+from ...sensor_logic.kind import CROSSINGS
+from ...sensor_logic.model import Ask, Index, Pose, Reading, Readings, Update, Updates
+from ...sensor_logic.noise import generator
+from ..animation import is_animated, stays
+from ..instances import Uid
+from ..scene_probe.light.probe import LightRequest
+from ..sensors import (
+    Sensor,
+    check_evaluated,
+    decimal,
+    read_parameters,
+    read_pose,
+    unit_scale,
+)
+from .answers import ANSWERS, Beside, Question, beside_of, light_request
+from .probes import Probes
+
+
+@dataclass(frozen=True)
+class Read:
+    """What was read of a sensor at a step: metres in a Blender unit, parameters, pose, and what
+    models ask that is known at that moment alone. Where the sensor stays as it is, the same object
+    as at the step before."""
+
+    metres: float
+    parameters: Any
+    pose: Pose
+    beside: Beside
+
+    def same(self, metres: float, parameters: Any, pose: Pose, beside: Beside) -> bool:
+        """Whether it is made of these."""
+        same = self.metres == metres and self.parameters is parameters and self.pose is pose
+        return same and beside is None and self.beside is None
+
+
+@dataclass(frozen=True)
+class Dates:
+    """The `steps` (n,) at which one sensor looks at the scene, each with the update's number, or
+    where none is `due` that of the next."""
+
+    steps: Index
+    numbers: Index
+    due: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, step: int, number: int, due: bool = True) -> Dates:
+        """A single one."""
+        return cls(np.array([step]), np.array([number]), np.array([due]))
+
+    def part(self, which: slice) -> Dates:
+        return Dates(self.steps[which], self.numbers[which], self.due[which])
+
+    def between(self, first: int, last: int) -> Dates:
+        """Those from step `first` to `last`."""
+        return self.part(slice(*np.searchsorted(self.steps, (first, last + 1))))
+
+
+@dataclass(frozen=True)
+class PendingUpdates:
+    """Updates of a sensor with all that is known of the scene at their `steps`. Their readings are
+    to be asked for once: at once; of a kind that needs the motion, after the next frame; of a light
+    sensor, after its `request` was measured."""
+
+    runner: SensorRunner
+    steps: list[int]
+    parameters: Any
+    updates: Updates
+    request: LightRequest | None = None
+
+    def readings(self) -> Readings:
+        """Of the updates that are due."""
+        made: Readings = self.runner.model.sense(self.parameters, self.updates)
+        return made
+
+    def reading(self) -> Reading:
+        """Of the last of them."""
+        return self.readings()[-1]
+
+    @property
+    def update(self) -> Update:
+        """The first of them."""
+        return self.updates[0]
+
+
+class SensorRunner:
+    """A sensor with its schedule and the state of its model."""
+
+    def __init__(self, sensor: Sensor, clock: Clock) -> None:
+        self.sensor = sensor
+        self.clock = clock
+        self.uid: Uid = sensor.uid
+        self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
+        self.watches = self._watches()
+        self._edits = 0
+        self._steady: bool | None = None
+        self.reset()
+
+    @property
+    def steady(self) -> bool:
+        """Whether the sensor stays as it is until the next edit."""
+        if self._steady is None:
+            paths = (f"angen_sensor.{self.sensor.kind.attribute}.", "angen_sensor.enabled")
+            parts = self.sensor.object, *self.sensor.holders
+            self._steady = all(stays(part, *paths, "hide_viewport") for part in parts)
+        return self._steady
+
+    def _watches(self) -> bool:
+        """Whether it looks at the steps between its updates too, at some frame at least."""
+        kind, group = self.sensor.kind, self.sensor.parameters
+        choices = kind.needs.get(CROSSINGS)
+        return choices is not None and all(
+            getattr(group, name) == value
+            or is_animated(self.sensor.object, f"angen_sensor.{kind.attribute}.{name}")
+            for name, value in choices
+        )
+
+    def reset(self) -> None:
+        """Forgets earlier updates, as after a jump of the playhead."""
+        self.model = self.sensor.kind.model()
+        self._pose: tuple[Any, float, Pose] | None = None
+        self._read: Read | None = None
+        # Where its beam was swept to last, for `answers.crossings`.
+        self.swept: Any = None
+
+    def read(self, depsgraph: Any, edits: int) -> Read | None:
+        """The parameters and the pose after so many `edits` of the scene; None while the sensor is
+        switched off. Raises SensorError."""
+        known, metres = self._read, unit_scale(depsgraph.scene)
+        if self._edits != edits:
+            self._edits, self._steady = edits, None
+        elif known is not None and known.metres == metres and known.beside is None and self.steady:
+            return known
+        self._read = None
+        evaluated = self.sensor.object.evaluated_get(depsgraph)
+        if not evaluated.angen_sensor.enabled:
+            return None
+        check_evaluated(self.sensor, evaluated)
+        parameters = read_parameters(self.sensor, evaluated.angen_sensor)
+        pose = self._pose_now(self.sensor.world_matrix(depsgraph), metres)
+        beside = beside_of(self.sensor, evaluated, depsgraph, metres)
+        if known is None or not known.same(metres, parameters, pose, beside):
+            known = Read(metres, parameters, pose, beside)
+        self._read = known
+        return known
+
+    def _pose_now(self, matrix: Any, metres: float) -> Pose:
+        """The pose, the same object as long as the sensor stands still."""
+        known = self._pose
+        if known is None or known[0] != matrix or known[1] != metres:
+            known = (matrix.copy(), metres, read_pose(self.sensor, matrix, metres))
+            self._pose = known
+        return known[2]
+
+    def take(
+        self, number: int, step: int, depsgraph: Any, probes: Probes | None, due: bool = True
+    ) -> PendingUpdates | None:
+        """Update `number` at the scene's present state; None while the sensor is switched off.
+        Without probes there are no answers, only the sensor itself.
+
+        Raises SensorError.
+        """
+        read = self.read(depsgraph, probes.edits if probes else 0)
+        frame = np.array([probes.frame if probes else 0])
+        return next(
+            self.pending(Dates.of(step, number, due), frame, [read], depsgraph, probes), None
+        )
+
+    def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
+        """Looks at a step between two updates. Raises SensorError."""
+        number = self.schedule.last_update(step) + 1
+        pending = self.take(number, step, depsgraph, probes, due=False)
+        if pending is not None:
+            pending.readings()
+
+    def pending(
+        self,
+        dates: Dates,
+        frames: Index,
+        reads: Sequence[Read | None],
+        depsgraph: Any,
+        probes: Probes | None,
+    ) -> Iterator[PendingUpdates]:
+        """What the sensor asks of the scene at its dates (n,), which follow each other without a
+        gap: as one as long as it stays as it was read then. `frames` (n,) tells which of those that
+        the probes keep they are. Each is to be asked for its readings before the next is made."""
+        for _, group in groupby(range(len(reads)), key=lambda i: id(reads[i])):
+            which = list(group)
+            read = reads[which[0]]
+            if read is None:
+                self.reset()
+            else:
+                part = slice(which[0], which[-1] + 1)
+                yield self._pending(read, dates.part(part), frames[part], depsgraph, probes)
+
+    def _pending(
+        self, read: Read, dates: Dates, frames: Index, depsgraph: Any, probes: Probes | None
+    ) -> PendingUpdates:
+        steps = dates.steps.tolist()
+        scene_asked: dict[str, Ask] = {}
+        if probes is not None:
+            question = Question(self, read, steps, frames, depsgraph, probes)
+            needs = self.sensor.kind.needs
+            scene_asked = {need: partial(ANSWERS[need], question) for need in needs}
+        scene, name = depsgraph.scene, self.sensor.name
+        updates = Updates(
+            dates.numbers,
+            np.array([self.clock.step_time(step) for step in steps]),
+            dates.due,
+            read.pose,
+            scene_asked,
+            partial(generator, scene.angen_seed, name),
+            partial(generator, scene.angen_seed, f"{name}, part", 0),
+        )
+        request = None
+        if self.sensor.kind.light:
+            request = light_request(
+                self.sensor, read.parameters, read.pose, read.metres, self.steady
+            )
+        due = dates.steps[dates.due].tolist()
+        return PendingUpdates(self, due, read.parameters, updates, request)

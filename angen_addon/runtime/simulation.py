@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one generator behind the operator, the command line and the tests.
+
+It advances a frame at a time: evaluate the scene, let the sensors that are due sense, record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.recording import Recording, Track
+from .. import handlers, outputs, state
+from ..sensors import Sensor, SensorError, check, check_names, report_steps, simulated
+from . import stillness
+from .agenda import Agenda
+from .sensor_runner import PendingUpdates, SensorRunner
+from .stage import Stage
+from .time_base import clock_of, evaluated_depsgraph
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is: seconds of the scene done and in all, and the frame just sensed; what is
+    being done there, if it takes long. Of the `steps` until there, at which sensors sensed, the
+    scene was evaluated at `evaluated`: at the others it was as before."""
+
+    seconds_done: float
+    seconds_total: float
+    frame: float
+    doing: str = ""
+    steps: int = 0
+    evaluated: int = 0
+
+
+def simulate(
+    scene: Any,
+    sensors: Sequence[Sensor],
+    frame_start: int,
+    frame_end: int,
+    recording: Recording,
+) -> Iterator[Progress]:
+    """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
+
+    `scene` is the scene of the present context; of `sensors`, those that can be sense.
+    The frame is put back at the end, also after an error or when the generator is closed early;
+    what was recorded until then stays. Raises SensorError.
+    """
+    sensors = simulated(sensors)
+    check_names(sensors)
+    for sensor in sensors:
+        check(sensor)
+    clock = clock_of(scene)
+    first, last = clock.first_step(frame_start), clock.first_step(frame_end + 1) - 1
+    runners = [SensorRunner(sensor, clock) for sensor in sensors]
+    recording.frame_start, recording.frame_end = frame_start, frame_start - 1
+    for sensor in sensors:
+        kind, steps = sensor.kind.identifier, report_steps(sensor)
+        recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
+    recording.clock = clock
+    return _Run(scene, runners, first, last, frame_end, recording).progress()
+
+
+class _Run:
+    """The sensors of a scene from step `first` to `last`."""
+
+    def __init__(
+        self,
+        scene: Any,
+        runners: list[SensorRunner],
+        first: int,
+        last: int,
+        frame_end: int,
+        recording: Recording,
+    ) -> None:
+        self._scene, self._runners = scene, runners
+        self._first, self._last, self._frame_end = first, last, frame_end
+        self._clock = clock_of(scene)
+        self._recording = recording
+        self._steps = self._evaluated = 0
+
+    def progress(self) -> Iterator[Progress]:
+        """Does it."""
+        scene = self._scene
+        frame_before, subframe_before = scene.frame_current, scene.frame_subframe
+        handlers.ensure()
+        state.CACHE.running = True
+        # Other code may change the scene at a frame in ways that Blender tells nobody.
+        alone = not handlers.others_follow_frames()
+        light = any(runner.sensor.kind.light for runner in self._runners)
+        try:
+            with _idle_outputs(self._runners) as driven:
+                still = stillness.find(scene, light, not alone)
+                stage = Stage(scene, self._runners, batches=alone and not driven)
+                try:
+                    yield from self._over_frames(stage, still, alone, driven)
+                finally:
+                    stage.close()
+            self._recording.frame_end = self._frame_end
+        except ReferenceError as error:
+            raise SensorError(
+                f"something that the run needs was removed during it: {error}"
+            ) from None
+        finally:
+            _put_back(scene, frame_before, subframe_before)
+
+    def _over_frames(
+        self, stage: Stage, still: stillness.Stillness, alone: bool, driven: bool
+    ) -> Iterator[Progress]:
+        agenda = Agenda(self._scene, self._runners, self._first, self._last)
+        for window in agenda.windows():
+            fresh = agenda.fresh(window, still)
+            try:
+                for step, is_fresh in zip(window.steps.tolist(), fresh.tolist(), strict=True):
+                    self._steps, self._evaluated = self._steps + 1, self._evaluated + is_fresh
+                    if bpy.context.scene.session_uid != self._scene.session_uid:
+                        raise SensorError("the run ended early: another scene is shown now")
+                    for ready in stage.visit(window, step, is_fresh):
+                        self._record(ready, driven)
+                    for doing in stage.measure(alone):
+                        yield self._at(step, doing)
+                    for lit in stage.take_lit():
+                        self._record(lit, driven)
+                    if stage.has_sensed_all:
+                        # Whoever is told may change the scene: not while something is kept of it.
+                        self._recording.frame_end = min(self._frame(step), self._frame_end)
+                        yield self._at(step)
+                        stage.probes.note_edits()
+            finally:
+                # Also where a sensor fails, or the user has seen enough: what was looked at counts.
+                last = stage.last_step
+                for ready in stage.sense(window, evaluated_depsgraph()):
+                    self._record(ready, driven)
+                if last is not None:
+                    self._recording.frame_end = min(self._frame(last), self._frame_end)
+
+    def _frame(self, step: int) -> int:
+        return self._clock.frame_and_subframe(step)[0]
+
+    def _at(self, step: int, doing: str = "") -> Progress:
+        clock, first, last = self._clock, self._first, self._last
+        done = clock.step_time(min(max(step - first, 0), last - first))
+        seconds = clock.step_time(max(last - first, 1))
+        return Progress(done, seconds, clock.step_frame(step), doing, self._steps, self._evaluated)
+
+    def _record(self, pending: PendingUpdates, driven: bool) -> None:
+        """Records what was read, and lets drivers see it from the next frame on."""
+        sensor, readings, clock = pending.runner.sensor, pending.readings(), self._clock
+        if not len(readings):
+            return
+        frames = [clock.step_frame(step) for step in pending.steps]
+        times = [clock.step_time(step) for step in pending.steps]
+        self._recording.tracks[sensor.name].extend(frames, times, readings)
+        if driven:
+            outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
+
+
+def _put_back(scene: Any, frame: int, subframe: float) -> None:
+    """The scene as it stood; the frame handler must stay quiet until then."""
+    try:
+        scene.frame_set(frame, subframe=subframe)
+    except ReferenceError:
+        # Another file was opened: there is nothing to put back.
+        pass
+    finally:
+        state.CACHE.running = False
+
+
+@contextmanager
+def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
+    """Where drivers read the sensors' outputs, these start idle, whatever the playhead showed,
+    and are put back at the end. Yields whether drivers read them."""
+    if not outputs.are_driven():
+        yield False
+        return
+    sensors = [runner.sensor for runner in runners]
+    before = [(sensor, sensor.settings.active, sensor.settings.value) for sensor in sensors]
+    for sensor in sensors:
+        outputs.show(sensor, False, 0.0)
+    try:
+        yield True
+    finally:
+        with suppress(ReferenceError):
+            for sensor, active, value in before:
+                outputs.show(sensor, active, value)

@@ -11,7 +11,7 @@ LINT = $(LINT_VENV)/bin/python
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test readers bench lint zip assets sample clean
+.PHONY: help venv lint-venv demo test readers mqtt bench lint zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -26,6 +26,11 @@ test: venv ## run the tests (ARGS="-k pir": pytest's options; ARGS="-n 0": in on
 readers: ## read the files of all formats with programs that others wrote (800 MB to fetch, once)
 	@BPY= sh scripts/make_venv.sh $(READERS_VENV) readers
 	@ANGEN_READERS=1 $(READERS_VENV)/bin/python -m pytest -q tests/readers $(ARGS)
+
+mqtt: venv ## replay into a real broker (fetches mosquitto and paho-mqtt into build/)
+	@sh scripts/get_mosquitto.sh build/mosquitto
+	@$(RUN) -m pip install -q --disable-pip-version-check --upgrade --target build/mqtt -r scripts/requirements-mqtt.txt
+	@ANGEN_MQTT=1 PYTHONPATH=build/mqtt $(RUN) -m pytest -q tests/mqtt $(ARGS)
 
 bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)
 	@sh scripts/add_engines.sh $(VENV)

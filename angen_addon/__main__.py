@@ -15,9 +15,9 @@ from .opening import open_file, unreadable
 from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
-VERBS = "{simulate,list,apply,check,explain,coverage,place,doctor,convert,compare}"
+VERBS = "{simulate,list,apply,check,explain,coverage,place,doctor,convert,compare,replay}"
 # Verbs that read logs alone, each in the module of its name.
-WITHOUT_BLENDER = ("convert", "compare")
+WITHOUT_BLENDER = ("convert", "compare", "replay")
 # Where the home comes after another file.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"

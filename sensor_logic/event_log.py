@@ -64,16 +64,19 @@ def events(recording: Recording) -> list[Event]:
 def track_events(track: Track) -> Iterable[Event]:
     """Each published field's first value, and its value whenever that changes (by its step)."""
     for published in track.kind.events:
-        column = track.columns[published.name]
         for index in news(track, published):
-            yield Event(
-                track.times[index],
-                track.sensor,
-                published.name,
-                track.frames[index],
-                track.kind_name,
-                format_value(column[index]),
-            )
+            yield _event(track, published, index)
+
+
+def _event(track: Track, published: Field, index: int) -> Event:
+    return Event(
+        track.times[index],
+        track.sensor,
+        published.name,
+        track.frames[index],
+        track.kind_name,
+        format_value(track.columns[published.name][index]),
+    )
 
 
 def news(track: Track, published: Field) -> list[int]:
@@ -86,6 +89,30 @@ def news(track: Track, published: Field) -> list[int]:
             last = value
             found.append(index)
     return found
+
+
+class NewEvents:
+    """The events of a recording that still grows, as they come."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._begin: dict[str, int] = {}
+        self._told: dict[tuple[str, str], Any] = {}
+
+    def take(self) -> list[Event]:
+        """Those of the updates since the last call, in log order."""
+        found: list[Event] = []
+        for name, track in self._recording.tracks.items():
+            begin, self._begin[name] = self._begin.get(name, 0), len(track)
+            for published in track.kind.events:
+                key, step = (name, published.name), track.steps.get(published.name, 0.0)
+                last = self._told.get(key)
+                for index in range(begin, len(track)):
+                    value = track.columns[published.name][index]
+                    if value != last and _is_news(value, last, step):
+                        self._told[key] = last = value
+                        found.append(_event(track, published, index))
+        return sorted(found)
 
 
 def _is_news(value: Any, last: Any, step: float) -> bool:

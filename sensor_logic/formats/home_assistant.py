@@ -1,17 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Home Assistant's MQTT discovery and states: a line of JSON for each message, in order.
+"""Sensors as Home Assistant knows them: MQTT discovery, states, and a file of these messages.
 
 https://www.home-assistant.io/integrations/mqtt/#discovery-messages: each sensor is a device with
-its room as suggested area, each field an entity. A line has `time_s`, `time` (ISO 8601), `topic`,
-`payload` and `retain`. A broker stamps messages when they arrive: whoever sends them keeps time.
+its room as suggested area, each field an entity. A line of the file has `time_s`, `time` (ISO
+8601), `topic`, `payload` and `retain`. Home Assistant stamps messages when they arrive: whoever
+sends them keeps time, as `angen replay` does.
 """
 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..event_log import format_value
 from .log import Channel, Log, SensorFacts, Value
@@ -19,7 +22,17 @@ from .names import slug, unique
 from .read import DatedChange, Read
 from .written import Written
 
-STATUS = "angen/status"
+TOPIC = "angen"
+# The topics of discovery, with a sensor's identifier in the place of the star.
+CONFIGS = "homeassistant/device/*/config"
+PROGRAM = "angen-sensors"
+ONLINE, OFFLINE = "online", "offline"
+# To Home Assistant: the state is not known.
+UNKNOWN = "None"
+# A text that is empty. An empty payload would take the state from the broker instead.
+NO_TEXT = "–"
+# Home Assistant refuses a longer state.
+LONGEST = 255
 # Quantity → device class. A force in newtons has none: pressure is in pascals, weight in kilograms.
 BINARY_CLASSES = {
     "motion": "motion",
@@ -30,87 +43,126 @@ BINARY_CLASSES = {
 NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
 
 
+class Message(NamedTuple):
+    """What is published. The broker retains it: whoever subscribes later gets it too."""
+
+    topic: str
+    payload: str
+
+
+class Home:
+    """The topics of a home's sensors, all below `topic`, and what is published there."""
+
+    def __init__(
+        self, channels: Iterable[Channel], topic: str = TOPIC, version: str = "unknown"
+    ) -> None:
+        self.topic, self.channels = topic, list(channels)
+        self._version = version
+        self._names = unique((channel.sensor.name for channel in self.channels), slug)
+
+    def status(self, payload: str) -> Message:
+        """Whether the sensors can be reached, ONLINE or OFFLINE; else they are "unavailable"."""
+        return Message(f"{self.topic}/status", payload)
+
+    def discovery(self) -> list[Message]:
+        """What makes each sensor a device of Home Assistant, by name."""
+        channels: dict[str, list[Channel]] = {name: [] for name in self._names}
+        for channel in self.channels:
+            channels[channel.sensor.name].append(channel)
+        return [
+            Message(
+                CONFIGS.replace("*", self._identifier(name)),
+                json.dumps(self._config(found[0].sensor, found), ensure_ascii=False),
+            )
+            for name, found in channels.items()
+        ]
+
+    def state(self, channel: Channel, value: Value | None) -> Message:
+        """A channel's value; None where it is not known."""
+        return Message(
+            f"{self.topic}/{self._names[channel.sensor.name]}/{channel.field}",
+            UNKNOWN if value is None else payload(channel, value),
+        )
+
+    def _identifier(self, sensor: str) -> str:
+        return f"{slug(self.topic)}_{self._names[sensor]}"
+
+    def _config(self, sensor: SensorFacts, channels: list[Channel]) -> dict[str, Any]:
+        device = {
+            "ids": [self._identifier(sensor.name)],
+            "name": sensor.name,
+            "mf": "Ängen Sensors",
+            "mdl": f"simulated {sensor.kind}",
+        }
+        if sensor.room:
+            device["sa"] = sensor.room
+        return {
+            "dev": device,
+            "o": {"name": PROGRAM, "sw": self._version},
+            "cmps": {c.field: self._entity(c, len(channels) == 1) for c in channels},
+            "availability_topic": self.status(ONLINE).topic,
+        }
+
+    def _entity(self, channel: Channel, is_only: bool) -> dict[str, Any]:
+        entity: dict[str, Any] = {
+            "p": "binary_sensor" if channel.type is bool else "sensor",
+            "unique_id": f"{self._identifier(channel.sensor.name)}_{channel.field}",
+            "name": None if is_only else channel.field,
+            "state_topic": self.state(channel, None).topic,
+        }
+        if channel.type is bool:
+            entity |= {"payload_on": "ON", "payload_off": "OFF"}
+            device_class = BINARY_CLASSES.get(channel.quantity)
+        else:
+            if channel.type is not str:
+                entity["state_class"] = "measurement"
+                if channel.unit:
+                    entity["unit_of_measurement"] = channel.unit
+            device_class = NUMBER_CLASSES.get(channel.quantity)
+        if device_class:
+            entity["device_class"] = device_class
+        return entity
+
+
+def payload(channel: Channel, value: Value) -> str:
+    """A value as its entity takes it; never empty."""
+    if channel.type is bool:
+        return "ON" if value else "OFF"
+    if isinstance(value, float) and not math.isfinite(value):
+        return UNKNOWN
+    text = format_value(value) or NO_TEXT
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+
+
+def is_config_of(topic: str, message: Message) -> bool:
+    """Whether a message of discovery is of a home of ours with this topic."""
+    try:
+        config = json.loads(message.payload)
+        return bool(
+            config["o"]["name"] == PROGRAM and config["availability_topic"] == f"{topic}/status"
+        )
+    except (ValueError, TypeError, KeyError):
+        return False
+
+
 def write(log: Log) -> Written:
     """Discovery, "online", then every state as it changes, and "offline" at the end."""
-    topics = unique((sensor.name for sensor in log.sensors), slug)
-    messages = [(0, *message) for message in discovery(log, topics)]
-    messages.append((0, STATUS, "online", True))
-    last = 0
+    home = Home(log.channels, version=log.about.get("versions.angen_sensors", "unknown"))
+    messages = [(0, message) for message in (*home.discovery(), home.status(ONLINE))]
     for change in log.changes:
-        last = change.time
-        topic = _state_topic(topics, change.channel)
-        messages.append((change.time, topic, payload(change.channel, change.value), True))
-    messages.append((last, STATUS, "offline", True))
+        messages.append((change.time, home.state(change.channel, change.value)))
+    messages.append((log.changes[-1].time if log.changes else 0, home.status(OFFLINE)))
     lines = []
-    for time, topic, text, retain in messages:
+    for time, (topic, text) in messages:
         message = {
             "time_s": time / 1e6,
             "time": log.local(time).isoformat(timespec="microseconds"),
             "topic": topic,
             "payload": text,
-            "retain": retain,
+            "retain": True,
         }
         lines.append(json.dumps(message, ensure_ascii=False) + "\n")
     return Written({"": "".join(lines)})
-
-
-def discovery(log: Log, topics: dict[str, str]) -> list[tuple[str, str, bool]]:
-    """(topic, payload, retained) that makes each sensor a device of Home Assistant."""
-    found = []
-    for sensor in log.sensors:
-        channels = [channel for channel in log.channels if channel.sensor is sensor]
-        name = topics[sensor.name]
-        config = json.dumps(_config(sensor, name, channels, log), ensure_ascii=False)
-        found.append((f"homeassistant/device/angen_{name}/config", config, True))
-    return found
-
-
-def _config(sensor: SensorFacts, name: str, channels: list[Channel], log: Log) -> dict[str, Any]:
-    device = {
-        "ids": [f"angen_{name}"],
-        "name": sensor.name,
-        "mf": "Ängen Sensors",
-        "mdl": f"simulated {sensor.kind}",
-    }
-    if sensor.room:
-        device["sa"] = sensor.room
-    return {
-        "dev": device,
-        "o": {"name": "angen-sensors", "sw": log.about.get("versions.angen_sensors", "unknown")},
-        "cmps": {c.field: _entity(name, c, len(channels) == 1) for c in channels},
-        "availability_topic": STATUS,
-    }
-
-
-def _entity(name: str, channel: Channel, is_only: bool) -> dict[str, Any]:
-    entity: dict[str, Any] = {
-        "p": "binary_sensor" if channel.type is bool else "sensor",
-        "unique_id": f"angen_{name}_{channel.field}",
-        "name": None if is_only else channel.field,
-        "state_topic": f"angen/{name}/{channel.field}",
-    }
-    if channel.type is bool:
-        entity |= {"payload_on": "ON", "payload_off": "OFF"}
-        device_class = BINARY_CLASSES.get(channel.quantity)
-    else:
-        if channel.type is not str:
-            entity["state_class"] = "measurement"
-            if channel.unit:
-                entity["unit_of_measurement"] = channel.unit
-        device_class = NUMBER_CLASSES.get(channel.quantity)
-    if device_class:
-        entity["device_class"] = device_class
-    return entity
-
-
-def _state_topic(topics: dict[str, str], channel: Channel) -> str:
-    return f"angen/{topics[channel.sensor.name]}/{channel.field}"
-
-
-def payload(channel: Channel, value: Value) -> str:
-    if channel.type is bool:
-        return "ON" if value else "OFF"
-    return format_value(value)
 
 
 def read(path: Path) -> Read:
@@ -127,7 +179,7 @@ def read(path: Path) -> Read:
             for field, entity in config["cmps"].items():
                 known[entity["state_topic"]] = name, kind, field
         elif topic in known:
-            value = {"ON": "1", "OFF": "0"}.get(text, text)
+            value = {"ON": "1", "OFF": "0", NO_TEXT: ""}.get(text, text)
             found.changes.append(
                 DatedChange(datetime.fromisoformat(message["time"]), *known[topic], value)
             )

@@ -232,7 +232,8 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> A
 
 
 def since(start: datetime, time: datetime) -> int:
-    """Microseconds from the start; local times are the start's own zone."""
+    """Microseconds from the start; local times are the start's own zone. Raises TypeError for a
+    time with a zone where the start has none."""
     if start.tzinfo is not None and time.tzinfo is None:
         time = time.replace(tzinfo=start.tzinfo)
     if start.tzinfo is not None:

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A broker and a listener that others wrote, and the commands that send to that broker.
+
+`make mqtt` fetches mosquitto and paho-mqtt and runs these tests; elsewhere they are skipped.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MOSQUITTO = ROOT / "build" / "mosquitto" / "bin"
+PATIENCE_S = 60.0
+LAST = "angen/end-of-test"
+
+
+@pytest.fixture(autouse=True)
+def _needs_a_broker() -> None:
+    if "ANGEN_MQTT" in os.environ:
+        return
+    if not (MOSQUITTO / "mosquitto_sub").exists() or find_spec("paho") is None:
+        pytest.skip("mosquitto or paho-mqtt is not here: make mqtt")
+
+
+def until(what, *arguments):
+    """Waits for something to become true."""
+    end = time.monotonic() + PATIENCE_S
+    while not (found := what(*arguments)):
+        assert time.monotonic() < end, f"{what} {arguments} did not come about"
+        time.sleep(0.02)
+    return found
+
+
+class Broker:
+    """A mosquitto; `lines` are of its configuration."""
+
+    def __init__(self, folder: Path, *lines: str) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        self.folder = folder
+        self.access: list[str] = []
+        self._config = folder / f"mosquitto_{self.port}.conf"
+        # Where root runs it, it would become somebody who cannot read these files.
+        text = [f"listener {self.port} 127.0.0.1", "user root", *lines]
+        self._config.write_text("\n".join(text) + "\n")
+        self.start()
+
+    @property
+    def address(self) -> str:
+        return f"localhost:{self.port}"
+
+    def start(self) -> None:
+        self.process = subprocess.Popen(
+            [MOSQUITTO / "mosquitto", "-c", self._config], stderr=subprocess.DEVNULL
+        )
+        until(self._answers)
+
+    def stop(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def _answers(self) -> bool:
+        assert self.process.poll() is None, f"mosquitto does not start with {self._config}"
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
+    def publish(self, topic: str, payload: str, *more: str) -> None:
+        options = [*self._client("pub"), "-q", "1", "-t", topic, "-m", payload, *more]
+        subprocess.run(options, check=True)
+
+    def listen(self) -> Listener:
+        return Listener(self, [*self._client("sub"), "-q", "1", "-t", "#", "-F", "%j"])
+
+    def _client(self, name: str) -> list:
+        return [MOSQUITTO / f"mosquitto_{name}", "-V", "5", "-p", str(self.port), *self.access]
+
+    def kept(self) -> dict[str, str]:
+        """What the broker retains, by topic."""
+        with self.listen() as listener:
+            return dict(listener.all())
+
+
+class Listener:
+    """All messages from now on, first those that the broker retained, by mosquitto_sub."""
+
+    def __init__(self, broker: Broker, command: list) -> None:
+        self._broker = broker
+        self._out = broker.folder / f"heard_{time.monotonic_ns()}"
+        self._process = subprocess.Popen(command, stdout=self._out.open("w"))
+        until(self._hears)
+
+    def __enter__(self) -> Listener:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def _hears(self) -> bool:
+        if any(topic == LAST and text == "begin" for topic, text in self._so_far()):
+            return True
+        self._broker.publish(LAST, "begin")
+        return False
+
+    def _so_far(self) -> list[tuple[str, str]]:
+        lines = [json.loads(line) for line in self._out.read_text().split("\n")[:-1]]
+        return [(line["topic"], line["payload"]) for line in lines]
+
+    def heard(self) -> list[tuple[str, str]]:
+        """(topic, payload) of each message that has come."""
+        return [message for message in self._so_far() if message[0] != LAST]
+
+    def until(self, topic: str, payload: str) -> None:
+        until(lambda: (topic, payload) in self.heard())
+
+    def until_last(self, topic: str, payload: str) -> None:
+        until(lambda: self.heard()[-1] == (topic, payload))
+
+    def all(self) -> list[tuple[str, str]]:
+        """The same, with everything that was published before this call."""
+        self._broker.publish(LAST, "end")
+        until(lambda: (LAST, "end") in self._so_far())
+        return self.heard()
+
+
+@pytest.fixture
+def make_broker(tmp_path):
+    """Starts brokers; they are ended with the test."""
+    made: list[Broker] = []
+
+    def make(*lines: str) -> Broker:
+        made.append(Broker(tmp_path, *lines))
+        return made[-1]
+
+    make.passwd = MOSQUITTO / "mosquitto_passwd"
+    yield make
+    for broker in made:
+        broker.stop()
+
+
+@pytest.fixture
+def broker(make_broker):
+    return make_broker("allow_anonymous true")
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts a command of `angen`; what is left of it is ended with the test."""
+    running: list[subprocess.Popen[str]] = []
+
+    def run(*arguments: object, **environment: str) -> subprocess.Popen[str]:
+        running.append(
+            subprocess.Popen(
+                [sys.executable, "-m", "angen_addon", *map(str, arguments)],
+                cwd=ROOT,
+                env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **environment},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        )
+        return running[-1]
+
+    yield run
+    for process in running:
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+
+
+@pytest.fixture
+def angen(start):
+    """Runs a command of `angen` to its end; returns (status, standard output, standard error)."""
+
+    def run(*arguments: object, **environment: str) -> tuple[int, str, str]:
+        process = start(*arguments, **environment)
+        out, err = process.communicate(timeout=10 * PATIENCE_S)
+        return process.returncode, out, err
+
+    return run

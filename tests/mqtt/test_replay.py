@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen replay` against a real mosquitto, heard by mosquitto_sub."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import subprocess
+
+import pytest
+
+HEADER = "time_s,frame,sensor,kind,field,value"
+ROWS = '''\
+0.000000,1,Lux,LIGHT,illuminance_lux,0.1
+0.000000,1,PIR hall,PIR,moved,0
+0.000000,1,Pad,PRESSURE,partners,
+0.000000,1,Pad,PRESSURE,pressed,1
+0.000000,1,Switch,OPTICAL_SWITCH,open,0
+0.000000,1,"Küche, ""links""; = 2",PIR,moved,0
+0.000000,1,pir-hall,PIR,moved,1
+0.100000,3,PIR hall,PIR,moved,1
+0.200000,5,Switch,OPTICAL_SWITCH,open,1
+0.200000,5,pir-hall,PIR,moved,0
+0.300000,7,Pad,PRESSURE,force_n,700.5
+0.300000,7,Pad,PRESSURE,partners,"Anna;Box ""1"""
+0.400000,9,Pad,PRESSURE,partners,
+0.400000,9,PIR hall,PIR,moved,0
+0.500000,11,Lux,LIGHT,illuminance_lux,1445.25
+'''
+TOPICS = {
+    "PIR hall": "pir_hall",
+    "pir-hall": "pir_hall_2",
+    'Küche, "links"; = 2': "kuche_links_2",
+    "Switch": "switch",
+    "Pad": "pad",
+    "Lux": "lux",
+}
+WORDS = {
+    **{("moved", v): w for v, w in (("0", "OFF"), ("1", "ON"))},
+    **{("open", v): w for v, w in (("0", "OFF"), ("1", "ON"))},
+    **{("pressed", v): w for v, w in (("0", "OFF"), ("1", "ON"))},
+    ("partners", ""): "–",
+}
+# What is never reached in a test.
+FAR = (
+    f"{HEADER}\n0,1,PIR hall,PIR,moved,0\n0.1,1,PIR hall,PIR,moved,1\n9999,1,PIR hall,PIR,moved,0\n"
+)
+
+
+def messages_of(text: str, begin: str = "angen") -> list[tuple[str, str]]:
+    """What an event log is as messages, in its order."""
+    found = []
+    for row in csv.DictReader(text.splitlines()):
+        value = WORDS.get((row["field"], row["value"]), row["value"])
+        found.append((f"{begin}/{TOPICS[row['sensor']]}/{row['field']}", value))
+    return found
+
+
+@pytest.fixture
+def events(tmp_path):
+    path = tmp_path / "events.csv"
+    path.write_text(f"{HEADER}\n{ROWS}", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def endless(tmp_path):
+    path = tmp_path / "endless.csv"
+    path.write_text(FAR)
+    return path
+
+
+def the_line(err: str) -> str:
+    assert err.count("\n") == 1, err
+    assert err.startswith("angen: ")
+    return err
+
+
+def test_every_event_arrives_once_in_its_order(broker, angen, events) -> None:
+    with broker.listen() as listener:
+        status, out, err = angen("replay", events, "--mqtt", broker.address, "--speed", 2)
+        heard = listener.all()
+    assert (status, out) == (0, "")
+    assert "sent 8 readings of 6 sensors" in the_line(err)
+    status = [(i, text) for i, (topic, text) in enumerate(heard) if topic == "angen/status"]
+    (begin, _), (online, _), (end, _) = status
+    assert [text for _, text in status] == ["offline", "online", "offline"]
+    assert (begin, end) == (0, len(heard) - 1)
+    states = messages_of(f"{HEADER}\n{ROWS}")
+    first, changes = states[:7], states[7:]
+    # A field that is first told later is not known until then.
+    assert sorted(heard[7:online]) == sorted([*first, ("angen/pad/force_n", "None")])
+    assert heard[online + 1 : end] == changes
+    configs = {topic: json.loads(payload) for topic, payload in heard[1:7]}
+    assert set(configs) == {f"homeassistant/device/angen_{t}/config" for t in TOPICS.values()}
+    pad = configs["homeassistant/device/angen_pad/config"]
+    assert pad["dev"]["name"] == "Pad"
+    assert pad["cmps"]["force_n"]["unit_of_measurement"] == "N"
+    assert pad["cmps"]["force_n"]["state_topic"] == "angen/pad/force_n"
+
+
+def test_the_replay_and_the_file_format_say_the_same(broker, angen, events, tmp_path) -> None:
+    out = tmp_path / "messages.jsonl"
+    angen("convert", events, "--format", "home-assistant", "--out", out, "--start", "2026-03-02")
+    with broker.listen() as listener:
+        for line in out.read_text(encoding="utf-8").splitlines():
+            message = json.loads(line)
+            assert message["retain"] is True
+            broker.publish(message["topic"], message["payload"], "-r")
+        published = listener.all()
+    kept = broker.kept()
+    angen("replay", "--forget", "--mqtt", broker.address)
+    assert broker.kept() == {}
+    with broker.listen() as listener:
+        angen("replay", events, "--mqtt", broker.address, "--speed", "max")
+        replayed = listener.all()
+    version = json.loads(replayed[1][1])["o"]["sw"]
+    assert {t: p.replace("unknown", version) for t, p in kept.items()} == broker.kept()
+    for topic in {topic for topic, _ in published}:
+        said, again = ([p for t, p in heard if t == topic] for heard in (published, replayed))
+        if not topic.endswith("/config"):
+            assert again == (["None"] if topic.endswith("force_n") else []) + said
+
+
+def test_who_comes_later_finds_all_and_forget_removes_it(broker, angen, events) -> None:
+    assert angen("replay", events, "--mqtt", broker.address, "--speed", "max")[0] == 0
+    kept = broker.kept()
+    assert kept["angen/status"] == "offline"
+    last = dict(messages_of(f"{HEADER}\n{ROWS}"))
+    assert {t: p for t, p in kept.items() if t in last} == last
+    assert sum(topic.startswith("homeassistant/device/") for topic in kept) == 6
+    broker.publish("homeassistant/device/lamp/config", '{"o": {"name": "other"}}', "-r")
+    status, _, err = angen("replay", "--forget", "--mqtt", broker.address)
+    assert status == 0
+    assert "removed 6 sensors below 'angen'" in the_line(err)
+    assert list(broker.kept()) == ["homeassistant/device/lamp/config"]
+
+
+def test_a_part_is_replayed_from_the_states_at_its_begin(broker, angen, events) -> None:
+    with broker.listen() as listener:
+        options = ["--from", "0.15", "--until", "0.35", "--speed", "max"]
+        assert angen("replay", events, "--mqtt", broker.address, *options)[0] == 0
+        heard = listener.all()
+    online = heard.index(("angen/status", "online"))
+    assert ("angen/pir_hall/moved", "ON") in heard[:online]
+    part = "".join(line for line in ROWS.splitlines(True) if line.startswith(("0.2", "0.3")))
+    assert heard[online + 1 : -1] == messages_of(f"{HEADER}\n{part}")
+
+
+def test_a_killed_replay_leaves_its_sensors_unavailable(broker, start, endless) -> None:
+    with broker.listen() as listener:
+        replay = start("replay", endless, "--mqtt", broker.address)
+        listener.until("angen/pir_hall/moved", "ON")
+        states = [text for topic, text in listener.heard() if topic == "angen/status"]
+        assert states == ["offline", "online"]
+        replay.kill()
+        listener.until_last("angen/status", "offline")
+    assert broker.kept()["angen/status"] == "offline"
+
+
+@pytest.mark.parametrize(
+    ("number", "options", "status"),
+    [(signal.SIGINT, ["--loop"], 0), (signal.SIGINT, [], 1), (signal.SIGTERM, [], 1)],
+)
+def test_ctrl_c_ends_it_cleanly(broker, start, endless, number, options, status) -> None:
+    replay = start("replay", endless, "--mqtt", broker.address, *options)
+    with broker.listen() as listener:
+        listener.until("angen/pir_hall/moved", "ON")
+        replay.send_signal(number)
+        _, err = replay.communicate()
+        assert listener.all()[-1] == ("angen/status", "offline")
+    assert replay.returncode == status
+    assert "interrupted; the sensors are unavailable now" in the_line(err)
+
+
+def test_a_loop_begins_again_with_the_states_of_its_begin(broker, start, events) -> None:
+    with broker.listen() as listener:
+        replay = start("replay", events, "--mqtt", broker.address, "--loop", "--speed", 5)
+        listener.until("angen/status", "online")
+        number = len(listener.heard())
+        states = messages_of(f"{HEADER}\n{ROWS}")
+        round_ = [*states[7:], *states[:7]]
+        while len(listener.heard()) < number + 2 * len(round_):
+            assert replay.poll() is None
+        heard = listener.heard()
+    online = heard.index(("angen/status", "online"))
+    later = heard[online + 1 : online + 1 + 2 * len(round_)]
+    for part in (later[: len(round_)], later[len(round_) :]):
+        assert part[:8] == round_[:8]
+        assert sorted(part[8:]) == sorted(round_[8:])
+
+
+def test_a_connection_lost_amid_comes_back_and_tells_what_was_missed(
+    broker, start, tmp_path
+) -> None:
+    path = tmp_path / "long.csv"
+    rows = [f"{second},1,PIR hall,PIR,moved,{second % 2}" for second in range(2000)]
+    path.write_text("\n".join([HEADER, *rows, "2000,1,Switch,OPTICAL_SWITCH,open,1"]) + "\n")
+    replay = start("replay", path, "--mqtt", broker.address, "--speed", 200)
+    with broker.listen() as listener:
+        listener.until("angen/pir_hall/moved", "ON")
+    broker.stop()
+    lost = replay.stderr.readline()
+    assert "the connection to the broker is lost" in lost
+    broker.start()
+    with broker.listen() as listener:
+        listener.until("angen/status", "online")
+        listener.until("angen/switch/open", "ON")
+        listener.until("angen/status", "offline")
+        assert listener.all()[0][0].startswith("homeassistant/device/")
+    _, err = replay.communicate()
+    back, summary = err.splitlines()
+    missed = int(back.split(" readings were missed")[0].rpartition(" ")[2])
+    assert missed > 0
+    assert f"sent {2000 - missed} readings" in summary
+    assert f"{missed} were missed" in summary
+    assert replay.returncode == 1
+
+
+def test_two_replays_do_not_mix(broker, start, angen, endless, events) -> None:
+    start("replay", endless, "--mqtt", broker.address)
+    with broker.listen() as listener:
+        listener.until("angen/pir_hall/moved", "ON")
+    status, _, err = angen("replay", events, "--mqtt", broker.address)
+    assert status == 1
+    assert "another replay is under way" in the_line(err)
+    assert "--topic" in err
+    options = ["--topic", "flat-2/west", "--speed", "max"]
+    assert angen("replay", events, "--mqtt", broker.address, *options)[0] == 0
+    kept = broker.kept()
+    assert (kept["angen/status"], kept["flat-2/west/status"]) == ("online", "offline")
+    assert kept["angen/pir_hall/moved"] == "ON"
+    assert kept["flat-2/west/pir_hall/moved"] == "OFF"
+    assert angen("replay", "--forget", "--mqtt", broker.address, "--topic", "flat-2/west")[0] == 0
+    assert {topic.partition("/")[0] for topic in broker.kept()} == {"angen", "homeassistant"}
+
+
+def test_sensors_that_a_home_has_no_more_go(broker, angen, events, endless) -> None:
+    angen("replay", events, "--mqtt", broker.address, "--speed", "max")
+    options = ["--speed", "max", "--until", "1"]
+    status, _, err = angen("replay", endless, "--mqtt", broker.address, *options)
+    assert status == 0
+    told = err.splitlines()[0]
+    assert all(name in told for name in ("Küche", "Lux", "Pad", "Switch", "pir-hall")), err
+    assert set(broker.kept()) == {
+        "homeassistant/device/angen_pir_hall/config",
+        "angen/status",
+        "angen/pir_hall/moved",
+    }
+
+
+def make_certificates(folder) -> None:
+    """ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key."""
+    for name in ("ca", "other"):
+        run = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2"]
+        files = ["-keyout", f"{name}.key", "-out", f"{name}.pem", "-subj", f"/CN={name}"]
+        subprocess.run([*run, *files], cwd=folder, check=True, capture_output=True)
+    (folder / "names").write_text("subjectAltName=DNS:localhost")
+    for command in (
+        "req -newkey rsa:2048 -nodes -keyout server.key -out server.csr -subj /CN=localhost",
+        "x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -days 2 "
+        "-extfile names -out server.pem",
+    ):
+        run = ["openssl", *command.split()]
+        subprocess.run(run, cwd=folder, check=True, capture_output=True)
+
+
+@pytest.fixture
+def guarded(make_broker, tmp_path):
+    """A broker with TLS that lets in the user angen alone, who may not write to `forbidden`."""
+    make_certificates(tmp_path)
+    passwords = tmp_path / "passwords"
+    add = [make_broker.passwd, "-b", "-c", passwords, "angen", "geheim ü"]
+    subprocess.run(add, check=True, capture_output=True)
+    (tmp_path / "password").write_text("geheim ü\n", encoding="utf-8")
+    (tmp_path / "wrong").write_text("geheim u\n")
+    (tmp_path / "empty").write_text("\n")
+    (tmp_path / "acl").write_text(
+        "user angen\ntopic readwrite angen/#\ntopic readwrite homeassistant/#\n"
+    )
+    made = make_broker(
+        "allow_anonymous false",
+        f"password_file {passwords}",
+        f"acl_file {tmp_path / 'acl'}",
+        f"certfile {tmp_path / 'server.pem'}",
+        f"keyfile {tmp_path / 'server.key'}",
+        f"cafile {tmp_path / 'ca.pem'}",
+    )
+    made.access = ["--cafile", tmp_path / "ca.pem", "-h", "localhost"]
+    made.access += ["-u", "angen", "-P", "geheim ü"]
+    return made
+
+
+def test_password_and_tls(guarded, angen, events, tmp_path) -> None:
+    options = ["replay", events, "--mqtt", guarded.address, "--speed", "max"]
+    options += ["--ca", tmp_path / "ca.pem", "--user", "angen"]
+    with guarded.listen() as listener:
+        assert angen(*options, ANGEN_MQTT_PASSWORD="geheim ü")[0] == 0
+        first = listener.all()
+    assert ("angen/lux/illuminance_lux", "1445.25") in first
+    # The file counts where both are given.
+    status, _, err = angen(
+        *options, "--password-file", tmp_path / "password", ANGEN_MQTT_PASSWORD="wrong"
+    )
+    assert status == 0, err
+    assert "geheim" not in err
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "words"),
+    [
+        (["--ca", "ca.pem"], 1, ["does not let us in", "--user"]),
+        (["--ca", "ca.pem", "--user", "angen"], 1, ["ANGEN_MQTT_PASSWORD"]),
+        (["--ca", "ca.pem", "--user", "angen", "--password-file", "wrong"], 1, ["--password-file"]),
+        (["--ca", "ca.pem", "--user", "angen", "--password-file", "none"], 2, ["none", "No such"]),
+        (["--ca", "ca.pem", "--user", "angen", "--password-file", "empty"], 2, ["empty"]),
+        (["--ca", "ca.pem", "--password-file", "password"], 2, ["--user"]),
+        (
+            [
+                *["--ca", "ca.pem", "--user", "angen", "--password-file", "password"],
+                *["--topic", "forbidden"],
+            ],
+            1,
+            ["takes no messages of user 'angen'", "forbidden/"],
+        ),
+        (["--tls"], 1, ["certificate", "--ca"]),
+        (["--ca", "other.pem"], 1, ["certificate", "--ca"]),
+        (["--ca", "none.pem"], 2, ["none.pem", "No such file"]),
+        (["--ca", "password"], 2, ["password", "PEM"]),
+        ([], 1, ["closed the connection", "--tls"]),
+    ],
+)
+def test_who_is_not_let_in_reads_why_in_a_line(
+    guarded, angen, events, tmp_path, options, status, words
+) -> None:
+    files = {p.name for p in tmp_path.iterdir()} | {"none", "none.pem"}
+    paths = [tmp_path / o if o in files else o for o in options]
+    found, _, err = angen("replay", events, "--mqtt", guarded.address, *paths)
+    assert found == status, err
+    assert all(word in the_line(err) for word in words), err
+    assert guarded.kept() == {}
+
+
+def test_who_is_not_there_is_told_in_a_line(broker, angen, events, tmp_path) -> None:
+    gone = broker.address
+    options = ["replay", events, "--mqtt"]
+    _, _, err = angen(*options, gone, "--tls")
+    assert "does not speak TLS" in the_line(err)
+    broker.stop()
+    for address, words in (
+        (gone, ["no broker listens", gone, "running"]),
+        ("nowhere.invalid", ["no host 'nowhere.invalid'"]),
+    ):
+        status, _, err = angen(*options, address)
+        assert status == 1
+        assert all(word in the_line(err) for word in words), err

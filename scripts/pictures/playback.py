@@ -1,30 +1,52 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What live readings and the drawing cost playback in a window, the one with and without in turn:
+"""What live readings and the drawing cost playback in a window, in turn: none, live readings, both.
 
     blender --factory-startup --addons bl_ext.user_default.angen_sensors \\
         sample_blends/angen.blend --python scripts/pictures/playback.py
 
-Plays frames 900 to 1100 without the recording, and prints milliseconds a frame and their ratio.
+Plays frames 900 to 1100 without the recording. Prints milliseconds a frame: of the clock, of all
+processors (software OpenGL takes several), and of the extension's own Python, on average.
 """
 
 from __future__ import annotations
 
 import statistics
 import time
+from collections.abc import Callable
+from typing import Any
 
 import bpy
+from bl_ext.user_default.angen_sensors.angen_addon import handlers, live
+from bl_ext.user_default.angen_sensors.angen_addon.overlay import draw
 
-ROUNDS, SECONDS = 3, 6.5
-frames = 0
-began = 0.0
-took: dict[bool, list[float]] = {False: [], True: []}
-coming = [False, True] * ROUNDS
-present: list[bool] = []
+ROUNDS, SECONDS = 4, 6.5
+WAYS = {"none": (False, False), "live": (True, False), "live and drawn": (True, True)}
+coming = list(WAYS) * ROUNDS
+present = ""
+frames: set[int] = set()
+drawn = 0
+began = processors = python = 0.0
+took: dict[str, list[tuple[float, ...]]] = {name: [] for name in WAYS}
 
 
-def count(*_: object) -> None:
-    global frames
-    frames += 1
+def timed(function: Callable[..., Any]) -> Callable[..., Any]:
+    def run(*args: Any) -> None:
+        global python
+        start = time.thread_time()
+        function(*args)
+        python += time.thread_time() - start
+
+    return run
+
+
+def count() -> None:
+    """Not in a frame handler: the sensors must then take it that anything may have changed."""
+    global drawn
+    frame = bpy.context.scene.frame_current
+    if frame not in frames:
+        frames.clear()
+        frames.add(frame)
+        drawn += 1
 
 
 def start() -> None:
@@ -33,7 +55,12 @@ def start() -> None:
     scene.sync_mode = "NONE"
     scene.use_preview_range = True
     scene.frame_preview_start, scene.frame_preview_end = 900, 1100
-    bpy.app.handlers.frame_change_post.append(count)
+    draw.unregister()
+    draw.draw_fields, draw.draw_labels = timed(draw.draw_fields), timed(draw.draw_labels)
+    draw.register()
+    live.Live.follow = timed(live.Live.follow)
+    handlers.overlay.follow = timed(handlers.overlay.follow)
+    bpy.types.SpaceView3D.draw_handler_add(count, (), "WINDOW", "POST_PIXEL")
     window = bpy.context.window_manager.windows[0]
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
     with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
@@ -43,19 +70,25 @@ def start() -> None:
 
 def turn() -> float | None:
     """Ends a round and begins the next."""
-    global frames, began
+    global present, drawn, began, processors, python
     if present:
-        took[present.pop()].append((time.perf_counter() - began) / max(frames, 1) * 1000)
+        spent = time.perf_counter() - began, time.process_time() - processors, python
+        took[present].append(tuple(seconds / max(drawn, 1) * 1000 for seconds in spent))
     if not coming:
-        for on, told in ((False, "without"), (True, "with")):
-            print(told, [round(ms, 1) for ms in took[on]], "ms a frame")
-        ratio = statistics.median(took[True]) / statistics.median(took[False])
-        print(f"ratio {ratio:.2f}\nREADY", flush=True)
+        for name, rounds in took.items():
+            middle = [statistics.median(values) for values in zip(*rounds, strict=True)]
+            against = [m / statistics.median(v) for m, v in zip(middle, zip(*took["none"]))]
+            print(
+                f"{name:15} {middle[0]:6.1f} ms, {middle[1]:6.1f} of processors, {middle[2]:5.2f} "
+                f"of Python; {against[0]:.2f} and {against[1]:.2f} times none",
+                [f"{wall:.0f}/{cpu:.0f}/{own:.1f}" for wall, cpu, own in rounds],
+            )
+        print("READY", flush=True)
         return None
-    present.append(coming.pop(0))
+    present = coming.pop(0)
     scene = bpy.context.scene
-    scene.angen_live = scene.angen_overlay.show = present[0]
-    frames, began = 0, time.perf_counter()
+    scene.angen_live, scene.angen_overlay.show = WAYS[present]
+    drawn, began, processors, python = 0, time.perf_counter(), time.process_time(), 0.0
     return SECONDS
 
 

@@ -101,24 +101,30 @@ def take(scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAME
         if light or not isinstance(original, SHADING) or key in read_by_drivers:
             made.digests[key_of(original, renamed)] = digest_of(original, renamed)
         made.digests.update(warmth_of(original))
-    made.digests.update(surroundings(scene, view_layer, light, renamed))
+    made.digests[SCENE] = own_settings(scene, all_sensors(view_layer), light, renamed)
+    made.digests[SHOWN] = what_is_shown(view_layer, renamed)
     return made
 
 
-def surroundings(
-    scene: Any, view_layer: Any, light: bool, renamed: Renamed = NONE_RENAMED
-) -> dict[str, str]:
-    """Digests of the scene's own settings and of what is shown; cheap."""
+def own_settings(
+    scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
+) -> str:
+    """A digest of the scene's own settings, and of the texts that its sensors read; cheap."""
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
-    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(all_sensors(view_layer)))]
+    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(sensors))]
+    return digest(own, renamed)
+
+
+def what_is_shown(view_layer: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    """A digest of which objects and collections there are, and which are hidden."""
     shown = [
         (_then(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
         if obj.type != "CAMERA" and not _is_of_a_map(obj)
     ]
     layers = list(_layers(view_layer.layer_collection))
-    return {SCENE: digest(own, renamed), SHOWN: digest([sorted(shown), layers])}
+    return digest([sorted(shown), layers])
 
 
 def scene_facts(scene: Any) -> list[Any]:
@@ -126,14 +132,14 @@ def scene_facts(scene: Any) -> list[Any]:
     return [
         setting_facts(scene, part, names)
         for part, names in (
-            (scene, [*OF_SCENE, *_own_settings()]),
+            (scene, [*OF_SCENE, *_names_of_own()]),
             (scene.render, OF_RENDER),
             (scene.unit_settings, OF_UNITS),
         )
     ]
 
 
-def _own_settings() -> list[str]:
+def _names_of_own() -> list[str]:
     """Names of the scene's settings that readings depend on: every one that the extension defines,
     so that a new one counts unless somebody says that it does not."""
     return sorted(

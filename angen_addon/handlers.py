@@ -29,7 +29,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     kept = state.CACHE.kept(scene)
     if kept is not None:
-        kept.note_frame(scene, depsgraph)
+        kept.note_frame(scene, depsgraph, state.CACHE.sensors(view_layer))
     if not playhead.show_recorded(scene, view_layer) and scene.angen_live:
         following = live_of(scene)
         following.follow(scene, view_layer, depsgraph)
@@ -56,7 +56,8 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
     kept = state.CACHE.kept(scene)
     if kept is not None and _is_shown(scene, depsgraph):
-        kept.note_edit(scene, depsgraph, playing)
+        view_layer = scene.view_layers[depsgraph.view_layer.name]
+        kept.note_edit(scene, depsgraph, state.CACHE.sensors(view_layer), playing)
     state.CACHE.note_elsewhere(scene, depsgraph)
     if _holds_an_edit(depsgraph.updates, playing):
         state.CACHE.outdate_live()

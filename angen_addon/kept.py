@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import bpy
@@ -12,14 +13,16 @@ from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
 from .fingerprint import (
+    SCENE,
     SHOWN,
     Fingerprint,
     digest_of,
     is_looked_at,
     key_of,
-    surroundings,
+    own_settings,
     take,
     warmth_of,
+    what_is_shown,
 )
 from .portable import portable
 from .sensors import Sensor, all_sensors
@@ -52,6 +55,8 @@ class Kept:
         self._objects = len(bpy.data.objects)
         self._elsewhere = False
         self._renamed: dict[str, str] = {}
+        # The list of sensors that names and what is shown were looked at with last.
+        self._sensors: Sequence[Sensor] | None = None
 
     @property
     def stale(self) -> str:
@@ -81,7 +86,7 @@ class Kept:
             return
         if self.blender != HERE:
             self._carry_over(scene, depsgraph)
-        self._note_names(scene.view_layers[depsgraph.view_layer.name])
+        self._note_names(all_sensors(scene.view_layers[depsgraph.view_layer.name]))
         now = take(scene, depsgraph, self.fingerprint.light, self._renamed)
         self._changed = self.fingerprint.differences(now)
         self._touched.clear()
@@ -96,7 +101,9 @@ class Kept:
             self.fingerprint.portable = made.portable
             self.blender, self.stored = HERE, ""
 
-    def note_edit(self, scene: Any, depsgraph: Any, playing: bool) -> None:
+    def note_edit(
+        self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], playing: bool
+    ) -> None:
         """Looks at what was just evaluated for another reason than a change of frame."""
         if self._is_elsewhere(depsgraph):
             return
@@ -104,7 +111,7 @@ class Kept:
             self.verify(scene, depsgraph)
             return
         before = self._renamed
-        self._note_surroundings(scene, depsgraph)
+        self._note_surroundings(scene, depsgraph, sensors)
         # Blender then evaluates anew all that refers to what was renamed: nobody moved it.
         follows = playing or before != self._renamed
         updates = list(depsgraph.updates)
@@ -128,22 +135,27 @@ class Kept:
             if not isinstance(original, bpy.types.Scene):
                 self.unsure |= hidden or key_of(original) in self.fingerprint.digests
 
-    def note_frame(self, scene: Any, depsgraph: Any) -> None:
-        """The playhead moved: what is animated is where its keys say."""
+    def note_frame(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
+        """The playhead moved: what is animated is where its keys say. `sensors`: the same list as
+        long as nothing else was changed."""
         self._touched.clear()
         if self._is_elsewhere(depsgraph):
             return
         if self.unsure:
             self.verify(scene, depsgraph)
+        elif sensors is self._sensors:
+            # Of the user's own properties and of texts Blender tells no change.
+            now = own_settings(scene, sensors, self.fingerprint.light, self._renamed)
+            self._compare({SCENE: now})
         else:
-            self._note_surroundings(scene, depsgraph)
+            self._note_surroundings(scene, depsgraph, sensors)
 
     def check(self, original: Any) -> None:
         """Looks at one datablock."""
         if isinstance(original, bpy.types.Scene):
             layer = original.view_layers.get(self.fingerprint.view_layer)
             if layer is not None:
-                self._compare(surroundings(original, layer, self.fingerprint.light, self._renamed))
+                self._compare(self._around(original, layer, all_sensors(layer)))
             return
         known = self.fingerprint.digests
         key = key_of(original, self._renamed)
@@ -151,10 +163,17 @@ class Kept:
             self._compare({key: digest_of(original, self._renamed)})
         self._compare({k: d for k, d in warmth_of(original).items() if k in known})
 
-    def _note_surroundings(self, scene: Any, depsgraph: Any) -> None:
-        layer = scene.view_layers[depsgraph.view_layer.name]
-        self._note_names(layer)
-        around = surroundings(scene, layer, self.fingerprint.light, self._renamed)
+    def _around(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
+        light, renamed = self.fingerprint.light, self._renamed
+        return {
+            SCENE: own_settings(scene, sensors, light, renamed),
+            SHOWN: what_is_shown(layer, renamed),
+        }
+
+    def _note_surroundings(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
+        self._sensors = sensors
+        self._note_names(sensors)
+        around = self._around(scene, scene.view_layers[depsgraph.view_layer.name], sensors)
         before, self._objects = self._objects, len(bpy.data.objects)
         if before != self._objects and self.fingerprint.difference(SHOWN, around[SHOWN]):
             # An object came or went: only a look at everything tells which.
@@ -162,11 +181,11 @@ class Kept:
             self._changed = self.fingerprint.differences(now)
         self._compare(around)
 
-    def _note_names(self, view_layer: Any) -> None:
+    def _note_names(self, sensors: Iterable[Sensor]) -> None:
         """Which of the recorded sensors have another name now."""
         recorded = {track.uid: name for name, track in self.recording.tracks.items()}
         self._renamed = {}
-        for sensor in all_sensors(view_layer):
+        for sensor in sensors:
             self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
 
     def was_called(self, sensor: Sensor, name: str) -> bool:

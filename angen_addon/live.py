@@ -61,6 +61,7 @@ class Live:
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
         """Senses at the present frame and shows it."""
         self.looked_at = None
+        played = self._frame == scene.frame_current - 1
         self._frame, self._held = scene.frame_current, False
         # A handler cannot evaluate sub-frames: live values look at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
@@ -83,8 +84,9 @@ class Live:
         changed = [self._finish(runner, step) for runner in self._runners]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._light(depsgraph, scene.frame_current)
-        changed += self._show_again()
-        if any(changed) and outputs.are_driven():
+        if not played:
+            changed += self._show_again()
+        if any(changed) and state.CACHE.outputs_are_driven():
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
 
@@ -109,8 +111,8 @@ class Live:
         finally:
             state.CACHE.running = False
 
-    def why_old(self, sensor: Sensor, scene: Any) -> str:
-        """Why the sensor's last reading, if any, is not what it would read now; else empty."""
+    def why_old(self, scene: Any) -> str:
+        """Why the last readings, if any, are not what sensors would read now; else empty."""
         if scene.frame_current < scene.frame_start:
             return BEFORE_THE_START
         if self._frame is None:
@@ -119,6 +121,10 @@ class Live:
             return EDITED
         if self._frame != scene.frame_current:
             return ELSEWHERE
+        return ""
+
+    def why_unlit(self, sensor: Sensor) -> str:
+        """Why the light that a sensor read last, if any, is not that of now; else empty."""
         if sensor.name not in self._lit:
             return ""
         return LIGHT_BEFORE if self._held else LIGHT_AT_REST

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from ..sensor_logic.recording import Recording
 from .animation import all_animated, curves
-from .sensors import Sensor, all_sensors
+from .sensors import Sensor
 
 ACTIVE_PATH = "angen_sensor.active"
 VALUE_PATH = "angen_sensor.value"
@@ -34,10 +35,11 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
     return changed
 
 
-def show_recorded(recording: Recording, view_layer: Any, frame: float) -> None:
+def show_recorded(recording: Recording, sensors: Iterable[Sensor], frame: float) -> None:
     """Shows what was recorded at or before `frame`."""
-    for sensor in all_sensors(view_layer):
-        track = recording.track_of(sensor.uid)
+    tracks = {track.uid: track for track in recording.tracks.values()}
+    for sensor in sensors:
+        track = tracks.get(sensor.uid)
         index = track.at(frame) if track else None
         if track is not None and index is not None:
             show(sensor, bool(track.active[index]), track.value[index])

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the reading that is shown of a sensor comes from, how old it is, and why.
 
-Decided here alone: panels, the table, the overlay and handlers ask `at_playhead`. What was
+Decided here alone: panels, the table, the overlay and handlers ask `Playhead`. What was
 recorded of the scene as it is comes first, then what was sensed live, then baked keys. Nothing is
 estimated: what was not measured is told as such, or the last reading that was is told as old.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..sensor_logic.model import Reading
 from ..sensor_logic.recording import Recording
@@ -22,8 +21,7 @@ LIVE_IS_OFF = "Nothing is recorded of this frame, and Live is off: simulate, or 
 NOT_RECORDED = "Nothing is recorded of it: switch it on and simulate"
 
 
-@dataclass(frozen=True)
-class Told:
+class Told(NamedTuple):
     """What is known of a sensor at the playhead.
 
     `origin`: RECORDED, LIVE, BAKED or NOTHING; `reading`: None where nothing is known; it was read
@@ -54,52 +52,58 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
     recording = recorded_here(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
-        outputs.show_recorded(recording, view_layer, frame)
+        outputs.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
     return recording is not None
 
 
-def at_playhead(sensor: Sensor, scene: Any) -> Told:
-    """What is known of a sensor that is switched on, while no run is on."""
-    recording = recorded_here(scene)
-    told = _live(sensor, scene) if recording is None else _recorded(sensor, scene, recording)
-    if sensor.holders or not outputs.output_curves(sensor.object):
-        return told
-    keys = Reading(sensor.settings.active, sensor.settings.value, {})
-    if told.reading is None and not told.problem:
-        frame = scene.frame_current + scene.frame_subframe
-        return Told(BAKED, keys, frame, old=told.old, keys=keys)
-    return replace(told, keys=keys)
+class Playhead:
+    """What is known at a scene's playhead of sensors that are switched on, while no run is on. Not
+    to be kept."""
 
+    def __init__(self, scene: Any) -> None:
+        self.frame = scene.frame_current + scene.frame_subframe
+        self._base, self._rate = scene.render.fps_base, scene.render.fps
+        recording = recorded_here(scene)
+        self._is_recorded = recording is not None
+        self._tracks = {t.uid: t for t in recording.tracks.values()} if recording else {}
+        live = state.CACHE.live
+        known = live is not None and live.scene_uid == scene.session_uid
+        self._live = live if known and scene.angen_live else None
+        self._nothing = NOT_YET if scene.angen_live else LIVE_IS_OFF
+        self._old = self._live.why_old(scene) if self._live is not None else ""
 
-def _recorded(sensor: Sensor, scene: Any, recording: Recording) -> Told:
-    frame = scene.frame_current + scene.frame_subframe
-    track = recording.track_of(sensor.uid)
-    index = track.at(frame) if track else None
-    if track is None or index is None:
-        return Told(NOTHING, old=NOT_RECORDED)
-    fields = {name: column[index] for name, column in track.columns.items()}
-    reading = Reading(bool(track.active[index]), track.value[index], fields)
-    read_at = track.frames[index]
-    age = _seconds(scene, frame - read_at)
-    return Told(RECORDED, reading, read_at, age, fields.get("problem", ""))
+    def of(self, sensor: Sensor) -> Told:
+        told = self._recorded(sensor) if self._is_recorded else self._lively(sensor)
+        if sensor.holders or not outputs.output_curves(sensor.object):
+            return told
+        keys = Reading(sensor.settings.active, sensor.settings.value, {})
+        if told.reading is None and not told.problem:
+            return Told(BAKED, keys, self.frame, old=told.old, keys=keys)
+        return told._replace(keys=keys)
 
+    def seconds(self, frames: float) -> float:
+        return float(frames * self._base / self._rate)
 
-def _live(sensor: Sensor, scene: Any) -> Told:
-    live = state.CACHE.live
-    if not scene.angen_live:
-        return Told(NOTHING, old=LIVE_IS_OFF)
-    if live is None or live.scene_uid != scene.session_uid:
-        return Told(NOTHING, old=NOT_YET)
-    problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
-    old = live.why_old(sensor, scene)
-    published = live.readings.get(sensor.name)
-    if published is None or published.reading.fields.get(sensor.reading.name) is None:
-        # What was read as another kind, or by another method, is in another unit.
-        return Told(NOTHING, problem=problem, old=old or NOT_YET)
-    frame = scene.frame_current + scene.frame_subframe
-    age = _seconds(scene, frame - published.frame)
-    return Told(LIVE, published.reading, published.frame, age, problem, old)
+    def _recorded(self, sensor: Sensor) -> Told:
+        track = self._tracks.get(sensor.uid)
+        index = track.at(self.frame) if track else None
+        if track is None or index is None:
+            return Told(NOTHING, old=NOT_RECORDED)
+        fields = {name: column[index] for name, column in track.columns.items()}
+        reading = Reading(bool(track.active[index]), track.value[index], fields)
+        read_at = track.frames[index]
+        age = self.seconds(self.frame - read_at)
+        return Told(RECORDED, reading, read_at, age, fields.get("problem", ""))
 
-
-def _seconds(scene: Any, frames: float) -> float:
-    return float(frames * scene.render.fps_base / scene.render.fps)
+    def _lively(self, sensor: Sensor) -> Told:
+        live = self._live
+        if live is None:
+            return Told(NOTHING, old=self._nothing)
+        problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
+        old = self._old or live.why_unlit(sensor)
+        published = live.readings.get(sensor.name)
+        if published is None or published.reading.fields.get(sensor.reading.name) is None:
+            # What was read as another kind, or by another method, is in another unit.
+            return Told(NOTHING, problem=problem, old=old or NOT_YET)
+        age = self.seconds(self.frame - published.frame)
+        return Told(LIVE, published.reading, published.frame, age, problem, old)

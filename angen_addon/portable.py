@@ -19,7 +19,7 @@ from .fingerprint import (
     is_looked_at,
     key_of,
     scene_facts,
-    surroundings,
+    what_is_shown,
 )
 
 OF_OBJECT = (
@@ -38,7 +38,7 @@ def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
     layer = scene.view_layers[depsgraph.view_layer.name]
     found = {
         SCENE: digest([scene_facts(scene), animation_facts(scene)]),
-        SHOWN: surroundings(scene, layer, light=False)[SHOWN],
+        SHOWN: what_is_shown(layer),
     }
     originals = [evaluated.original for evaluated in depsgraph.ids]
     harmless = set(harmless_cameras(originals))

@@ -10,7 +10,9 @@ from typing import Any, Protocol
 import bpy
 
 from ..sensor_logic.recording import Recording
+from . import outputs
 from .kept import Kept
+from .sensors import Sensor, all_sensors
 
 
 class Watching(Protocol):
@@ -37,6 +39,12 @@ class Cache:
         self.lacks: list[str] = []
         self.overlay: Any = None
         self.findings: tuple[Any, ...] | None = None
+        # How often the scene was changed by anything but the playhead.
+        self._revision = 0
+        # The sensors as they were found last: of which view layer, at which revision.
+        self._sensors: tuple[Any, list[Sensor]] = (None, [])
+        # Whether drivers read outputs, as of which revision.
+        self._driven = -1, False
         self._kept: dict[int, Kept] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
@@ -45,8 +53,29 @@ class Cache:
         self._watching.add(probe)
 
     def note(self, depsgraph: Any, edited: bool) -> None:
+        """To be called at each evaluation. A script may change the scene just before it moves the
+        playhead: that tells of it too."""
+        if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
+            self._revision += 1
         for probe in self._watching:
             probe.note(depsgraph, edited)
+
+    def sensors(self, view_layer: Any) -> list[Sensor]:
+        """All sensors, the same list as long as nothing but the playhead moved. For handlers and
+        drawing, before which Blender tells of edits; else there is `all_sensors`."""
+        key = self._revision, view_layer.id_data.session_uid, view_layer.name
+        known, sensors = self._sensors
+        if known != key or not _have_their_names(sensors):
+            sensors = all_sensors(view_layer)
+            self._sensors = key, sensors
+        return sensors
+
+    def outputs_are_driven(self) -> bool:
+        """Whether drivers read what sensors put out: all animation of the file is gone through, so
+        that is done once an edit."""
+        if self._driven[0] != self._revision:
+            self._driven = self._revision, outputs.are_driven()
+        return self._driven[1]
 
     def recording(self, scene: Any) -> Recording | None:
         """The last run, if the scene is as it was then."""
@@ -83,6 +112,7 @@ class Cache:
 
     def settings_changed(self, owner: Any) -> None:
         """A recording made with other settings of `owner`, an object or scene, would be a lie."""
+        self._revision += 1
         if not self.running:
             for kept in self._kept.values():
                 kept.check(owner)
@@ -97,6 +127,8 @@ class Cache:
         self.running = False
         self.live = None
         self.overlay = None
+        self._revision += 1
+        self._sensors = None, []
         self._watching = weakref.WeakSet()
         for kept in self._kept.values():
             kept.unsure = True
@@ -108,6 +140,14 @@ class Cache:
         self.lacks = []
         self.notice = ""
         self.findings = None
+
+
+def _have_their_names(sensors: list[Sensor]) -> bool:
+    """Whether all of them still exist, under their names."""
+    try:
+        return all(sensor.name_now == sensor.name for sensor in sensors)
+    except ReferenceError:
+        return False
 
 
 CACHE = Cache()

@@ -88,7 +88,7 @@ class ANGEN_OT_simulate(Operator):
             return
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
-            outputs.show_recorded(self._recording, context.view_layer, frame)
+            outputs.show_recorded(self._recording, all_sensors(context.view_layer), frame)
             # What drivers make of it is no edit that voids the recording.
             context.view_layer.update()
         lacking.look(context.view_layer)

@@ -12,7 +12,6 @@ from bpy.types import Context, DOPESHEET_HT_header, Panel
 from ..angen_addon import state
 from ..angen_addon.active import active_sensor
 from ..angen_addon.explain import MEMORY, Explanation
-from ..angen_addon.sensors import all_sensors
 from ..angen_addon.timeline.history import HISTORIES, Row
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
@@ -51,7 +50,7 @@ class ANGEN_PT_events(Panel):
         if track is None or not len(track):
             draw_lines(layout, "Nothing is recorded of it: switch it on and simulate", "INFO")
             return
-        history = HISTORIES.get(recording, all_sensors(context.view_layer))
+        history = HISTORIES.get(recording, state.CACHE.sensors(context.view_layer))
         row = history.row_of(sensor.uid)
         if row is not None:
             _draw_events(layout, scene, recording, track, row)

@@ -7,11 +7,10 @@ States differ by icon and by word, never by colour alone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..angen_addon import playhead, state
-from ..angen_addon.playhead import Told
+from ..angen_addon.playhead import Playhead, Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
 from ..angen_addon.wording import capital
@@ -30,8 +29,7 @@ ORIGINS = {
 }
 
 
-@dataclass(frozen=True)
-class Shown:
+class Shown(NamedTuple):
     """`text` in full, `short` where there is little room, `brief` where there is less and the age
     is left to the `icon`, which is that of the state; `problem`:
     why the reading is not valid, or there is none; `fields`: what was published, None where nothing
@@ -54,14 +52,30 @@ class Shown:
         return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
+class Readings:
+    """What sensors read at a scene's playhead, in words. Not to be kept."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene, self._lengths = scene, lengths_of(scene)
+        self._playhead = Playhead(scene)
+
+    def of(self, sensor: Sensor) -> Shown:
+        """What the sensor reads, or why nothing."""
+        if not sensor.settings.enabled:
+            return Shown("Off", OFF)
+        if state.CACHE.running:
+            # What stands is of the frame where the playhead was before the run.
+            return Shown("Simulating", UNKNOWN, brief=NOTHING)
+        told = self._playhead.of(sensor)
+        return _shown(sensor, told, self._lengths, self._scene)
+
+
 def shown(sensor: Sensor, scene: Any) -> Shown:
-    """What the sensor reads, in words, or why nothing."""
-    if not sensor.settings.enabled:
-        return Shown("Off", OFF)
-    if state.CACHE.running:
-        # What stands is of the frame where the playhead was before the run.
-        return Shown("Simulating", UNKNOWN, brief=NOTHING)
-    told, lengths = playhead.at_playhead(sensor, scene), lengths_of(scene)
+    """What one sensor reads, in words, or why nothing."""
+    return Readings(scene).of(sensor)
+
+
+def _shown(sensor: Sensor, told: Told, lengths: Any, scene: Any) -> Shown:
     text, icon, brief = _warming_up(sensor, told, scene) or _words(sensor, told, lengths)
     return Shown(
         text,

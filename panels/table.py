@@ -9,7 +9,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
-from ..angen_addon.sensors import Sensor, all_sensors
+from ..angen_addon import state
+from ..angen_addon.sensors import Sensor
 from ..operators.show import show, why_hidden
 from ..sensor_logic.kinds import NO_KIND
 from .instanced import draw_rows
@@ -151,7 +152,7 @@ class ANGEN_PT_table(Panel):
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.window_manager.angen_table
-        sensors = all_sensors(context.view_layer)
+        sensors = state.CACHE.sensors(context.view_layer)
         if not sensors:
             layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
             return

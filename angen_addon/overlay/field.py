@@ -14,10 +14,10 @@ import numpy as np
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.parameters import specs
-from .. import outputs, state
+from .. import state
 from ..animation import is_animated
 from ..kinds import appearance_of
-from ..kinds.pir.figure import sweep_figure
+from ..kinds.pir.figure import lit_figure, scanned_figure
 from ..live import live_of
 from ..runtime.sensor_runner import SensorRunner
 from ..scene_probe.rays import RayCaster
@@ -44,10 +44,9 @@ class Seen:
     """One sensor with what is drawn of it.
 
     `matrix`: its place in the world; `rays` and their `ranges`, in Blender units, both None where
-    it does not look; `outline` (n, 3): of a pad; `figure`, to be made anew where None, and `extra`,
-    what changes with every update, of which `scans` are the tilts by themselves; `made`: the
-    version of the field that the figure is from, and `calm`: for how many looks it has been the
-    same; `problem`: why it cannot sense.
+    it does not look; `outline` (n, 3): of a pad; `figure`, to be made anew where None; `scan`: what
+    it scans now, one of `scans` by their tilts, and `lit`: where movement was seen at its last
+    update; `of_reading`: what a reading adds, with that; `problem`: why it cannot sense.
     """
 
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
@@ -65,9 +64,10 @@ class Seen:
         self.stale = np.zeros(0, bool)
         self.number: int | None = None
         self.figure: Figure | None = None
-        self.extra: Figure | None = None
+        self.scan: Figure | None = None
         self.scans: dict[range, Figure] = {}
-        self.made = self.calm = 0
+        self.lit: Figure | None = None
+        self.of_reading: tuple[Any, Figure | None] | None = None
         self._parts: dict[int, tuple[Array, Array, Array]] = {}
         self.problem = ""
         self.sweep = Sweep()
@@ -77,14 +77,15 @@ class Seen:
         """Takes over what is known of the same sensor."""
         self.matrix, self.parameters, self.pose = before.matrix, before.parameters, before.pose
         self.rays, self.ranges, self.outline = before.rays, before.ranges, before.outline
-        self.figure, self.extra, self.problem = before.figure, before.extra, before.problem
-        self.made, self.calm, self.scans = before.made, before.calm, before.scans
+        self.figure, self.scan, self.problem = before.figure, before.scan, before.problem
+        self.scans, self.lit, self.of_reading = before.scans, before.lit, before.of_reading
         self.sweep, self.stale, self._parts = before.sweep, before.stale, before._parts
 
     def aim(self, rays: Rays | None) -> None:
         """New rays: nothing is known of what they meet."""
-        self.rays, self.ranges, self.figure, self.extra = rays, None, None, None
-        self._parts = {}
+        self.rays, self.ranges, self.figure, self.of_reading = rays, None, None, None
+        self.scan = self.lit = None
+        self._parts, self.scans = {}, {}
         self.stale = np.zeros(rays.bundles if rays else 0, bool)
 
     def parts(self, part: slice, row: int) -> tuple[Array, Array, Array]:
@@ -110,14 +111,11 @@ def _is_animated(sensor: Sensor) -> bool:
 
 
 class Field:
-    """The sensors of one scene. `version` grows whenever a figure changes, `extras` when what is
-    drawn of an update does, `listed` when others are its sensors; `frame` is that at which they
-    were looked at; `outdated` after an edit since then; `unseen`: something is as sensors saw it at
-    earlier updates."""
+    """The sensors of one scene. `frame` is that at which they were looked at; `outdated` after an
+    edit since then; `unseen`: something is as sensors saw it at earlier updates."""
 
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
-        self.version = self.extras = self.listed = 0
         self.unseen = False
         # By the clock of time.monotonic.
         self.followed_at = 0.0
@@ -125,8 +123,6 @@ class Field:
         self.outdated = True
         self.metres = 1.0
         self.seen: list[Seen] = []
-        # What the GPU was given; only draw.py knows what is in it.
-        self.drawn: dict[str, Any] = {}
         self.states: tuple[int, list[Any]] = (0, [])
         # What labels.py shows in each region, by the region's address; and the uid of the sensor
         # whose sign the mouse is over.
@@ -137,13 +133,11 @@ class Field:
         self._boxes: tuple[Array, Array] = (np.empty((0, 3)), np.empty((0, 3)))
         self._movers = Movers()
         self._outputs: list[bool] = []
-        self._driven: bool | None = None
 
     def fail(self, scene: Any) -> None:
         """Keeps still until the next edit."""
-        self.seen, self.drawn, self.boards = [], {}, {}
+        self.seen, self.boards = [], {}
         self.frame, self.outdated = scene.frame_current, False
-        self.listed += 1
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any, in_handler: bool = False) -> None:
         """Brings everything to the scene as it is evaluated; `in_handler`: of a frame change, where
@@ -154,7 +148,6 @@ class Field:
         self.metres = unit_scale(scene)
         if edited:
             self._list(view_layer, clock)
-            self._driven = None
         aimed = [seen for seen in self.seen if self._aim(seen, depsgraph, edited)]
         if edited or aimed:
             self._bound()
@@ -182,8 +175,6 @@ class Field:
             before = known.get(seen.uid)
             if before is not None and before.sensor.kind is seen.sensor.kind:
                 seen.keep(before)
-        if [seen.uid for seen in listed] != list(known):
-            self.listed += 1
         self.seen = listed
 
     def _bound(self) -> None:
@@ -215,7 +206,6 @@ class Field:
             return False
         seen.problem, seen.outline = problem, outline
         seen.aim(rays)
-        self.version += 1
         return True
 
     def _look(self, scene: Any, depsgraph: Any, in_handler: bool) -> Caster:
@@ -250,34 +240,41 @@ class Field:
             follows, seen.number = number == seen.number, number
         asked = due if follows and not all_now else range(rays.bundles)
         rows = [row for row in asked if seen.stale[row]]
-        if rows and self._cast(seen, caster, rows):
-            seen.figure = None
-        if due:
-            seen.sweep.compare(
-                seen.ranges.reshape(rays.rows, -1) * self.metres, seen.parameters.threshold
-            )
-        seen.calm += 1
-        if seen.figure is None:
+        changed = self._cast(seen, caster, rows) if rows else []
+        if changed or seen.figure is None:
             seen.figure = seen.appearance.figure(seen, self.metres)
-            self.version += 1
-            seen.made, seen.calm = self.version, 0
-            seen.extra, seen.scans = None, {}
-        if scans and (due or seen.extra is None):
-            seen.extra = sweep_figure(seen, self.metres)
-            self.extras += 1
+            seen.scans = {t: f for t, f in seen.scans.items() if not any(r in t for r in changed)}
+        if scans:
+            self._scan(seen, due)
 
-    def _cast(self, seen: Seen, caster: Caster, rows: list[int]) -> bool:
-        """Casts some rows of a sensor's rays; whether any range changed."""
+    def _scan(self, seen: Seen, due: range) -> None:
+        """What a detector scans, and what it saw move where tilts are due."""
+        sweep, rays = seen.sweep, seen.rays
+        assert rays is not None and seen.ranges is not None
+        if due:
+            ranges = seen.ranges.reshape(rays.rows, -1) * self.metres
+            sweep.compare(ranges, seen.parameters.threshold)
+        if sweep.lit is None:
+            seen.lit = None
+        elif due:
+            seen.lit = lit_figure(seen, self.metres)
+        if sweep.tilts not in seen.scans:
+            seen.scans[sweep.tilts] = scanned_figure(seen, self.metres)
+        seen.scan = seen.scans[sweep.tilts]
+
+    def _cast(self, seen: Seen, caster: Caster, rows: list[int]) -> list[int]:
+        """Casts some rows of a sensor's rays; those of which a range changed."""
         rays, ranges = seen.rays, seen.ranges
         assert rays is not None and ranges is not None
-        changed = False
+        changed = []
         for row in rows:
             part = rays.bundle(row)
             seen.stale[row] = False
             if part.stop > part.start:
                 found = caster.cast(seen.uid, row, *seen.parts(part, row))
-                changed |= not np.array_equal(found, ranges[part])
-                ranges[part] = found
+                if not np.array_equal(found, ranges[part]):
+                    changed.append(row)
+                    ranges[part] = found
         return changed
 
     def _forget_driven(self, scene: Any, caster: Caster) -> None:
@@ -285,9 +282,7 @@ class Field:
         values = [bool(seen.sensor.settings.active) for seen in self.seen]
         if values != self._outputs:
             self._outputs = values
-            if self._driven is None:
-                self._driven = outputs.are_driven()
-            if self._driven:
+            if state.CACHE.outputs_are_driven():
                 caster.solids.forget()
 
 

@@ -32,10 +32,12 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 @dataclass
 class Figure:
-    """`lines`: by their meaning, (n, 2, 3); `fills`: triangles by theirs, (n, 3, 3)."""
+    """`lines`: by their meaning, (n, 2, 3); `fills`: triangles by theirs, (n, 3, 3); `drawn`: what
+    the GPU was given of it, which only draw.py knows."""
 
     lines: dict[str, Lines] = field(default_factory=dict)
     fills: dict[str, Lines] = field(default_factory=dict)
+    drawn: Any = field(default=None, compare=False)
 
     def add(self, meaning: str, *parts: Any) -> None:
         """More lines, each part (…, 2, 3)."""
@@ -51,13 +53,21 @@ def _append(into: dict[str, Lines], meaning: str, parts: list[Any]) -> None:
     into[meaning] = np.concatenate(known + parts).astype(np.float32)
 
 
-def ends_of(seen: Any, metres: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Where the rays start and end, (rows, n, 3), and which of them met something, (rows, n)."""
-    rays, rows = seen.rays, seen.rays.rows
-    met = seen.ranges < rays.reach
-    off = np.minimum(OFF_SURFACE / metres, seen.ranges / 2) * met
-    ends = rays.origins + rays.directions * (seen.ranges - off)[:, None]
-    return rays.origins.reshape(rows, -1, 3), ends.reshape(rows, -1, 3), met.reshape(rows, -1)
+def ends_of(
+    seen: Any, metres: float, rows: Any = slice(None)
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Where the rays, or those of some rows, start and end, (rows, n, 3), and which of them met
+    something, (rows, n)."""
+    rays = seen.rays
+
+    def of_rows(values: Array) -> Array:
+        found: Array = values.reshape(rays.rows, -1, *values.shape[1:])[rows]
+        return found
+
+    starts, ranges = of_rows(rays.origins), of_rows(seen.ranges)
+    met = ranges < of_rows(rays.reach)
+    off = np.minimum(OFF_SURFACE / metres, ranges / 2) * met
+    return starts, starts + of_rows(rays.directions) * (ranges - off)[..., None], met
 
 
 def straight(

@@ -28,6 +28,8 @@ RING = 2.1
 MOST_LABELS = 100
 PLATE = (0.06, 0.07, 0.08, 0.72)
 NAME = (0.95, 0.95, 0.95, 1.0)
+NAME_COLOUR, PLATE_COLOUR = np.array(NAME, np.float32), np.array(PLATE, np.float32)
+NO_CORNERS, NO_COLOURS = np.empty((0, 2), np.float32), np.empty((0, 4), np.float32)
 TEXT_SIZE_FONT = 0
 
 
@@ -47,9 +49,11 @@ class Word(NamedTuple):
 class Board:
     """What one region shows, kept from frame to frame: `markers`, where each sensor's sign is, by
     its uid; `plates`, those of the labels that have a place; `words`; `batches`, the GPU's copy of
-    signs and plates. `places` and `picture` are what plates and batches were made for."""
+    signs and plates. `looked` is what was projected last and where it was found; `places` and
+    `picture` are what plates and batches were made for."""
 
     def __init__(self) -> None:
+        self.looked: tuple[Any, Any] = None, None
         self.places: Any = None
         self.picture: Any = None
         self.markers: dict[int, Point] = {}
@@ -70,7 +74,7 @@ def to_screen(
 def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
     """Of every sensor that the view shows."""
     board = field.boards.setdefault(context.region.as_pointer(), Board())
-    rows, markers, sizes = _in_sight(context, field, states)
+    rows, markers, sizes = _in_sight(context, board, field, states)
     board.markers = {seen.uid: m for (seen, *_), m in zip(rows, markers, strict=True)}
     wanted = frozenset(
         n for n, (seen, *_) in enumerate(rows) if seen.selected or seen.uid == field.hovered
@@ -92,24 +96,30 @@ def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
 
 
 def _in_sight(
-    context: Any, field: Any, states: list[Shown | None]
+    context: Any, board: Board, field: Any, states: list[Shown | None]
 ) -> tuple[list[Row], list[Point], list[float]]:
     """The sensors that are in the picture with their readings and names, where they are there, and
-    how many pixels a metre takes at each."""
+    how many pixels a metre takes at each; looked for anew where view or sensors moved."""
     region, view = context.region, context.region_data
     rows = [
         (seen, one, seen.sensor.name)
         for seen, one in zip(field.seen, states, strict=True)
         if one is not None and seen.matrix is not None
     ]
-    where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
-    matrix = np.array(view.perspective_matrix, np.float64)
-    up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
-    at = to_screen(where, matrix, region.width, region.height)
-    size = np.linalg.norm(to_screen(where + up, matrix, region.width, region.height) - at, axis=1)
-    inside = np.flatnonzero(((at > 0.0) & (at < (region.width, region.height))).all(axis=1))
-    markers: list[Point] = [(x, y) for x, y in at[inside].tolist()]
-    return [rows[n] for n in inside.tolist()], markers, size[inside].tolist()
+    window = region.width, region.height
+    key = view.perspective_matrix.copy(), window, field.metres, [s.matrix for s, *_ in rows]
+    if board.looked[0] != key:
+        where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
+        matrix = np.array(view.perspective_matrix, np.float64)
+        up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
+        both = to_screen(np.concatenate([where, where + up]), matrix, *window)
+        at, above = both[: len(rows)], both[len(rows) :]
+        size = np.linalg.norm(above - at, axis=1)
+        inside = np.flatnonzero(((at > 0.0) & (at < window)).all(axis=1))
+        markers: list[Point] = [(x, y) for x, y in at[inside].tolist()]
+        board.looked = key, (inside.tolist(), markers, size[inside].tolist())
+    inside, markers, sizes = board.looked[1]
+    return [rows[n] for n in inside], markers, sizes
 
 
 def _find_places(
@@ -209,24 +219,22 @@ def _batches(
 ) -> list[tuple[str, Any]]:
     """Signs, each by its icon on a dark disc, so that it stands out from what is behind it; rings
     around those that are `marked`; and the plates of labels."""
+    shapes = [_shape(one.icon) for _, one, _ in rows]
     ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)
-    white = np.tile(np.array(NAME, np.float32), (len(ring), 1))
-    faces, lines = [], []
-    for (_, one, _), place in zip(rows, markers, strict=True):
-        shape = _shape(one.icon)
-        at = np.array(place, np.float32)
-        faces.append((shape[0] * np.float32(sign) + at, shape[1]))
-        lines.append((shape[2] * np.float32(sign) + at, shape[3]))
-    lines += [(ring * np.float32(sign) + np.array(place, np.float32), white) for place in marked]
-    if plates:
-        colour = np.array(PLATE, np.float32)
-        faces.append((_quads(plates), np.tile(colour, (6 * len(plates), 1))))
-    return [
-        (kind, _batch(np.concatenate(points), np.concatenate(colours), kind))
-        for kind, parts in (("TRIS", faces), ("LINES", lines))
-        for points, colours in [([p for p, _ in parts], [c for _, c in parts])]
-        if sum(map(len, points))
-    ]
+    shapes += [(NO_CORNERS, NO_COLOURS, ring, np.tile(NAME_COLOUR, (len(ring), 1)))] * len(marked)
+    places = np.array([*markers, *marked], np.float32).reshape(-1, 2)
+    found = []
+    for kind, points, colours in (("TRIS", 0, 1), ("LINES", 2, 3)):
+        corners = [NO_CORNERS, *(shape[points] for shape in shapes)]
+        counts = [len(part) for part in corners[1:]]
+        at = np.concatenate(corners) * np.float32(sign) + np.repeat(places, counts, axis=0)
+        coloured = np.concatenate([NO_COLOURS, *(shape[colours] for shape in shapes)])
+        if kind == "TRIS" and plates:
+            at = np.concatenate([at, _quads(plates)])
+            coloured = np.concatenate([coloured, np.tile(PLATE_COLOUR, (6 * len(plates), 1))])
+        if len(at):
+            found.append((kind, _batch(at, coloured, kind)))
+    return found
 
 
 def _quads(plates: list[Rect]) -> Any:
@@ -241,7 +249,7 @@ def _shape(icon: str) -> tuple[Any, Any, Any, Any]:
     colour = np.array([*look.colour, 1.0], np.float32)
     back, front = disc().reshape(-1, 2) * np.float32(BACK), look.faces.reshape(-1, 2)
     lines = look.lines.reshape(-1, 2)
-    dark = np.tile(np.array(PLATE, np.float32), (len(back), 1))
+    dark = np.tile(PLATE_COLOUR, (len(back), 1))
     faces = np.concatenate([back, front])
     colours = np.concatenate([dark, np.tile(colour, (len(front), 1))])
     return faces, colours, lines, np.tile(colour, (len(lines), 1))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Joins the figures of all sensors into a few arrays of coloured lines and triangles, which the
-GPU draws at once."""
+"""What is drawn of a sensor, as arrays of coloured lines and triangles for the GPU."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,11 +38,6 @@ BOLD = {"now", "lit", "break", "force", "beam"}
 ON_TOP = {"force"}
 # What is selected stands out; what is not steps back.
 SELECTED, OTHER = 1.0, 0.8
-# Whether movement was seen is told by the reading.
-ONLY_ACTIVE = {"lit"}
-# Looks (frames) without a change after which a field is taken for still. Few, and a walker's steps
-# make the many still ones anew; many, and these stay with those that are made anew.
-CALM = 24
 
 
 @dataclass(frozen=True)
@@ -54,30 +49,22 @@ class Part:
     corners: int
 
 
-def picture(
-    figures: list[tuple[Figure, str, bool]],
-) -> dict[str, Part]:
-    """The parts to draw, by how: `fills`, `thin`, `bold` and `top_fills`, `top`. Each figure with
-    the icon of its sensor's state and whether it is selected."""
-    lines: dict[str, list[tuple[Array, Any]]] = {}
-    for figure, icon, selected in figures:
-        look = LOOKS[icon]
-        emphasis = look.strength * (SELECTED if selected else OTHER)
-        for meaning, found in figure.lines.items():
-            if meaning in ONLY_ACTIVE and icon != ACTIVE:
-                continue
-            if icon in BROKEN:
-                found = found[::2]
-            colour = _rgba(look, LINES[meaning] * emphasis)
-            name = "top" if meaning in ON_TOP else "bold" if meaning in BOLD else "thin"
-            lines.setdefault(name, []).append((found, colour))
-        for meaning, found in figure.fills.items():
-            if meaning in ONLY_ACTIVE and icon != ACTIVE:
-                continue
-            colour = _rgba(look, FILLS[meaning] * emphasis)
-            name = "top_fills" if meaning in ON_TOP else "fills"
-            lines.setdefault(name, []).append((found, colour))
-    return {name: _join(parts, 3 if "fills" in name else 2) for name, parts in lines.items()}
+def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Part]:
+    """The parts of a figure, by how they are drawn: `fills`, `thin`, `bold` and `top_fills`, `top`;
+    `icon`: that of its sensor's state."""
+    found: dict[str, list[tuple[Array, Any]]] = {}
+    look = LOOKS[icon]
+    emphasis = look.strength * (SELECTED if selected else OTHER)
+    for meaning, lines in figure.lines.items():
+        if icon in BROKEN:
+            lines = lines[::2]
+        name = "top" if meaning in ON_TOP else "bold" if meaning in BOLD else "thin"
+        found.setdefault(name, []).append((lines, _rgba(look, LINES[meaning] * emphasis)))
+    for meaning, faces in figure.fills.items():
+        name = "top_fills" if meaning in ON_TOP else "fills"
+        found.setdefault(name, []).append((faces, _rgba(look, FILLS[meaning] * emphasis)))
+    made = {name: _join(parts, 3 if "fills" in name else 2) for name, parts in found.items()}
+    return {name: part for name, part in made.items() if len(part.points)}
 
 
 def _rgba(look: Look, alpha: float) -> Array:
@@ -91,41 +78,29 @@ def _join(parts: list[tuple[Array, Array]], corners: int) -> Part:
     return Part(np.ascontiguousarray(points, np.float32), colours, corners)
 
 
-def is_still(seen: Any) -> bool:
-    """Whether what a sensor sees has not changed of late."""
-    return bool(seen.calm >= CALM)
-
-
-def still_figures(field: Any, states: list[Shown | None]) -> list[tuple[Figure, str, bool]]:
-    """The fields of those sensors whose state is given, as far as they are still."""
-    return [
-        (seen.figure, shown.icon, seen.selected)
-        for seen, shown in zip(field.seen, states, strict=True)
-        if shown is not None and seen.figure is not None and is_still(seen)
-    ]
-
-
-def lively_figures(field: Any, states: list[Shown | None]) -> list[tuple[Figure, str, bool]]:
-    """What changes with every update: the other fields, what is scanned and seen to move, and
-    forces."""
-    found = []
-    for seen, shown in zip(field.seen, states, strict=True):
-        if shown is None or seen.figure is None:
-            continue
-        if not is_still(seen):
-            found.append((seen.figure, shown.icon, seen.selected))
-        for figure in (seen.extra, _of_reading(seen, shown, field.metres)):
-            if figure is not None:
-                found.append((figure, shown.icon, seen.selected))
-    return found
+def figures(seen: Any, shown: Shown, metres: float) -> Iterator[Figure]:
+    """All that is drawn of a sensor (field.Seen) that reads so."""
+    if seen.figure is not None:
+        yield seen.figure
+        if seen.scan is not None:
+            yield seen.scan
+        # Whether movement was seen is told by the reading.
+        if seen.lit is not None and shown.icon == ACTIVE:
+            yield seen.lit
+        of_reading = _of_reading(seen, shown, metres)
+        if of_reading is not None:
+            yield of_reading
 
 
 def _of_reading(seen: Any, shown: Shown, metres: float) -> Figure | None:
-    """What a valid reading adds to the figure of its sensor."""
+    """What a valid reading adds to the figure of its sensor; the same as long as it reads so."""
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:
         return None
     if not all(name in fields for name in look.drawn_fields):
         return None
-    found: Figure | None = look.reading_figure(seen.pose, fields, metres)
+    read = [str(fields[name]) for name in look.drawn_fields]
+    if seen.of_reading is None or seen.of_reading[0] != read:
+        seen.of_reading = read, look.reading_figure(seen.pose, fields, metres)
+    found: Figure | None = seen.of_reading[1]
     return found

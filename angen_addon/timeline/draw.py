@@ -11,7 +11,7 @@ from bpy.types import SpaceDopeSheetEditor
 
 from .. import state
 from ..instances import Uid
-from ..sensors import Sensor, all_sensors
+from ..sensors import Sensor
 from .history import HISTORIES, History
 from .layout import CHIP, Colour, Picture, View, Word, labels, strips
 
@@ -106,7 +106,7 @@ def _shown() -> tuple[History, frozenset[Uid], Any] | None:
     if recording is None:
         return None
     settings = scene.angen_timeline
-    sensors = all_sensors(context.view_layer)
+    sensors = state.CACHE.sensors(context.view_layer)
     history = HISTORIES.get(recording, sensors)
     if settings.rows != "ALL":
         uids = frozenset(s.uid for s in rows_shown(settings, sensors, context))

@@ -75,12 +75,13 @@ def turn() -> float | None:
         spent = time.perf_counter() - began, time.process_time() - processors, python
         took[present].append(tuple(seconds / max(drawn, 1) * 1000 for seconds in spent))
     if not coming:
+        middle = {n: [statistics.median(v) for v in zip(*r, strict=True)] for n, r in took.items()}
+        none = middle["none"]
         for name, rounds in took.items():
-            middle = [statistics.median(values) for values in zip(*rounds, strict=True)]
-            against = [m / statistics.median(v) for m, v in zip(middle, zip(*took["none"]))]
+            clock, cpu, own = middle[name]
             print(
-                f"{name:15} {middle[0]:6.1f} ms, {middle[1]:6.1f} of processors, {middle[2]:5.2f} "
-                f"of Python; {against[0]:.2f} and {against[1]:.2f} times none",
+                f"{name:15} {clock:6.1f} ms, {cpu:6.1f} of processors, {own:5.2f} of Python; "
+                f"{clock / none[0]:.2f} and {cpu / none[1]:.2f} times none",
                 [f"{wall:.0f}/{cpu:.0f}/{own:.1f}" for wall, cpu, own in rounds],
             )
         print("READY", flush=True)

@@ -4,6 +4,7 @@
 There is no GPU here: the drawing itself is seen in a real window (scripts/pictures).
 """
 
+import itertools
 import math
 import types
 
@@ -238,7 +239,7 @@ def test_rays_are_lit_exactly_where_the_detector_says_that_something_moved(world
             assert rows.tolist() == list(seen.sweep.tilts)
             angle = sensor.angen_sensor.value
             assert rows[0] * math.radians(10) == pytest.approx(angle, abs=1e-6)
-            assert len(seen.extra.lines["lit"]) == seen.sweep.lit.sum()
+            assert len(seen.lit.lines["lit"]) == seen.sweep.lit.sum()
     assert lit == states
     assert 5 < sum(lit) < 45
 
@@ -334,9 +335,9 @@ def test_a_still_scene_is_not_cast_again(world, field, addon_part, monkeypatch):
     caster = addon_part("angen_addon.overlay.field").Caster
     cast = caster.cast
     monkeypatch.setattr(caster, "cast", lambda *a: asked.append(1) or cast(*a))
-    version = field(2).version
+    figure = of(field(2), "pir").figure
     for frame in range(3, 30):
-        assert field(frame).version == version
+        assert of(field(frame), "pir").figure is figure
     assert asked == []
 
 
@@ -385,12 +386,12 @@ def test_every_meaning_is_coloured(world, field, addon_part):
         found = field(frame)
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
     for icon in addon_part("angen_addon.overlay.looks").LOOKS:
-        states = [readings.Shown("", icon, "", pad)] * len(found.seen)
-        for seen in found.seen:
-            seen.calm = picture.CALM
-        assert len(picture.still_figures(found, states)) == 6
-        for figures in (picture.still_figures, picture.lively_figures):
-            for name, part in picture.picture(figures(found, states)).items():
+        one = readings.Shown("", icon, "", pad)
+        drawn = [list(picture.figures(seen, one, 1.0)) for seen in found.seen]
+        # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
+        assert sorted(map(len, drawn)) == [1, 1, 1, 1, 2, 3 if icon == readings.ACTIVE else 2]
+        for figure in itertools.chain(*drawn):
+            for name, part in picture.picture(figure, icon, False).items():
                 assert len(part.points) == len(part.colours)
                 assert len(part.points) % part.corners == 0
                 assert np.isfinite(part.points).all(), name
@@ -401,10 +402,10 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     world, field, addon_part, monkeypatch
 ):
     """A switch whose flag moves from frame 40 on, and two that see nothing move."""
-    picture = addon_part("angen_addon.overlay.picture")
     draw = addon_part("angen_addon.overlay.draw")
     readings = addon_part("panels.readings")
-    monkeypatch.setattr(draw, "_batch", lambda part: part)
+    given = []
+    monkeypatch.setattr(draw, "_batch", lambda part: given.append(part) or part)
     flag = world.box((0.2, 0.2, 0.01), (0, 0, -0.3), name="flag")
     world.key(flag, "location", {1: (0, 0, -0.3), 40: (0, 0, -0.3), 60: (0, 0, -0.1)})
     world.switch("a")
@@ -413,26 +414,19 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     world.box((1, 1, 0.01), (5, 0, -0.2), name="still")
     world.update()
 
-    def drawn(frame):
+    def sent(frame, icon="RADIOBUT_OFF"):
+        """How much of what is drawn the GPU has to be given anew."""
         found = field(frame)
-        states = [readings.Shown("", "RADIOBUT_OFF")] * len(found.seen)
-        draw._batches(found, world.scene, states)
-        still, lively = (found.drawn[name][1] for name in ("still", "lively"))
-        points = {n: len(part.points) for group in (still, lively) for n, part in group.items()}
-        return still, len(picture.still_figures(found, states)), points
+        given.clear()
+        parts = draw._parts_to_draw(found, world.scene, [readings.Shown("", icon)] * 3)
+        assert len(parts) == 3
+        return len(given)
 
-    assert drawn(1)[1] == 0, "all are new"
-    for frame in range(2, 35):
-        before = drawn(frame)
-    assert before[1] == 3
-    moved = drawn(43)
-    assert moved[1] == 2 and moved[0] is not before[0]
-    for frame in range(44, 60):
-        still, count, points = drawn(frame)
-        assert count == 2 and still is moved[0], "those are not drawn anew"
-    for frame in range(60, 61 + picture.CALM):
-        still, count, after = drawn(frame)
-    assert count == 3 and after["bold"] >= points["bold"]
+    a_switch = sent(1) // 3
+    assert a_switch > 0 and [sent(frame) for frame in range(2, 40)] == [0] * 38
+    assert [sent(frame) for frame in range(42, 59)] == [a_switch] * 17
+    assert sent(61) == a_switch and [sent(frame) for frame in range(62, 70)] == [0] * 8
+    assert sent(70, "RADIOBUT_ON") == 3 * a_switch, "another colour"
 
 
 OFF = 8.0
@@ -552,13 +546,11 @@ def test_a_tilt_is_drawn_as_it_is_and_made_anew_only_where_something_moved(
     drawn = {}
     for frame in range(1, 25):
         seen = of(field(frame), "pir")
-        kept, seen.scans = seen.scans, {}
-        fresh = figures.sweep_figure(seen, 1.0)
-        seen.scans = kept
-        for now, then in ((seen.extra.lines, fresh.lines), (seen.extra.fills, fresh.fills)):
+        fresh = figures.scanned_figure(seen, 1.0)
+        for now, then in ((seen.scan.lines, fresh.lines), (seen.scan.fills, fresh.fills)):
             assert now.keys() == then.keys()
             assert all(np.array_equal(now[name], then[name]) for name in now), frame
-        drawn[frame] = seen.extra
+        drawn[frame] = seen.scan
     assert drawn[8] is drawn[6] and drawn[24] is drawn[22]
     assert drawn[8].lines["now"].mean() != drawn[24].lines["now"].mean()
 

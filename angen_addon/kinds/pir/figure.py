@@ -87,36 +87,24 @@ def _jumps(seen: Any, ranges: Array) -> NDArray[np.bool_]:
     return found
 
 
-def sweep_figure(seen: Any, metres: float) -> Figure:
-    """The tilt that a detector scans now, and its rays that saw something move."""
-    sweep = seen.sweep
-    if sweep.tilts not in seen.scans:
-        seen.scans[sweep.tilts] = _scanned(seen, metres)
-    scanned: Figure = seen.scans[sweep.tilts]
-    lit = sweep.lit
-    if lit is None or lit.shape != (seen.rays.rows, len(seen.ranges) // seen.rays.rows):
-        return scanned
-    starts, ends, _ = ends_of(seen, metres)
-    drawn = Figure(dict(scanned.lines), dict(scanned.fills))
-    drawn.add("lit", pairs(starts[lit], ends[lit]))
-    both = lit[:, :-1] & lit[:, 1:]
-    drawn.fill("lit", triangles(starts[:, :-1][both], ends[:, :-1][both], ends[:, 1:][both]))
+def scanned_figure(seen: Any, metres: float) -> Figure:
+    """The tilt that is scanned now, where there are others."""
+    drawn, tilts = Figure(), list(seen.sweep.tilts)
+    starts, ends, _ = ends_of(seen, metres, tilts)
+    if len(tilts) < seen.rays.rows and ends.shape[1] > 1:
+        jump = _jumps(seen, seen.ranges.reshape(seen.rays.rows, -1)[tilts])
+        first, last = straight(ends, ~jump, metres)
+        drawn.add("now", pairs(ends[:, :-1][first], ends[:, 1:][last]))
+        first, last = straight(ends, np.ones_like(jump), metres)
+        drawn.fill("now", triangles(starts[:, :-1][first], ends[:, :-1][first], ends[:, 1:][last]))
     return drawn
 
 
-def _scanned(seen: Any, metres: float) -> Figure:
-    """The tilt that is scanned now, where there are others."""
-    drawn = Figure()
-    starts, ends, met = ends_of(seen, metres)
-    tilts = list(seen.sweep.tilts)
-    if len(tilts) < len(ends) and ends.shape[1] > 1:
-        ranges = seen.ranges.reshape(met.shape)
-        starts_now, ends_now, jump = starts[tilts], ends[tilts], _jumps(seen, ranges)[tilts]
-        first, last = straight(ends_now, ~jump, metres)
-        drawn.add("now", pairs(ends_now[:, :-1][first], ends_now[:, 1:][last]))
-        first, last = straight(ends_now, np.ones_like(jump), metres)
-        drawn.fill(
-            "now",
-            triangles(starts_now[:, :-1][first], ends_now[:, :-1][first], ends_now[:, 1:][last]),
-        )
+def lit_figure(seen: Any, metres: float) -> Figure:
+    """The rays that saw something move at the last update."""
+    drawn, lit = Figure(), seen.sweep.lit
+    starts, ends, _ = ends_of(seen, metres)
+    drawn.add("lit", pairs(starts[lit], ends[lit]))
+    both = lit[:, :-1] & lit[:, 1:]
+    drawn.fill("lit", triangles(starts[:, :-1][both], ends[:, :-1][both], ends[:, 1:][both]))
     return drawn

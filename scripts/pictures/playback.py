@@ -19,12 +19,12 @@ import bpy
 from bl_ext.user_default.angen_sensors.angen_addon import handlers, live
 from bl_ext.user_default.angen_sensors.angen_addon.overlay import draw
 
-ROUNDS, SECONDS = 4, 6.5
+# A round has so many frames; the first few, in which all is looked at anew, do not count.
+ROUNDS, FRAMES, FIRST = 4, 40, 6
 WAYS = {"none": (False, False), "live": (True, False), "live and drawn": (True, True)}
 coming = list(WAYS) * ROUNDS
-present = ""
-frames: set[int] = set()
-drawn = 0
+present = "none"
+frame = drawn = 0
 began = processors = python = 0.0
 took: dict[str, list[tuple[float, ...]]] = {name: [] for name in WAYS}
 
@@ -41,12 +41,16 @@ def timed(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def count() -> None:
     """Not in a frame handler: the sensors must then take it that anything may have changed."""
-    global drawn
-    frame = bpy.context.scene.frame_current
-    if frame not in frames:
-        frames.clear()
-        frames.add(frame)
+    global frame, drawn, began, processors, python
+    if frame != bpy.context.scene.frame_current:
+        frame = bpy.context.scene.frame_current
         drawn += 1
+        if drawn == 0:
+            began, processors, python = time.perf_counter(), time.process_time(), 0.0
+        elif drawn == FRAMES:
+            spent = time.perf_counter() - began, time.process_time() - processors, python
+            took[present].append(tuple(seconds / FRAMES * 1000 for seconds in spent))
+            bpy.app.timers.register(turn, first_interval=0.01)
 
 
 def start() -> None:
@@ -68,29 +72,25 @@ def start() -> None:
     bpy.app.timers.register(turn, first_interval=2.0)
 
 
-def turn() -> float | None:
-    """Ends a round and begins the next."""
-    global present, drawn, began, processors, python
-    if present:
-        spent = time.perf_counter() - began, time.process_time() - processors, python
-        took[present].append(tuple(seconds / max(drawn, 1) * 1000 for seconds in spent))
-    if not coming:
-        middle = {n: [statistics.median(v) for v in zip(*r, strict=True)] for n, r in took.items()}
-        none = middle["none"]
-        for name, rounds in took.items():
-            clock, cpu, own = middle[name]
-            print(
-                f"{name:15} {clock:6.1f} ms, {cpu:6.1f} of processors, {own:5.2f} of Python; "
-                f"{clock / none[0]:.2f} and {cpu / none[1]:.2f} times none",
-                [f"{wall:.0f}/{cpu:.0f}/{own:.1f}" for wall, cpu, own in rounds],
-            )
-        print("READY", flush=True)
-        return None
-    present = coming.pop(0)
-    scene = bpy.context.scene
-    scene.angen_live, scene.angen_overlay.show = WAYS[present]
-    drawn, began, processors, python = 0, time.perf_counter(), time.process_time(), 0.0
-    return SECONDS
+def turn() -> None:
+    """Begins the next round, or tells of all."""
+    global present, drawn
+    if coming:
+        present = coming.pop(0)
+        scene = bpy.context.scene
+        scene.angen_live, scene.angen_overlay.show = WAYS[present]
+        drawn = -FIRST
+        return
+    middle = {n: [statistics.median(v) for v in zip(*r, strict=True)] for n, r in took.items()}
+    none = middle["none"]
+    for name, rounds in took.items():
+        clock, cpu, own = middle[name]
+        print(
+            f"{name:15} {clock:6.1f} ms, {cpu:6.1f} of processors, {own:5.2f} of Python; "
+            f"{clock / none[0]:.2f} and {cpu / none[1]:.2f} times none",
+            [f"{wall:.0f}/{cpu:.0f}/{own:.1f}" for wall, cpu, own in rounds],
+        )
+    print("READY", flush=True)
 
 
 bpy.app.timers.register(start, first_interval=3.0)

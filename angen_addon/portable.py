@@ -8,9 +8,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import bpy
-import numpy as np
 
-from .digests import Facts, animation_facts, part_facts, setting_facts, weights_of
+from .digests import (
+    Facts,
+    animation_facts,
+    corners_and_faces,
+    part_facts,
+    setting_facts,
+    weights_of,
+)
 from .fingerprint import (
     SCENE,
     SHOWN,
@@ -84,12 +90,4 @@ def _mesh(mesh: Any) -> Iterator[Any]:
     if mesh.is_editmode:
         yield "is edited"
         return
-    for items, name, kind, size in (
-        (mesh.vertices, "co", np.float32, 3),
-        (mesh.loops, "vertex_index", np.int32, 1),
-        (mesh.polygons, "loop_start", np.int32, 1),
-        (mesh.polygons, "material_index", np.int32, 1),
-    ):
-        values = np.empty(len(items) * size, kind)
-        items.foreach_get(name, values)
-        yield values.tobytes()
+    yield from corners_and_faces(mesh)

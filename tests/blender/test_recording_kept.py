@@ -658,3 +658,19 @@ def test_facts_of_a_stranger_are_refused_in_a_line(home, tmp_path, capsys, facts
     told = capsys.readouterr().err
     assert told.count("\n") == 1 and "could not be read: it is damaged. Simulate again" in told
     assert "could not be read" in cache().notice
+
+
+def test_what_is_told_of_a_large_mesh_is_short_and_tells_any_change(world, addon_part):
+    """Its text took 300 bytes a triangle, which for millions was more than all else."""
+    facts_of = addon_part("angen_addon.digests").facts_of
+    points = [(x, y, 0.0) for x in range(100) for y in range(100)]
+    faces = [(i, i + 1, i + 101, i + 100) for i in range(9899) if i % 100 < 99]
+    mesh = world.mesh(points, faces)
+    told = [repr(facts_of(mesh))]
+    mesh.vertices[5000].co.z = 1e-6
+    told.append(repr(facts_of(mesh)))
+    mesh.polygons[7].material_index = 1
+    told.append(repr(facts_of(mesh)))
+    mesh.polygons[7].use_smooth = not mesh.polygons[7].use_smooth
+    told.append(repr(facts_of(mesh)))
+    assert len(set(told)) == 4 and max(map(len, told)) < 1000

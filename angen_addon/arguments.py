@@ -14,6 +14,7 @@ from ..sensor_logic.formats import FORMATS
 from ..sensor_logic.log_start import parse_start
 from . import faulty
 from .coverage.arguments import add_verbs
+from .mqtt import address
 from .parser import Parser, path
 
 
@@ -155,6 +156,7 @@ def _add_simulate(verbs: Any, run: Parser) -> None:
         "--out", action="append", default=[], type=path, metavar="PATH", help="of --format"
     )
     faulty.add_options(verb, path)
+    address.add_options(verb, required=False)
     verb.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
     verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
 

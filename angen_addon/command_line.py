@@ -24,10 +24,10 @@ from ..sensor_logic.event_log import (
 )
 from ..sensor_logic.files import OutputError, file_names
 from ..sensor_logic.formats.source import SourceError
-from ..sensor_logic.kind import FORCES, LIGHT
+from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.layout.entries import LayoutError
 from ..sensor_logic.recording import Recording
-from . import advice, bake, state, warmth
+from . import bake, run_advice, state
 from .arguments import parse
 from .console import note
 from .coverage import command as coverage
@@ -41,6 +41,9 @@ from .kept import keep
 from .lacking import lacking
 from .layout.apply import apply_layout
 from .leaving import leave_hard
+from .mqtt.address import AddressError, address_of
+from .mqtt.link import MqttError
+from .mqtt.sending import Sending
 from .output_files import Outputs, check_outputs
 from .progress import ProgressLine
 from .quiet import fill_closed_streams, standard_output_silenced
@@ -49,7 +52,6 @@ from .run_log import log_of_run
 from .runtime.simulation import simulate
 from .runtime.time_base import ends_before_time
 from .sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
-from .wording import uncapped
 
 SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -89,10 +91,10 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
                 raise OutputError("standard output is closed")
             outputs.land()
             return status
-    except (BadInput, NoSuchSensor, LayoutError) as error:
+    except (BadInput, NoSuchSensor, LayoutError, AddressError) as error:
         note(str(error))
         return BAD_INPUT
-    except (SensorError, OutputError) as error:
+    except (SensorError, OutputError, MqttError) as error:
         note(str(error))
         return FAILED
     except BrokenPipeError:
@@ -144,14 +146,14 @@ def _sensors(options: argparse.Namespace) -> list[Sensor]:
     return sensors
 
 
-def _run(options: argparse.Namespace, sensors: list[Sensor]) -> Recording:
-    """Simulates what the options ask for."""
+def _run(
+    options: argparse.Namespace,
+    sensors: list[Sensor],
+    take: Callable[[Recording], None] = lambda _: None,
+) -> Recording:
+    """Simulates what the options ask for; `take` gets the recording as it grows."""
     scene = bpy.context.scene
-    _tell_of_off(sensors)
-    if not options.quiet:
-        _tell_of_pads(sensors)
-        _tell_of_warmth(sensors)
-        _tell_of_warm_up(sensors)
+    run_advice.tell(sensors, options.quiet)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(ends_before_time(scene, first, last))
@@ -162,6 +164,8 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> Recording:
         for progress in simulate(scene, sensors, first, last, recording):
             options.interrupt.check()
             line.show(progress)
+            if not progress.doing:
+                take(recording)
     line.finish(
         progress.seconds_total if progress else 0.0,
         sum(len(track) for track in recording.tracks.values()),
@@ -180,56 +184,18 @@ def _tell_of_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
             note(text)
 
 
-def _tell_of_off(sensors: list[Sensor]) -> None:
-    """Says which sensors will report nothing."""
-    off = [s.name for s in sensors if not s.settings.enabled]
-    if off:
-        note(f"switched off: {', '.join(off)}")
-
-
-def _tell_of_warmth(sensors: list[Sensor]) -> None:
-    """Says what keeps pyroelectric detectors from feeling what their user expects."""
-    found = warmth.pyroelectric(simulated(sensors))
-    cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
-    if cold:
-        note(uncapped(cold.text))
-    for sensor in found:
-        slow = warmth.too_slow(sensor)
-        if slow:
-            note(f"'{sensor.name}': {uncapped(slow.text)}")
-
-
-def _tell_of_warm_up(sensors: list[Sensor]) -> None:
-    """Says which detectors the animation ends too early for."""
-    for sensor in simulated(sensors):
-        late = advice.warm_up(sensor, bpy.context.scene)
-        if late:
-            note(f"'{sensor.name}': {uncapped(late.text)}")
-
-
-def _tell_of_pads(sensors: list[Sensor]) -> None:
-    """Says what keeps pressure pads from reading what their user expects."""
-    scene, view_layer = bpy.context.scene, bpy.context.view_layer
-    pads = [s for s in simulated(sensors) if s.kind.asks_for(FORCES)]
-    for ask in (
-        lambda pad: advice.without_surface(pad.object),
-        lambda pad: advice.sinks(pad.object, scene),
-        lambda pad: advice.weightless(pad.object, scene, view_layer),
-    ):
-        told = {pad.name: found for pad in pads if (found := ask(pad))}
-        if told:
-            note(advice.of_several(told))
-    short = advice.short_cache(scene) if pads else None
-    if short:
-        note(short.text)
-
-
 def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     if options.bake and not options.save:
         raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
     if not options.events and sys.stdout is None:
         raise BadInput("standard output is closed: give --events FILE.csv")
     faults = _faults(options)
+    address = address_of(options)
+    if address and faults.plan:
+        raise BadInput(
+            "--faults changes the log after the run, --mqtt sends what is read in it: simulate "
+            "with --faults, then `angen replay` the log"
+        )
     sensors = _sensors(options)
     told = chosen(sensors, options.sensor)
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
@@ -245,7 +211,9 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
             check_name(options.report, "--report")
     except (OutputError, SourceError) as error:
         raise BadInput(str(error)) from None
-    recording = _run(options, told)
+    with Sending(address, simulated(told), options) as sending:
+        recording = _run(options, told, sending.take)
+        is_whole = sending.finish()
     shown = for_spreadsheets if options.spreadsheet else str
     log, truth = faults.of(log_of_run(recording, bpy.context.scene, told, options.start))
     outputs.texts |= {path: shown(text) for path, text in truth.items()}
@@ -274,7 +242,7 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
         state.CACHE.keep(scene, keep(recording, scene, depsgraph))
         outputs.save_blend(options.save)
-    return DONE
+    return DONE if is_whole else FAILED
 
 
 def _faults(options: argparse.Namespace) -> Faults:

@@ -24,6 +24,7 @@ class Pace:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
+        self.is_at_once = speed == 0.0
         self._speed, self._idle = speed, idle
         self._clock, self._sleep = clock, sleep
         self._begin = 0.0
@@ -37,7 +38,7 @@ class Pace:
         """Waits until a moment (microseconds of the story) is due; returns how many seconds it
         is late. `idle` is called once at least, and may raise."""
         self._idle()
-        if not self._speed:
+        if self.is_at_once:
             return 0.0
         due = self._begin + (until - self._at) / 1e6 / self._speed
         while (left := due - self._clock()) > 0.0:

@@ -30,7 +30,7 @@ class Player:
     "unavailable". `check` is called often, and may raise what is to end it."""
 
     def __init__(self, link: Link, home: Home, speed: float, check: Callable[[], None]) -> None:
-        self.pace = Pace(speed, self._idle)
+        self.pace = Pace(speed, self.idle)
         self.late_s = 0.0
         self._link, self._home, self._check = link, home, check
         self._states: dict[str, str] = {}
@@ -65,7 +65,7 @@ class Player:
             message = self._home.state(change.channel, change.value)
             self._states[message.topic] = message.payload
             self._played += 1
-            self._missed_now += not self._link.send(message, self._idle)
+            self._missed_now += not self._link.send(message, self.idle)
 
     def end(self) -> bool:
         """Leaves the sensors "unavailable"; whether nothing was missed."""
@@ -83,8 +83,11 @@ class Player:
     def summary(self) -> str:
         sensors = len({channel.sensor.name for channel in self._home.channels})
         text = f"sent {self._played - self._missed} readings of {sensors} sensors"
-        missed = f"; {self._missed} were missed while the connection was lost"
-        return f"{text}, at most {self.late_s:.3f} s late{missed if self._missed else ''}"
+        if not self.pace.is_at_once:
+            text += f", at most {self.late_s:.3f} s late"
+        if self._missed:
+            text += f"; {self._missed} were missed while the connection was lost"
+        return text
 
     def _now(self) -> list[Message]:
         """What all sensors read now, and that they can be reached."""
@@ -114,7 +117,7 @@ class Player:
         if names:
             note(f"removed from the broker, as this home lacks them: {', '.join(names)}")
 
-    def _idle(self) -> None:
+    def idle(self) -> None:
         """What is done between messages: a lost connection is told and, if it can be, mended."""
         self._check()
         if not self._is_open or not self._link.is_lost:

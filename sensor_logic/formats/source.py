@@ -56,8 +56,7 @@ def make_log(
         key = (event.sensor, event.field)
         if key not in channels:
             known = facts.setdefault(event.sensor, SensorFacts(event.sensor, event.kind))
-            quantity = published.quantity or ANY_QUANTITY[published.type]
-            channels[key] = Channel(known, event.field, published.type, quantity, published.unit)
+            channels[key] = channel_of(known, published)
         channel = channels[key]
         if channel.sensor.kind != event.kind:
             raise SourceError(
@@ -67,6 +66,11 @@ def make_log(
         value = _value(number, event, published.type)
         changes.append(Change(round(event.time * 1e6), channel, value, event.frame))
     return Log(tuple(changes), start, tuple(sorted(activities)), dict(about or {}), samples)
+
+
+def channel_of(sensor: SensorFacts, published: Field) -> Channel:
+    quantity = published.quantity or ANY_QUANTITY[published.type]
+    return Channel(sensor, published.name, published.type, quantity, published.unit)
 
 
 def _field(number: int, event: Event) -> Field:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`angen simulate --format NAME --out PATH`: a run in the formats of other tools."""
 
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -103,3 +104,24 @@ def test_a_missing_package_is_told_before_the_run(home, command, tmp_path) -> No
     status, _, err = command("simulate", "--quiet", "--format", "parquet", "--out", out)
     assert status == 2
     assert "pip install pyarrow" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "words"),
+    [
+        (["--speed", "2"], 2, ["--speed goes with --mqtt"]),
+        (["--mqtt", "localhost", "--faults", "FAULTS", "--truth", "t"], 2, ["replay"]),
+        (["--mqtt", "localhost"], 1, ["pip install angen-sensors[mqtt]"]),
+    ],
+)
+def test_what_cannot_be_sent_is_told_before_the_run(
+    home, command, tmp_path, monkeypatch, options, status, words
+) -> None:
+    monkeypatch.setitem(sys.modules, "paho.mqtt.client", None)
+    faults = tmp_path / "faults.toml"
+    faults.write_text("[[fault]]\nlost = 0.5\n")
+    given = [str(faults) if option == "FAULTS" else option for option in options]
+    found, out, err = command("simulate", "--quiet", *given)
+    assert (found, out) == (status, "")
+    assert err.count("\n") == 1, err
+    assert all(word in err for word in words), err

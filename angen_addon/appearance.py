@@ -29,6 +29,10 @@ def no_figure(pose: Any, fields: Mapping[str, Any], metres: float) -> None:
     """Draws nothing of a reading."""
 
 
+def never(parameters: Any) -> bool:
+    return False
+
+
 @dataclass(frozen=True)
 class Appearance:
     """Each part has a default, which a kind replaces with what is its own.
@@ -38,6 +42,8 @@ class Appearance:
     `rays`, `plan_rays`: what viewport and plan draw it to see with; else what it casts.
     `figure`: these rays and what they met (a field.Seen) as lines; else beams, without rays a
     cross. `reading_figure`: what a reading with the `drawn_fields` adds to that.
+    `scans`: with which parameters it looks along one row of its rays after the other, and
+    `scan_figure`: the row that is its turn; `lit_figure`: what moved there.
     `outlined`: the upper side of its body is what it senses with.
     `explain`: why an update is as it is; else its fields and parameters.
     `sections`: titles, and names of parameters, of what its panel has in sections of which the
@@ -51,6 +57,9 @@ class Appearance:
     figure: Callable[[Any, float], Figure] = plain_figure
     reading_figure: Callable[[Any, Mapping[str, Any], float], Figure | None] = no_figure
     drawn_fields: tuple[str, ...] = ()
+    scans: Callable[[Any], bool] = never
+    scan_figure: Callable[[Any, float], Figure] = plain_figure
+    lit_figure: Callable[[Any, float], Figure] = plain_figure
     outlined: bool = False
     explain: Callable[[Replay, int], Explanation] = explain_plainly
     sections: tuple[tuple[str, tuple[str, ...]], ...] = ()

@@ -145,7 +145,7 @@ def _key(obj: Any, track: Track) -> str:
 
 def _changes(values: Any) -> Any:
     """Where a value differs from the one before."""
-    known = np.flatnonzero(~np.isnan(values))
+    known = np.flatnonzero(np.isfinite(values))
     differs = np.diff(values[known]) != 0.0
     return known[np.concatenate(([True], differs))] if len(known) else known
 

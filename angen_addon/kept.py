@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from ..sensor_logic.kind import LIGHT
+from ..sensor_logic.kind import LIGHT, REFLECTANCE
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.recording import Recording
 from .fingerprint import (
@@ -214,7 +214,8 @@ class Kept:
 
 def keep(recording: Recording, scene: Any, depsgraph: Any) -> Kept:
     """The recording of a run that has just ended, with the scene as it is."""
-    light = any(KINDS[track.kind_name].asks_for(LIGHT) for track in recording.tracks.values())
+    kinds = [KINDS[track.kind_name] for track in recording.tracks.values()]
+    light = any(kind.asks_for(LIGHT) or kind.asks_for(REFLECTANCE) for kind in kinds)
     made = take(scene, depsgraph, light)
     made.portable = portable(scene, depsgraph)
     return Kept(recording, made)

@@ -71,7 +71,11 @@ class Sensor:
     @property
     def parameters(self) -> Any:
         """The property group with its kind's parameters."""
-        return getattr(self.settings, self.kind.attribute)
+        return self.parameters_in(self.object)
+
+    def parameters_in(self, obj: Any) -> Any:
+        """The same of its object as it is evaluated."""
+        return getattr(obj.angen_sensor, self.kind.attribute)
 
     @property
     def reading(self) -> Field:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -47,8 +48,8 @@ class Rays:
         return both.min(axis=0, initial=np.inf), both.max(axis=0, initial=-np.inf)
 
 
-# With these all rays are asked for at once; what a switch sweeps are the same rays.
-EVERYTHING = {"sweep": "ALL", "swept": False}
+# With these all rays are asked for at once.
+EVERYTHING = {"sweep": "ALL"}
 NO_RAYS = Rays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
 
 
@@ -62,12 +63,16 @@ class Sight:
     request: Any = None
 
 
+class _Enough(Exception):
+    """A model has told its rays."""
+
+
 def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
     """What the sensor looks with at the depsgraph's frame: all rays that its model ever casts with
     these parameters; none of a model that casts none. None while it is switched off. Raises
     SensorError.
 
-    The model senses once, where nothing is met; a detector with all tilts at once, which are those
+    They are those that the model asks for first; of a detector all tilts at once, which are those
     that its saw-tooth takes in turn.
     """
     runner.reset()
@@ -83,7 +88,8 @@ def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
 
     def note(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
         asked.append(Rays(origins / metres, np.array(directions), length / metres))
-        return length
+        raise _Enough
 
-    runner.model.update(replace(parameters, **every), replace(taken.update, scene={RAYS: note}))
+    with suppress(_Enough):
+        runner.model.update(replace(parameters, **every), replace(taken.update, scene={RAYS: note}))
     return Sight(parameters, pose, replace(asked[0], rows=rows, bundles=rows))

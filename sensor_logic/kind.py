@@ -17,8 +17,9 @@ from .quantities import METRES, Lengths
 # What a model can ask of the scene: ranges of rays, the heat that rays meet, what went through rays
 # since the step before, contact forces on the sensor, light that falls on it.
 RAYS, WARMTH, CROSSINGS, FORCES, LIGHT = "rays", "warmth", "crossings", "contact forces", "light"
-# Where objects are that parameters name.
-POSES = "poses of objects"
+# How much of what shines on them the things reflect that rays meet; where objects are that
+# parameters name.
+REFLECTANCE, POSES = "reflectance", "poses of objects"
 
 
 @dataclass(frozen=True)

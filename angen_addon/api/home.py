@@ -71,7 +71,7 @@ class HomeSensor:
 
     @property
     def kind(self) -> str:
-        """Identifier of its kind, such as "PIR"."""
+        """Identifier of its kind, such as PIR."""
         return self._sensor().kind.identifier
 
     @property

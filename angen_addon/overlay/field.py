@@ -17,7 +17,6 @@ from ...sensor_logic.parameters import specs
 from .. import state
 from ..animation import is_animated
 from ..kinds import appearance_of
-from ..kinds.pir.figure import lit_figure, scanned_figure
 from ..live import live_of
 from ..runtime.sensor_runner import SensorRunner
 from ..scene_probe.rays import RayCaster
@@ -230,7 +229,7 @@ class Field:
         if seen.ranges is None:
             seen.ranges, seen.stale = rays.reach.copy(), np.ones(rays.bundles, bool)
         seen.stale |= near
-        scans = getattr(seen.parameters, "model", "") == "RANGE_SCAN"
+        scans = seen.appearance.scans(seen.parameters)
         due, follows = NO_TILTS, False
         if scans:
             due, follows = seen.sweep.due(seen.runner.schedule, step, seen.parameters, rays.rows)
@@ -257,9 +256,9 @@ class Field:
         if sweep.lit is None:
             seen.lit = None
         elif due:
-            seen.lit = lit_figure(seen, self.metres)
+            seen.lit = seen.appearance.lit_figure(seen, self.metres)
         if sweep.tilts not in seen.scans:
-            seen.scans[sweep.tilts] = scanned_figure(seen, self.metres)
+            seen.scans[sweep.tilts] = seen.appearance.scan_figure(seen, self.metres)
         seen.scan = seen.scans[sweep.tilts]
 
     def _cast(self, seen: Seen, caster: Caster, rows: list[int]) -> list[int]:

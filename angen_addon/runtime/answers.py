@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, RAYS, WARMTH
-from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose
+from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
+from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose, pose_from_matrix
+from ...sensor_logic.parameters import specs
 from ...sensor_logic.sweep import Passes
+from ..instances import matrix_of as matrix_in
+from ..instances import shown_in
 from ..scene_probe.light.probe import LightRequest
 from ..scene_probe.moments import gravity_of
 from ..scene_probe.sweep import TOLERANCE, Beam, Moment
@@ -24,9 +27,9 @@ from .probes import Probes
 if TYPE_CHECKING:
     from .sensor_runner import Read, SensorRunner
 
-# What is read beside parameters and pose while the scene is at a step: of a pad its weight (3,) in
-# N and the partners that it measures alone.
-Beside = tuple[Array, frozenset[int] | None] | None
+# What is read beside parameters and pose while the scene is at a step, by its need: of a pad its
+# weight (3,) in N and the partners that it measures alone; where objects are, by the parameter.
+Beside = dict[str, Any] | None
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,28 @@ def warmth(
     return asked.probes.warmth.see_at(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
 
 
+def reflectance(
+    asked: Question,
+    bundle: int,
+    origins: Array,
+    directions: Array,
+    length: Array,
+    which: Index | None = None,
+) -> Answers:
+    """How much the things reflect that rays meet."""
+    frames = asked.frames if which is None else asked.frames[which]
+    metres = asked.read.metres
+    rays = origins / metres, directions, length / metres
+    return asked.probes.reflectance.see_at(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+
+
+def poses(asked: Question, name: str, which: Index | None = None) -> Answers:
+    """Where the object is that a parameter names, at one update; None where it names none."""
+    (_,) = asked.steps
+    assert asked.read.beside is not None
+    return Answers([asked.read.beside[POSES][name]], np.zeros(1, np.intp))
+
+
 def crossings(
     asked: Question, origins: Array, directions: Array, length: Array, which: Index | None = None
 ) -> Answers:
@@ -123,7 +148,7 @@ def contact(asked: Question, which: Index | None = None) -> Answers:
     """The forces on a pad; known after the next frame, of one update at a time."""
     (step,) = asked.steps
     assert asked.read.beside is not None
-    weight, chosen = asked.read.beside
+    weight, chosen = asked.read.beside[FORCES]
     clock = asked.runner.clock
     forces = asked.probes.forces(asked.runner.uid, clock.frame_and_subframe(step)[0])
     return Answers([PadContact(forces, weight, chosen)], np.zeros(1, np.intp))
@@ -138,17 +163,46 @@ def light(asked: Question, which: Index | None = None) -> Answers:
 ANSWERS: dict[str, Callable[..., Answers]] = {
     RAYS: ranges,
     WARMTH: warmth,
+    REFLECTANCE: reflectance,
     CROSSINGS: crossings,
     FORCES: contact,
     LIGHT: light,
+    POSES: poses,
 }
 
 
 def beside_of(sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float) -> Beside:
     """What a sensor's model asks of the scene at this very step."""
-    if FORCES not in sensor.kind.needs:
-        return None
-    return _own_weight(evaluated, depsgraph.scene, metres), _partners(evaluated)
+    found: dict[str, Any] = {}
+    if sensor.kind.asks_for(FORCES):
+        weight = _own_weight(evaluated, depsgraph.scene, metres)
+        found[FORCES] = weight, _partners(sensor.parameters_in(evaluated))
+    if sensor.kind.asks_for(POSES):
+        found[POSES] = _named_poses(sensor, sensor.parameters_in(evaluated), depsgraph, metres)
+    return found or None
+
+
+def _named_poses(
+    sensor: Sensor, settings: Any, depsgraph: Any, metres: float
+) -> dict[str, Pose | None]:
+    """Where the objects are that parameters point at, by the parameter; None where one points at
+    nothing. In an instance those of its collection are where the instance shows them."""
+    pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
+    found: dict[str, Pose | None] = {}
+    for name in pointers:
+        obj = getattr(settings, name)
+        if obj is None:
+            found[name] = None
+            continue
+        holders = sensor.holders
+        beside = bool(holders) and obj.original in shown_in(holders[-1].instance_collection)
+        matrix = np.array(matrix_in(obj.original, holders if beside else (), depsgraph))
+        try:
+            found[name] = pose_from_matrix(matrix, metres)
+        except ValueError:
+            # Of no size: it has a place nevertheless.
+            found[name] = Pose(matrix[:3, 3] * metres, np.eye(3))
+    return found
 
 
 def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
@@ -159,9 +213,8 @@ def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
     return gravity_of(scene, metres)[0] * mass
 
 
-def _partners(evaluated: Any) -> frozenset[int] | None:
+def _partners(settings: Any) -> frozenset[int] | None:
     """Session uids of the objects that a pad measures alone; None: everything."""
-    settings = evaluated.angen_sensor.pressure
     chosen, group = settings.partner_object, settings.partner_collection
     if chosen is None and group is None:
         return None

@@ -19,6 +19,7 @@ from ..scene_probe.light.probe import LightError, LightRequest, measure_direct, 
 from ..scene_probe.light.signature import LightSignature
 from ..scene_probe.rays import RayCaster
 from ..scene_probe.reference_rays import SceneRayCaster
+from ..scene_probe.reflectance import Reflectance
 from ..scene_probe.sweep import Sweeper
 from ..scene_probe.things import Pad
 from ..scene_probe.warmth import Warmth
@@ -47,6 +48,7 @@ class Probes:
     def __init__(self, scene: Any) -> None:
         self.caster = make_caster(scene)
         self.warmth = Warmth(self.caster)
+        self.reflectance = Reflectance(self.caster)
         self.sweeper = Sweeper(self.caster.solids)
         self._solids = self.caster.solids
         self._bodies = Bodies(self._solids)

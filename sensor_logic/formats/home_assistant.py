@@ -39,6 +39,7 @@ BINARY_CLASSES = {
     "opening": "door",
     "occupancy": "occupancy",
     "light": "light",
+    "proximity": "occupancy",
 }
 NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
 

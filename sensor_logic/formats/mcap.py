@@ -13,6 +13,8 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from ..kind import RAYS
+from ..kinds import KINDS
 from . import ros2
 from .log import Change, Channel, Log
 from .names import slug, unique
@@ -22,13 +24,16 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 1 << 20
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
 STATISTICS, METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 0x0B, 0x0C, 0x0D, 0x0E, 0x0F
+RANGE = "sensor_msgs/msg/Range"
 BY_QUANTITY = {
+    "distance": RANGE,
     "illuminance": "sensor_msgs/msg/Illuminance",
     "force": "geometry_msgs/msg/WrenchStamped",
 }
 BY_TYPE = {bool: "std_msgs/msg/Bool", str: "std_msgs/msg/String"}
 NUMBER = "std_msgs/msg/Float32"
-BEAM = "sensor_msgs/msg/Range"
+# Parameters of what tells distances, as Range.msg has them in turn.
+OF_RANGE = ("horizontal_fov", "range_min", "range_max")
 ACTIVITY = "std_msgs/msg/String"
 ACTIVITIES = "activities"
 
@@ -108,9 +113,9 @@ def _of_change(log: Log, topics: Mapping[str, str], change: Change) -> Iterator[
     topic = f"/angen/{frame}/{channel.field}"
     schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
     yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change), channel)
-    if channel.quantity == "opening":
-        data = ros2.beam_message(time, frame, bool(change.value), _reach(channel))
-        yield _Message(time * 1000, f"/angen/{frame}/range", BEAM, data)
+    if channel.quantity == "opening" and KINDS[channel.sensor.kind].asks_for(RAYS):
+        data = ros2.beam_message(time, frame, bool(change.value), _fact(channel, "range_max"))
+        yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data)
 
 
 def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
@@ -120,16 +125,19 @@ def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
     write: dict[str, Callable[[], bytes]] = {
         "std_msgs/msg/Bool": lambda: ros2.bool_message(bool(value)),
         "sensor_msgs/msg/Illuminance": lambda: ros2.illuminance_message(time, frame, value),
+        RANGE: lambda: ros2.range_message(
+            time, frame, value, *(_fact(change.channel, name) for name in OF_RANGE)
+        ),
         "geometry_msgs/msg/WrenchStamped": lambda: ros2.force_message(time, frame, value),
         NUMBER: lambda: ros2.float_message(value),
     }
     return write[schema]()
 
 
-def _reach(channel: Channel) -> float:
-    """How far a beam looks in metres, 0 where the home's facts do not tell."""
-    reach = channel.sensor.parameters.get("range_max", 0.0)
-    return float(reach) if isinstance(reach, (int, float)) else 0.0
+def _fact(channel: Channel, name: str) -> float:
+    """A parameter of its sensor, 0 where the home's facts do not tell."""
+    value = channel.sensor.parameters.get(name, 0.0)
+    return float(value) if isinstance(value, (int, float)) else 0.0
 
 
 def _add_chunk(file: _File, messages: list[_Message]) -> None:

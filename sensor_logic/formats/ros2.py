@@ -91,6 +91,14 @@ def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> b
     return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
 
 
+def range_message(
+    epoch_us: int, frame_id: str, distance: float, view: float, least: float, most: float
+) -> bytes:
+    """A distance within a field of view (rad) and between two ranges (m)."""
+    found = Cdr().header(epoch_us, frame_id).number("B", 1)
+    return bytes(found.number("f", view, least, most, distance).data)
+
+
 def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
     """The force on the pad, along its -Z."""
     found = Cdr().header(epoch_us, frame_id)
@@ -110,6 +118,9 @@ def value_of(schema: str, data: bytes) -> bool | float | str:
     body = 4 + -(-(12 + length) // 8) * 8
     if schema == "sensor_msgs/msg/Illuminance":
         return float(struct.unpack_from("<d", data, body)[0])
+    if schema == "sensor_msgs/msg/Range":
+        last = 4 + -(-(13 + length) // 4) * 4 + 12
+        return float(f"{struct.unpack_from('<f', data, last)[0]:.7g}")
     if schema == "geometry_msgs/msg/WrenchStamped":
         return -float(struct.unpack_from("<d", data, body + 16)[0])
     raise ValueError(f"{schema} is none of its messages")

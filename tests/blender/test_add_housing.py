@@ -99,7 +99,7 @@ def test_the_fork_does_not_stop_its_own_beam_but_a_flag_in_it_does(world):
 
 
 def test_menus_offer_all_kinds_and_the_door(world):
-    for name, count in (("ANGEN_MT_sensor_add", 9), ("ANGEN_MT_object_sensor", 7)):
+    for name, count in (("ANGEN_MT_sensor_add", 13), ("ANGEN_MT_object_sensor", 9)):
         assert hasattr(bpy.types, name)
         drawn = []
 

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A kind of sensor is one file: with nothing else changed it is in every place (new_kinds/)."""
+"""A kind of sensor is one file: with nothing else changed it is in every place (new_kinds/). One is
+that of CONTRIBUTING.md's tutorial, as it stands there, and casts rays; the other casts none."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -25,9 +27,16 @@ def copy(tmp_path):
         shutil.copy(ROOT / name, tmp_path / name)
     for name in ("conftest.py", "pressure_scenes.py", "test_panels.py"):
         shutil.copy(TESTS / "blender" / name, tmp_path / "tests" / "blender" / name)
-    for name in ("ranger.py", "inclinometer.py"):
-        shutil.copy(TESTS / "blender/new_kinds" / name, tmp_path / "sensor_logic/kinds" / name)
+    shutil.copy(TESTS / "blender/new_kinds/inclinometer.py", tmp_path / "sensor_logic/kinds")
     shutil.copy(TESTS / "blender/new_kinds/every_place.py", tmp_path / "tests/blender")
+    tutorial = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    files = re.findall(r"`([\w/]+/ranger\.py)`:\n+```python\n(.*?)```", tutorial, re.DOTALL)
+    assert [name for name, _ in files] == [
+        "sensor_logic/kinds/ranger.py",
+        "angen_addon/kinds/ranger.py",
+    ]
+    for name, code in files:
+        (tmp_path / name).write_text(code, encoding="utf-8")
     return tmp_path
 
 

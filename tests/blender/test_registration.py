@@ -176,6 +176,8 @@ def test_enum_numbers_in_files(world):
         "OPTICAL_SWITCH": 2,
         "PRESSURE": 3,
         "LIGHT": 4,
+        "DISTANCE": 5,
+        "CONTACT": 6,
     }
 
 

@@ -9,8 +9,15 @@ from sensor_logic.kinds import KINDS
 from sensor_logic.parameters import Parameters, specs
 
 # Numbers are in saved files: they never change and are never reused.
-NUMBERS = {"PIR": 1, "OPTICAL_SWITCH": 2, "PRESSURE": 3, "LIGHT": 4}
-UPDATE_RATES = {"PIR": 10.0, "OPTICAL_SWITCH": 1.0, "PRESSURE": 1.0, "LIGHT": 1.0}
+NUMBERS = {
+    "PIR": 1,
+    "OPTICAL_SWITCH": 2,
+    "PRESSURE": 3,
+    "LIGHT": 4,
+    "DISTANCE": 5,
+    "CONTACT": 6,
+}
+UPDATE_RATES = {**dict.fromkeys(NUMBERS, 1.0), "PIR": 10.0, "DISTANCE": 10.0, "CONTACT": 10.0}
 DEGREE = math.pi / 180
 DEFAULTS = {
     "PIR": {
@@ -47,6 +54,8 @@ DEFAULTS = {
         "adc_bits": 10,
         "noise_sigma": 0.0,
     },
+    "DISTANCE": {"target": "MATERIAL", "zones_across": 1, "range_max": 3.6, "noise_sigma": 0.0},
+    "CONTACT": {"magnet": None, "close_distance": 0.015, "open_distance": 0.02},
     "LIGHT": {
         "method": "FOUR_WALL",
         "engine": "CYCLES",
@@ -81,6 +90,8 @@ EVENTS = {
     "OPTICAL_SWITCH": ["open"],
     "PRESSURE": ["pressed", "force_n", "partners", "valid"],
     "LIGHT": ["luminance_percent", "illuminance_lux", "lit"],
+    "DISTANCE": ["near", "distance_m"],
+    "CONTACT": ["open"],
 }
 SAMPLES = {
     "PIR": "angle_rad,moved,signal",
@@ -88,10 +99,12 @@ SAMPLES = {
     "PRESSURE": "force_n,pressed,valid,residual,resistance_ohm,voltage_v,adc,partners,"
     "cop_x_m,cop_y_m,problem",
     "LIGHT": "luminance_percent,illuminance_lux,resistance_ohm,voltage_v,lit",
+    "DISTANCE": "distance_m,near,zones_m",
+    "CONTACT": "open,distance_m",
 }
 
 
-def test_the_four_kinds_and_their_numbers():
+def test_the_kinds_and_their_numbers():
     assert {name: kind.number for name, kind in KINDS.items()} == NUMBERS
 
 

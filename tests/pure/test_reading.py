@@ -33,6 +33,8 @@ KINDS = {
     "Pad": ("PRESSURE", "living room"),
     "Lux": ("LIGHT", "hall"),
     "Percent": ("LIGHT", "hall"),
+    "Range": ("DISTANCE", "hall"),
+    "Reed": ("CONTACT", "kitchen, small"),
 }
 ROWS = [
     (0.0, "Lux", "illuminance_lux", "0.1"),
@@ -43,12 +45,18 @@ ROWS = [
     (0.0, "Pad", "pressed", "1"),
     (0.0, "Pad", "valid", "1"),
     (0.0, "Percent", "luminance_percent", "45.88486"),
+    (0.0, "Range", "distance_m", "1.234568"),
+    (0.0, "Range", "near", "0"),
+    (0.0, "Reed", "open", "1"),
     (0.0, "Switch", "open", "0"),
     (0.0, AWKWARD, "moved", "0"),
     (0.0, "pir-hall", "moved", "1"),
     (2.833333, "PIR hall", "moved", "1"),
     (3.000001, "Switch", "open", "1"),
     (3.625, "PIR hall", "moved", "0"),
+    (3.7, "Range", "distance_m", "0.75"),
+    (3.7, "Range", "near", "1"),
+    (3.9, "Reed", "open", "0"),
     (4.0, "Pad", "partners", 'Anna;Box "1"\\ 2'),
     (5.0, "pir-hall", "moved", "0"),
     (6.0, AWKWARD, "moved", "1"),
@@ -58,7 +66,7 @@ ROWS = [
     (YEAR, "PIR hall", "moved", "0"),
 ]
 # What a format has no place for.
-LOST = {"casas": {"force_n", "partners", "valid"}, "casas-csv": {"partners"}}
+LOST = {"casas": {"force_n", "partners", "valid", "distance_m"}, "casas-csv": {"partners"}}
 LOST["pyadlml"] = {"partners"}
 READ = [name for name in FORMATS if name != "parquet" or find_spec("pyarrow")]
 

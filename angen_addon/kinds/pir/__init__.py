@@ -6,7 +6,7 @@ from __future__ import annotations
 from ...appearance import Appearance
 from ...placing import looking_level
 from .explain import explain_motion
-from .figure import figure, rays
+from .figure import figure, lit_figure, rays, scanned_figure, scans
 from .housing import HOUSINGS
 from .panel import draw
 from .plan import plan_rays
@@ -17,6 +17,9 @@ APPEARANCE = Appearance(
     rays,
     plan_rays,
     figure,
+    scans=scans,
+    scan_figure=scanned_figure,
+    lit_figure=lit_figure,
     explain=explain_motion,
     details=draw,
 )

@@ -26,6 +26,10 @@ def rays(sight: Sight, metres: float) -> Rays:
     return sight.rays
 
 
+def scans(parameters: Any) -> bool:
+    return bool(parameters.model == "RANGE_SCAN")
+
+
 def zones(parameters: Any, pose: Pose, metres: float) -> Rays:
     """The rays of a pyroelectric detector's zones, a row a zone: those that it casts lie within."""
     seen = zones_of(parameters)

@@ -14,6 +14,8 @@ from typing import Any
 
 import bpy
 
+from ....sensor_logic.kind import LIGHT
+from ....sensor_logic.kinds import KINDS
 from ...quiet import standard_output_silenced
 from .frozen import Simulated, frozen
 from .instances import Instances
@@ -221,7 +223,8 @@ class Housings:
     def _is_part(self, obj: Any) -> bool:
         uid = obj.session_uid
         if uid not in self._known:
-            self._known[uid] = obj.angen_sensor.kind == "LIGHT" or (
+            kind = KINDS.get(obj.angen_sensor.kind)
+            self._known[uid] = (kind is not None and kind.asks_for(LIGHT)) or (
                 obj.parent is not None and self._is_part(obj.parent)
             )
         return self._known[uid]

@@ -105,7 +105,8 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
     length = np.ptp(lines, axis=0).max()
     assert length == pytest.approx(0.49 if kind == "RANGER" else 0.1, abs=0.04)
     picture = addon_part("angen_addon.overlay.picture")
-    assert picture.picture(picture.lively_figures(seen, [shown]))
+    (drawn,) = picture.figures(one, shown, 1.0)
+    assert picture.picture(drawn, shown.icon, False)
 
 
 def test_it_is_simulated_kept_and_loaded(world, sensor, kind, tmp_path, addon_part):

@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Door contact: a flat body on a frame, and its magnet beside it."""
+
+from __future__ import annotations
+
+from ...appearance import Appearance
+from .explain import explain_contact
+from .figure import figure
+from .housing import HOUSINGS
+from .panel import draw
+
+APPEARANCE = Appearance(HOUSINGS, figure=figure, explain=explain_contact, details=draw)

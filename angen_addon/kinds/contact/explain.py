@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why a door contact is open or closed: how far its magnet is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ....sensor_logic.quantities import Lengths, measured
+from ...explain.facts import Explanation, at_frame
+from ...explain.replay import Replay
+from ...wording import quoted
+from .panel import NO_MAGNET
+
+
+@dataclass(frozen=True)
+class ContactCause:
+    """The magnet's name and how far it is in m; at how many m the contact closes and opens."""
+
+    magnet: str
+    distance: float
+    closes: float
+    opens: float
+
+
+def explain_contact(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a door contact. Raises SensorError."""
+    taken = replay.take(index)
+    if taken is None:
+        return replay.off(index)
+    parameters, track, lengths = taken.parameters, replay.track, replay.lengths
+    distances = track.columns["distance_m"]
+    if parameters.magnet is None or not math.isfinite(distances[index]):
+        return replay.told(index, NO_MAGNET, ())
+    closes, opens = parameters.close_distance, parameters.open_distance
+    cause = ContactCause(parameters.magnet, float(distances[index]), closes, opens)
+    facts = [
+        ("Magnet", f"{quoted(cause.magnet)}, {_fine(cause.distance, lengths)} away"),
+        ("Closes", f"nearer than {lengths.typed(closes)}"),
+        ("Opens", f"farther than {lengths.typed(opens)}"),
+    ]
+    if index > 0:
+        when = at_frame(track.frames[index - 1], track.times[index - 1])
+        facts.append(("Before", f"{_fine(distances[index - 1], lengths)}, at {when}"))
+    is_open = bool(track.active[index])
+    if is_open:
+        short = cause.distance - closes
+        facts.insert(0, ("To close", f"it must come {_fine(short, lengths)} nearer"))
+    return replay.told(index, _headline(cause, is_open, lengths), facts, "", cause)
+
+
+def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
+    state = "Open" if is_open else "Closed"
+    between = cause.closes < cause.distance <= cause.opens
+    still = " still" if between else ""
+    return f"{state}{still}: {quoted(cause.magnet)} is {_fine(cause.distance, lengths)} away"
+
+
+def _fine(length: float, lengths: Lengths) -> str:
+    """A tenth of a millimetre: contacts tell millimetres apart."""
+    return measured(length, "m", 4, lengths)

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How near the magnet of a door contact must come: rings about it in two planes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...overlay.figures import Figure, circle, pairs
+
+
+def figure(seen: Any, metres: float) -> Figure:
+    """Where it closes a whole ring, where it opens a broken one."""
+    drawn = Figure()
+    x, y, z = seen.pose.axes.T
+    for radius, meaning in (
+        (seen.parameters.close_distance, "gate"),
+        (seen.parameters.open_distance, "limit"),
+    ):
+        for side in (y, z):
+            ring = circle(seen.pose.origin / metres, x, side, radius / metres)
+            lines = pairs(ring, np.roll(ring, -1, axis=0))
+            drawn.add(meaning, lines if meaning == "gate" else lines[::2])
+    return drawn

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The body of a door contact; its magnet is an object apart."""
+
+from __future__ import annotations
+
+from ...housing import Housing
+
+
+def _contact() -> Housing:
+    """27.5 × 13.6 × 9 mm, as sold with adhesive backs (midlandelectronics.com)."""
+    return Housing().box((-0.01375, -0.0068, 0.0), (0.01375, 0.0068, 0.009))
+
+
+HOUSINGS = {"": _contact}

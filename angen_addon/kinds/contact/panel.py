@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a door contact shows besides its parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpy.types import Context
+
+from ....panels.lines import draw_lines
+from ....panels.readings import Shown
+from ...sensors import Sensor
+
+NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is its magnet"
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+    """What keeps it from ever closing."""
+    if sensor.parameters.magnet is None:
+        draw_lines(layout, NO_MAGNET, "ERROR")

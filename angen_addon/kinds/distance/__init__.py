@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Distance sensor: its zones, level out of a wall."""
+
+from __future__ import annotations
+
+from ...appearance import Appearance
+from ...placing import looking_level
+from .explain import explain_distance
+from .figure import figure, plan_rays, rays
+from .housing import HOUSINGS
+
+APPEARANCE = Appearance(HOUSINGS, looking_level, rays, plan_rays, figure, explain=explain_distance)

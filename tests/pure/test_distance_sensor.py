@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The distance sensor against closed forms: ranges by reflectance, zones, echoes, noise."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sensor_logic.kind import RAYS, REFLECTANCE
+from sensor_logic.kinds.distance import KIND
+from sensor_logic.kinds.distance.model import DistanceSensor, range_of, zone_distances, zone_rays
+from sensor_logic.kinds.distance.parameters import DistanceParameters
+from sensor_logic.model import Pose
+from sensor_logic.noise import generator
+
+POSE = Pose(np.zeros(3), np.eye(3))
+PRESETS = {preset.identifier: preset for preset in KIND.presets}
+
+
+def part(name, **values):
+    return DistanceParameters(
+        **{**PRESETS[name].values, "noise_sigma": 0.0, "noise_growth": 0.0, **values}
+    )
+
+
+class Wall:
+    """An endless wall across the axis at `distance` m, its left part (x < `edge`) at another."""
+
+    def __init__(self, distance, reflectance=0.88, edge=-math.inf, left=math.inf, of_left=0.88):
+        self.distance, self.reflectance = distance, reflectance
+        self.edge, self.left, self.of_left = edge, left, of_left
+
+    def _ranges(self, ways, length):
+        ahead = -ways[:, 2]
+        near = np.minimum(self.distance / ahead, length)
+        if not math.isfinite(self.left):
+            return near, np.zeros(len(ways), bool)
+        beside = self.left / ahead
+        on_left = (ways[:, 0] * beside < self.edge) & (beside < near)
+        return np.where(on_left, beside, near), on_left
+
+    def ask(self, need, bundle, origins, ways, length):
+        ranges, on_left = self._ranges(ways, length)
+        if need == RAYS:
+            return np.minimum(ranges, length)
+        assert need == REFLECTANCE
+        return np.where(on_left, self.of_left, self.reflectance)
+
+
+def read(parameters, wall, sensor=None, number=0, name="tof"):
+    update = SimpleNamespace(pose=POSE, ask=wall.ask, noise=lambda: generator(0, name, number))
+    return (sensor or DistanceSensor()).update(parameters, update)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_range_of_white_and_of_grey_is_the_data_sheets(name):
+    parameters = part(name, horizontal_fov=0.0, vertical_fov=0.0, resolution=0.0)
+    for reflectance, farthest in ((0.88, parameters.range_max), (0.17, parameters.range_grey)):
+        seen = read(parameters, Wall(farthest * 0.999, reflectance))
+        assert seen.fields["distance_m"] == pytest.approx(farthest * 0.999)
+        gone = read(parameters, Wall(farthest * 1.001, reflectance))
+        assert gone.fields["distance_m"] == parameters.range_max
+        assert not any(gone.fields["zones_m"].split(";")), "empty: no target"
+
+
+def test_the_ideal_receivers_range_falls_with_the_root_of_the_reflectance():
+    ideal = part("VL53L1X", range_grey=3.6 * math.sqrt(0.17 / 0.88))
+    found = range_of(ideal, np.array([0.88, 0.22, 0.055, 0.0]))
+    assert found == pytest.approx([3.6, 1.8, 0.9, 0.0])
+    assert range_of(part("HC_SR04"), np.array([0.01])) == pytest.approx([4.0]), (
+        "sound sees no colour"
+    )
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5])
+def test_what_fills_a_part_of_a_zone_is_seen_less_far(share):
+    """By the root of its share: at 3.6 m white fills it whole."""
+    parameters = part("VL53L1X", rays=16, resolution=0.0)
+    half = math.tan(parameters.horizontal_fov / 2)
+    farthest = 3.6 * math.sqrt(share)
+    for distance, seen in ((farthest * 0.97, True), (farthest * 1.01, False)):
+        edge = (2 * share - 1) * half * distance
+        wall = Wall(1e9, 0.88, edge=edge, left=distance)
+        assert math.isfinite(float(read(parameters, wall).fields["zones_m"] or "inf")) == seen
+
+
+def test_zones_are_rows_from_the_upper_left_and_see_along_their_own_axes():
+    parameters = part("VL53L5CX", resolution=0.0, rays=1)
+    _, ways, _ = zone_rays(parameters, POSE)
+    assert ways.shape == (64, 3)
+    tangent = math.tan(math.radians(22.5)) * 7 / 8
+    assert ways[0] / -ways[0, 2] == pytest.approx([-tangent, tangent, -1.0])
+    assert ways[7] / -ways[7, 2] == pytest.approx([tangent, tangent, -1.0])
+    zones = [float(text) for text in read(parameters, Wall(1.0)).fields["zones_m"].split(";")]
+    assert zones == pytest.approx(1.0 / -ways[:, 2], rel=1e-3), "the slant range to a flat wall"
+
+
+def test_echoes_of_a_person_before_a_wall():
+    """Half of the zone at 1 m, half at 2 m: the mean weighs them 4 : 1 by 1/r², the strongest and
+    the first are the near one; a grey one 20 cm before white joins it within the separation."""
+    ranges, both = np.array([[1.0, 1.0, 2.0, 2.0]]), np.full((1, 4), 0.88)
+    known = {"range_max": 3.6, "range_grey": 3.6 * math.sqrt(0.17 / 0.88)}
+    for echo, expected in (("MEAN", (4 * 1 + 1 * 2) / 5), ("STRONGEST", 1.0), ("FIRST", 1.0)):
+        parameters = DistanceParameters(echo=echo, **known)
+        assert zone_distances(parameters, ranges, both)[0] == pytest.approx(expected)
+    dim = np.array([[0.044, 0.044, 0.88, 0.88]])
+    strongest = DistanceParameters(echo="STRONGEST", **known)
+    assert zone_distances(strongest, ranges, dim)[0] == pytest.approx(2.0), "4 times 1/20 is less"
+    close = np.array([[1.8, 1.8, 2.0, 2.0]])
+    weights = np.array([1 / 1.8**2, 1 / 2.0**2])
+    mean = (weights * [1.8, 2.0]).sum() / weights.sum()
+    assert zone_distances(strongest, close, both)[0] == pytest.approx(mean)
+
+
+def test_the_first_echo_waits_until_enough_came_back():
+    parameters = DistanceParameters(echo="FIRST", range_max=2.0, range_grey=2.0)
+    ranges = np.array([[1.6, 1.7, 1.8, 1.9]])
+    # (2/1.6)²/4 = 0.39, with 1.7 m 0.74, with 1.8 m 1.05.
+    assert zone_distances(parameters, ranges, np.ones((1, 4)))[0] == pytest.approx(1.8)
+    assert zone_distances(parameters, np.full((1, 4), 2.01), np.ones((1, 4)))[0] == math.inf
+
+
+def test_noise_grows_with_the_distance():
+    for distance in (0.2, 1.0, 3.0):
+        parameters = part("VL53L5CX", noise_sigma=0.004, noise_growth=0.01, resolution=0.0, rays=1)
+        told = []
+        for number in range(60):
+            zones = read(parameters, Wall(distance), number=number).fields["zones_m"].split(";")
+            told.append([float(text) for text in zones])
+        spread = np.std(np.array(told), axis=0)
+        _, ways, _ = zone_rays(parameters, POSE)
+        expected = np.hypot(0.004, 0.01 * distance / -ways[:, 2])
+        assert (spread / expected).mean() == pytest.approx(1.0, abs=0.03), "of 3840 samples"
+
+
+def test_readings_are_multiples_of_the_resolution_within_the_range():
+    parameters = part("HC_SR04", resolution=0.01, rays=1)
+    assert read(parameters, Wall(1.2345)).fields["distance_m"] == pytest.approx(1.23)
+    assert read(parameters, Wall(0.005)).fields["distance_m"] == pytest.approx(0.02)
+
+
+def test_near_has_a_hysteresis():
+    parameters = part("VL53L1X", threshold=1.0, hysteresis=0.2, resolution=0.0, rays=1)
+    sensor = DistanceSensor()
+    places = (1.1, 0.9, 1.1, 1.19, 1.21, 1.1)
+    near = [read(parameters, Wall(place), sensor).active for place in places]
+    assert near == [False, True, True, True, False, False]
+
+
+WALLS = {"nothing": Wall(math.inf), "touching": Wall(0.0), "black": Wall(1.0, 0.0)}
+
+
+@pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS)
+def test_hard_cases_read_a_number(wall):
+    """Nothing there, something at the very lens, something that reflects nothing."""
+    seen = read(part("VL53L5CX"), wall)
+    assert 0.02 <= seen.value <= 3.5 and math.isfinite(seen.value)

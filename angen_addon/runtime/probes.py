@@ -84,7 +84,12 @@ class Probes:
         whose forces at this frame will be asked for.
         """
         self.caster.update(depsgraph)
-        if self._pads and frame is not None:
+        if frame is not None:
+            self.look_at_motion(depsgraph, frame, due)
+
+    def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
+        """The motion alone, at another frame at which the scene is the same."""
+        if self._pads:
             metres = unit_scale(depsgraph.scene)
             self._bodies.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 

@@ -12,7 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
+from ...sensor_logic.model import Index
 from ...sensor_logic.recording import Recording, Track
 from .. import handlers, outputs, state
 from ..sensors import Sensor, SensorError, check, check_names, report_steps, simulated
@@ -115,11 +118,13 @@ class _Run:
         for window in agenda.windows():
             fresh = agenda.fresh(window, still)
             try:
-                for step, is_fresh in zip(window.steps.tolist(), fresh.tolist(), strict=True):
-                    self._steps, self._evaluated = self._steps + 1, self._evaluated + is_fresh
+                for steps, is_fresh in _alike(window.steps, fresh):
+                    step = steps[-1]
+                    self._steps += len(steps)
+                    self._evaluated += is_fresh
                     if bpy.context.scene.session_uid != self._scene.session_uid:
                         raise SensorError("the run ended early: another scene is shown now")
-                    for ready in stage.visit(window, step, is_fresh):
+                    for ready in stage.visit(window, steps, is_fresh):
                         self._record(ready, driven)
                     for doing in stage.measure(alone):
                         yield self._at(step, doing)
@@ -157,6 +162,14 @@ class _Run:
         self._recording.tracks[sensor.name].extend(frames, times, readings)
         if driven:
             outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
+
+
+def _alike(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
+    """The steps, together with those that follow at which nothing changes, and whether anything may
+    have at the first."""
+    for part in np.split(np.arange(len(steps)), np.flatnonzero(fresh)):
+        if len(part):
+            yield steps[part].tolist(), bool(fresh[part[0]])
 
 
 def _put_back(scene: Any, frame: int, subframe: float) -> None:

@@ -20,22 +20,23 @@ from .time_base import evaluated_depsgraph
 
 @dataclass
 class Kept:
-    """The `steps` of which the probes keep frames, to be sensed, and what was read of sensors that
+    """The frames that the probes keep, to be sensed: each is the scene from one of the `steps`
+    until the next of them, the newest until the step `last`; and what was read then of sensors that
     change from one to the next."""
 
     steps: list[int] = field(default_factory=list)
+    last: int = -1
     reads: dict[tuple[SensorRunner, int], Read | None] = field(default_factory=dict)
 
     def frames(self, dates: Dates) -> Index:
         """Which of the frames (n,) are those of the dates."""
-        return np.searchsorted(np.array(self.steps), dates.steps)
+        return np.searchsorted(np.array(self.steps), dates.steps, side="right") - 1
 
-    def reads_of(self, runner: SensorRunner, dates: Dates) -> list[Read | None] | None:
-        """What was read of a sensor at its dates; None of one that stays as it is."""
-        steps = dates.steps.tolist()
-        if (runner, steps[0]) not in self.reads:
+    def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
+        """What was read of a sensor at frames (n,); None of one that stays as it is."""
+        if (runner, int(frames[0])) not in self.reads:
             return None
-        return [self.reads[runner, step] for step in steps]
+        return [self.reads[runner, frame] for frame in frames.tolist()]
 
 
 class Stage:
@@ -61,7 +62,7 @@ class Stage:
     @property
     def last_step(self) -> int | None:
         """The last of the steps that are kept; None where there is none."""
-        return self._kept.steps[-1] if self._kept.steps else None
+        return self._kept.last if self._kept.steps else None
 
     def go(self, step: int) -> Any:
         """Evaluates the scene at a step; returns the depsgraph."""
@@ -69,32 +70,36 @@ class Stage:
         self.scene.frame_set(frame, subframe=subframe)
         return evaluated_depsgraph()
 
-    def visit(self, window: Window, step: int, fresh: bool) -> Iterator[PendingUpdates]:
-        """Brings the scene to a step and takes down what is asked of it there; where it is not
-        `fresh`, nothing is otherwise than at the step before. Yields what can be read by then; what
-        light sensors ask is in `lit`. Raises SensorError."""
-        depsgraph = self.go(step) if fresh else evaluated_depsgraph()
-        if step not in window.looked:
+    def visit(self, window: Window, steps: list[int], fresh: bool) -> Iterator[PendingUpdates]:
+        """Brings the scene to the first of some steps, at the others of which it is the same, and
+        takes down what is asked of it there; where it is not `fresh`, it is as at the step before.
+        Yields what can be read by then; what light sensors ask is in `lit`. Raises SensorError."""
+        depsgraph = self.go(steps[0]) if fresh else evaluated_depsgraph()
+        looked = [step for step in steps if step in window.looked]
+        if not looked:
             return
-        self._take_down(window, step, depsgraph)
-        yield from self._ready(step)
+        self.probes.look(depsgraph, None)
+        self._kept.steps.append(looked[0])
+        self._kept.last = looked[-1]
+        for step in looked:
+            self._take_down(window, step, depsgraph)
+            yield from self._ready(step)
         yield from self.sense(window, depsgraph)
 
     def _take_down(self, window: Window, step: int, depsgraph: Any) -> None:
-        clock = self.runners[0].clock
-        whole = clock.frame_and_subframe(step)[0]
-        pads = [runner.sensor for runner in window.pads.get(step, ())]
-        self.probes.look(depsgraph, whole if step in window.motion else None, pads)
-        self._kept.steps.append(step)
+        if step in window.motion:
+            whole = self.runners[0].clock.frame_and_subframe(step)[0]
+            pads = [runner.sensor for runner in window.pads.get(step, ())]
+            self.probes.look_at_motion(depsgraph, whole, pads)
+        frame = len(self._kept.steps) - 1
         for runner, number, due in window.read.get(step, ()):
-            read = runner.read(depsgraph, self.probes.edits)
+            if (runner, frame) not in self._kept.reads:
+                self._kept.reads[runner, frame] = runner.read(depsgraph, self.probes.edits)
             kind = runner.sensor.kind
-            if not (kind.motion or kind.light):
-                self._kept.reads[runner, step] = read
-                continue
-            at = Dates.of(step, number, due)
-            found = runner.pending(at, self._kept.frames(at), [read], depsgraph, self.probes)
-            (self._pads if kind.motion else self.lit).extend(found)
+            if kind.motion or kind.light:
+                at, read = Dates.of(step, number, due), self._kept.reads[runner, frame]
+                found = runner.pending(at, self._kept.frames(at), [read], depsgraph, self.probes)
+                (self._pads if kind.motion else self.lit).extend(found)
 
     def _ready(self, step: int) -> list[PendingUpdates]:
         """The pads' updates whose next frame has come."""
@@ -111,22 +116,26 @@ class Stage:
         if not kept.steps:
             return
         for runner, dates in window.dates:
-            kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.steps[-1])
+            kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.last)
             if kind.motion or kind.light or not len(due.steps):
                 continue
-            reads = kept.reads_of(runner, due)
+            frames = kept.frames(due)
+            reads = kept.reads_of(runner, frames)
             if reads is None:
                 reads = [runner.read(depsgraph, self.probes.edits)] * len(due.steps)
-            yield from runner.pending(due, kept.frames(due), reads, depsgraph, self.probes)
+            yield from runner.pending(due, frames, reads, depsgraph, self.probes)
 
     def measure(self, alone: bool) -> Iterator[str]:
         """Measures the light that is asked for; yields before each picture, in words what takes
         long. `alone`: nothing but frames will change until the end. Raises SensorError."""
-        asked = [pending.request for pending in self.lit if pending.request is not None]
+        # Of one that is due at several steps at which the scene is the same, the same is asked.
+        asked = {p.request.name: p.request for p in self.lit if p.request is not None}
         if asked:
             # A picture of the light makes Blender evaluate the scene anew: it comes last.
             view_layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
-            yield from self.probes.measure(self.scene, view_layer, depsgraph, asked, alone)
+            yield from self.probes.measure(
+                self.scene, view_layer, depsgraph, [*asked.values()], alone
+            )
 
     def take_lit(self) -> list[PendingUpdates]:
         """The updates of light sensors whose light was measured."""

@@ -15,7 +15,7 @@ from ...sensor_logic.model import Index
 from .agenda import Window
 from .probes import Probes
 from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
-from .time_base import evaluated_depsgraph
+from .time_base import clock_of, evaluated_depsgraph
 
 
 @dataclass
@@ -47,6 +47,7 @@ class Stage:
     def __init__(self, scene: Any, runners: Sequence[SensorRunner], batches: bool = False) -> None:
         self.scene = scene
         self.runners = list(runners)
+        self._clock = clock_of(scene)
         self.probes = Probes(scene)
         self.probes.serve(runner.sensor for runner in runners)
         self.lit: list[PendingUpdates] = []
@@ -66,7 +67,7 @@ class Stage:
 
     def go(self, step: int) -> Any:
         """Evaluates the scene at a step; returns the depsgraph."""
-        frame, subframe = self.runners[0].clock.frame_and_subframe(step)
+        frame, subframe = self._clock.frame_and_subframe(step)
         self.scene.frame_set(frame, subframe=subframe)
         return evaluated_depsgraph()
 
@@ -88,7 +89,7 @@ class Stage:
 
     def _take_down(self, window: Window, step: int, depsgraph: Any) -> None:
         if step in window.motion:
-            whole = self.runners[0].clock.frame_and_subframe(step)[0]
+            whole = self._clock.frame_and_subframe(step)[0]
             pads = [runner.sensor for runner in window.pads.get(step, ())]
             self.probes.look_at_motion(depsgraph, whole, pads)
         frame = len(self._kept.steps) - 1
@@ -103,7 +104,7 @@ class Stage:
 
     def _ready(self, step: int) -> list[PendingUpdates]:
         """The pads' updates whose next frame has come."""
-        clock = self.runners[0].clock
+        clock = self._clock
         frame = clock.frame_and_subframe(step)[0]
         ready = [p for p in self._pads if clock.frame_and_subframe(p.steps[0])[0] < frame]
         self._pads = [p for p in self._pads if p not in ready]

@@ -40,6 +40,7 @@ class OutputTiming:
         self.active = False
         self._last_trigger = -math.inf
         self._fell = -math.inf
+        self._seen = False
 
     def update(
         self,
@@ -69,9 +70,14 @@ class OutputTiming:
         blocking: float,
         warm_up: float,
         retrigger: bool = True,
+        onsets: bool = False,
     ) -> NDArray[np.bool_]:
         """The output (n,) at `times` (n,), given at which of them motion was seen: stepped only
-        where there is some, or the output is on."""
+        where there is some, or the output is on. `onsets`: only where motion begins it triggers."""
+        if onsets and len(triggered):
+            before = np.concatenate([[self._seen], triggered[:-1]])
+            self._seen = bool(triggered[-1])
+            triggered = triggered & ~before
         active, triggers = np.zeros(len(times), bool), np.flatnonzero(triggered)
         i = 0
         while i < len(times):

@@ -234,6 +234,13 @@ class PirParameters(Parameters):
         "Retrigger",
         "Movement during the hold time starts it anew. Datasheets: repeatable trigger (H)",
     )
+    hold_from_onset: bool = parameter(
+        False,
+        "Hold from Onset",
+        "The hold time begins where the signal passes the threshold, as in a circuit that an edge "
+        "triggers; else it begins anew for as long as the signal is above",
+        **PYRO,
+    )
     blocking_time: float = parameter(
         0.0,
         "Blocking time",

@@ -86,6 +86,7 @@ class PyroelectricDetector(Model):
             parameters.blocking_time,
             parameters.warm_up_time,
             parameters.retrigger,
+            parameters.hold_from_onset,
         )
         return Readings(moved, signal, {"angle_rad": None, "moved": moved, "signal": signal})
 

@@ -232,6 +232,7 @@ def _preset(
         "blocking_time": block,
         "warm_up_time": warm_up,
         "retrigger": True,
+        "hold_from_onset": False,
     }
     source = f"{known.source}. {timing}. Assumed: {known.assumed}"
     return Preset(f"{lens}_PYRO", f"{label}, pyroelectric", values, source)

@@ -390,6 +390,13 @@ def test_hold_block_warm_up_and_single_trigger():
     pauses = [(on - off) / 50 for off, on in zip(edges[1::2], edges[2::2], strict=False)]
     assert pauses and min(pauses) >= 2.5 - 0.03
     assert not moved(warm_up_time=60.0).any()
+    # From the onset: the first pulse lasts its hold time after the signal first passed the
+    # threshold, however long it stays above; else that comes on top.
+    onset, level = (moved(hold_time=0.5, hold_from_onset=b) for b in (True, False))
+    first = [np.flatnonzero(np.diff(found.astype(int)))[:2] / 50 for found in (onset, level)]
+    assert first[0][0] == first[1][0]
+    assert np.diff(first[0])[0] == pytest.approx(0.5, abs=0.03)
+    assert np.diff(first[1])[0] > 0.55
 
 
 def test_noise_is_seeded_and_can_trigger():

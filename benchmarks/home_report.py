@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .plot import BLACK, BLUE, ORANGE, Panel, Series, figure
-from .plot_bars import bars
+from .plot import BLACK, BLUE, ORANGE, Panel, Series, bars, figure
 from .tables import percent, short, spread, table
 
 # The thesis's figures 8.1 and 8.3, read off: speed of the home with PIRs alone and with all.

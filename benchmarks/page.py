@@ -9,7 +9,9 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -136,6 +138,9 @@ def write(docs: Path) -> str:
     (docs / "benchmarks.md").write_text(text, encoding="utf-8")
     pictures = docs / "pictures"
     pictures.mkdir(exist_ok=True)
+    if find_spec("matplotlib") is None:
+        print("no plots were drawn: matplotlib is not installed", file=sys.stderr)
+        return text
     for name, drawn in figures(parts).items():
         (pictures / name).write_text(drawn, encoding="utf-8")
     return text

@@ -50,7 +50,7 @@ def section(data: dict[str, Any]) -> str:
         least=percent(data["least_share"]),
         chosen=_table([row for row in rows if row["group"] == "chosen"]),
         missed=_missed(rows),
-        picture=PICTURE if figures(data) else "",
+        picture=PICTURE if _panels(data) else "",
         groups="\n".join(
             f"*{group[0].upper()}{group[1:]}*\n\n"
             + _table([row for row in rows if row["group"] == group])
@@ -106,6 +106,12 @@ def _missed(rows: list[dict[str, Any]]) -> str:
 
 
 def figures(data: dict[str, Any]) -> dict[str, str]:
+    title = "Updates at which the detector says that somebody moves"
+    panels = _panels(data)
+    return {"bench_pir.svg": figure(title, "rays of a fan", panels, log_x=True)} if panels else {}
+
+
+def _panels(data: dict[str, Any]) -> list[Panel]:
     panels = []
     for group in ("rays, all tilts", "rays, saw-tooth"):
         rows = [row for row in data["rows"] if row["group"] == group]
@@ -123,7 +129,4 @@ def figures(data: dict[str, Any]) -> dict[str, str]:
                 220,
             )
         )
-    if not panels:
-        return {}
-    title = "Updates at which the detector says that somebody moves"
-    return {"bench_pir.svg": figure(title, "rays of a fan", panels, log_x=True)}
+    return panels

@@ -97,7 +97,7 @@ def figures(data: dict[str, Any]) -> dict[str, str]:
         exact = [100 * row["exact"] for row in rows]
         series.append(Series(name.partition(",")[0], substeps, exact, colour))
         series.append(Series("", substeps, [100 * row["seen"] for row in rows], BLACK, "dots"))
-    panel = Panel("crossings seen, %", series, 260, legend="lines: exact; dots: measured")
+    panel = Panel("crossings seen, %", series, 260, legend="lines: exact\ndots: measured")
     return {
         "bench_switch.svg": figure(
             "Flags seen at 24 frames a second", "substeps", [panel], log_x=True

@@ -21,12 +21,6 @@ def test_the_benchmark_page_is_that_of_the_data():
     assert written == page.markdown(parts), "run: python -m benchmarks.page"
 
 
-def test_the_plots_of_the_benchmarks_are_those_of_the_data():
-    for name, drawn in page.figures(page.known(page.DOCS / "data")).items():
-        written = (page.DOCS / "pictures" / name).read_text(encoding="utf-8")
-        assert written == drawn, f"{name}: run: python -m benchmarks.page"
-
-
 def test_every_picture_and_page_that_the_benchmarks_name_is_there():
     text = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tables and the figure of docs/pressure.md are those of the measured data."""
+"""The tables of docs/pressure.md are those of the measured data."""
 
 import json
 
@@ -13,8 +13,3 @@ def data():
 def test_the_page_has_the_tables_of_the_data():
     page = pressure_report.PAGE.read_text(encoding="utf-8")
     assert page == pressure_report.filled(page, data()), "run: python -m benchmarks.pressure_report"
-
-
-def test_the_figure_shows_the_data():
-    drawn = pressure_report.FIGURE.read_text(encoding="utf-8")
-    assert drawn == pressure_report.picture(data()), "run: python -m benchmarks.pressure_report"

@@ -158,11 +158,11 @@ def measure(name: str, triangles: int) -> dict[str, float]:
 
     from importlib import import_module
 
-    for module in ("angen_addon.simulation", "angen_addon.kept", "sensor_logic.recording"):
+    for module in ("angen_addon.runtime.simulation", "angen_addon.kept", "sensor_logic.recording"):
         import_module(f"{PACKAGE}.{module}")
     sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
     recording = part("sensor_logic.recording").Recording()
-    run = part("angen_addon.simulation").simulate(scene, sensors, 1, 48, recording)
+    run = part("angen_addon.runtime.simulation").simulate(scene, sensors, 1, 48, recording)
     started = time.perf_counter()
     while not all(map(len, recording.tracks.values())) or not recording.tracks:
         next(run)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,14 +32,13 @@ ROUNDING = 1e-9
 # Cells of the curve along which triangles are sorted, to a side: 2^21, which is as much as three
 # numbers have room for in one of 64 bits.
 CELLS = 2.0**21 - 1.0
-# How the bits of a number are moved apart to every third place: by so many, and what stays.
-APART = (
-    (32, 0x1F00000000FFFF),
-    (16, 0x1F0000FF0000FF),
-    (8, 0x100F00F00F00F00F),
-    (4, 0x10C30C30C30C30C3),
-    (2, 0x1249249249249249),
-)
+# A cell's number is looked up in halves: of each half number its bits, moved apart to every third
+# place.
+HALF = 11
+LOW = 2**HALF - 1
+APART = np.zeros(2**HALF, np.int64)
+for bit in range(HALF):
+    APART |= (np.arange(2**HALF) >> bit & 1) << 3 * bit
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class TriangleTree:
         self.corners = corners
         somewhere = np.flatnonzero(np.isfinite(corners).all(axis=(1, 2)))
         boxes = _boxes(corners[somewhere])
-        order = np.argsort(_along_a_curve(boxes.centre), kind="stable")
+        order = np.argsort(along_a_curve(boxes.centre), kind="stable")
         # Numbers of the triangles, as the smallest boxes are sorted.
         self._numbers = somewhere[order]
         self._levels = [Boxes(boxes.centre[order], boxes.half[order])]
@@ -193,13 +193,18 @@ def _boxes(points: Array) -> Boxes:
     return Boxes((lo + hi) / 2.0, (hi - lo) / 2.0)
 
 
-def _along_a_curve(points: Array) -> NDArray[np.int64]:
-    """Where points (n, 3) are on Morton's curve, on which neighbours are mostly near."""
-    if not len(points):
-        return np.zeros(0, np.int64)
-    lo = points.min(axis=0)
-    size = float((points - lo).max())
-    cells = ((points - lo) * (CELLS / size if size > 0.0 else 0.0)).astype(np.int64)
-    for by, stays in APART:
-        cells = (cells | (cells << by)) & stays
-    return np.asarray(cells[:, 0] | (cells[:, 1] << 1) | (cells[:, 2] << 2))
+def along_a_curve(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    """Where points (n, 3) are on Morton's curve, on which neighbours are mostly near; what is
+    nowhere is anywhere on it."""
+    found = np.zeros(len(points), np.int64)
+    somewhere = points[np.isfinite(points).all(axis=1)]
+    if not len(somewhere):
+        return found
+    lo = somewhere.min(axis=0)
+    size = float((somewhere.max(axis=0) - lo).max())
+    scale = CELLS / size if size > 0.0 else 0.0
+    for axis in range(3):
+        with np.errstate(invalid="ignore"):
+            cells = ((points[:, axis] - lo[axis]) * scale).astype(np.int64)
+        found |= (APART[cells & LOW] | APART[cells >> HALF & LOW] << 3 * HALF) << axis
+    return found

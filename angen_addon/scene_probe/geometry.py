@@ -11,12 +11,16 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
+from ...sensor_logic.ray_tree import RayTree
+
 Array = NDArray[np.float64]
 Surface = tuple[NDArray[np.float32], NDArray[np.int32], int]
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # A mesh this many times farther from its own origin than it is large loses digits in single
 # precision; its tree is then built about its centre.
 FAR_FROM_OWN_ORIGIN = 8.0
+# From so many triangles on a tree of Blender's takes too long to build, and too much memory.
+LARGE = 250_000
 # Bounds of what is empty.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
@@ -51,7 +55,7 @@ class Geometry:
         self.deforms = False
         self._by_triangle = False
         self._surface: Surface | None = None
-        self._tree: BVHTree | None = None
+        self._tree: BVHTree | RayTree | None = None
         self._plain: tuple[NDArray[np.int32], NDArray[np.intp]] | None = None
         self._corners: NDArray[np.int32] | None = None
         self._triangles = np.empty((0, 3), np.int32)
@@ -89,7 +93,10 @@ class Geometry:
         corners = self._surface[1]
         if self._corners is None or not np.array_equal(corners, self._corners):
             self._corners = corners
-            self._triangles = triangles_of(self.original.evaluated_get(depsgraph))[1]
+            if len(corners) == 3 * self._surface[2]:
+                self._triangles = corners.reshape(-1, 3)
+            else:
+                self._triangles = triangles_of(self.original.evaluated_get(depsgraph))[1]
         return self._triangles
 
     def read(self, evaluated: Any) -> bool:
@@ -104,11 +111,27 @@ class Geometry:
         self.lo, self.hi = _bounds(coordinates) if faces else NOWHERE
         return True
 
-    def tree(self, depsgraph: Any) -> BVHTree:
+    def tree(self, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy over all faces, built when first asked for."""
         if self._tree is None:
             self._tree = self._tree_of(self.original, depsgraph)
         return self._tree
+
+    def meet(
+        self, depsgraph: Any, starts: Array, ways: Array, limits: Array
+    ) -> tuple[Array, NDArray[np.intp]]:
+        """How far (n,) rays go in the space of the tree to its nearest face within their limits,
+        inf where there is none, and which (n,) that is, or -1."""
+        tree = self.tree(depsgraph)
+        if isinstance(tree, RayTree):
+            return tree.meet(starts, ways, limits)
+        far, met = np.full(len(starts), np.inf), np.full(len(starts), -1, np.intp)
+        rays = zip(starts.tolist(), ways.tolist(), limits.tolist(), strict=True)
+        for ray, (start, way, limit) in enumerate(rays):
+            _, _, face, distance = tree.ray_cast(start, way, limit)
+            if face is not None:
+                far[ray], met[ray] = distance, face
+        return far, met
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
         """The number (n,) of the material slot of each face, as the tree counts faces."""
@@ -119,9 +142,13 @@ class Geometry:
         """The session uid of the material of each slot; 0 where there is none."""
         return uids_of(evaluated_materials(self.original.evaluated_get(depsgraph)))
 
-    def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree:
+    def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
-        self._by_triangle = False
+        assert self._surface is not None
+        self._by_triangle = len(self._surface[1]) - 2 * self._surface[2] >= LARGE
+        if self._by_triangle:
+            self.pivot = np.zeros(3)
+            return RayTree(self.vertices, self.triangles(depsgraph))
         centre = (self.lo + self.hi) / 2
         size = float(np.linalg.norm(self.hi - self.lo))
         self.pivot = np.zeros(3)

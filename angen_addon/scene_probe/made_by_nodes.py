@@ -9,6 +9,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
+from ...sensor_logic.ray_tree import RayTree
 from .geometry import Geometry, evaluated_materials, same_surface, slots_of, triangles_of, uids_of
 
 
@@ -48,7 +49,7 @@ class MadeByNodes(Geometry):
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
         return self._triangles
 
-    def tree(self, depsgraph: Any) -> BVHTree:
+    def tree(self, depsgraph: Any) -> BVHTree | RayTree:
         assert self._tree is not None, "rays meet only what has bounds"
         return self._tree
 

@@ -104,11 +104,8 @@ class RayCaster:
         """The face (n,) of `solid`, as its tree counts them, that each of these rays meets at its
         range."""
         starts, ways, scale = self._into(solid, origins, directions)
-        ray_cast = solid.geometry.tree(self._depsgraph).ray_cast
         limits = ranges * scale * LIMIT_SLACK
-        rays = zip(starts.tolist(), ways.tolist(), limits.tolist(), strict=True)
-        found = (ray_cast(start, way, limit)[2] for start, way, limit in rays)
-        return np.array([0 if face is None else face for face in found], np.intp)
+        return np.maximum(solid.geometry.meet(self._depsgraph, starts, ways, limits)[1], 0)
 
     def first_met(
         self,
@@ -267,11 +264,7 @@ class RayCaster:
             if corners is not None and rays.plane is not None:
                 return self._far_in_plane(solid, corners, rays.plane, origins, directions)
         starts, ways, scale = self._into(solid, origins, directions)
-        ray_cast = geometry.tree(self._depsgraph).ray_cast
-        limits = limits * scale * LIMIT_SLACK
-        each = zip(starts.tolist(), ways.tolist(), limits.tolist(), strict=True)
-        found = [ray_cast(start, way, limit)[3] for start, way, limit in each]
-        return np.array([np.inf if far is None else far for far in found]) / scale
+        return geometry.meet(self._depsgraph, starts, ways, limits * scale * LIMIT_SLACK)[0] / scale
 
     def _far_in_plane(
         self,

@@ -59,8 +59,8 @@ class Seen:
         self.rays: Rays | None = None
         self.ranges: Array | None = None
         self.outline: Array | None = None
-        # Rows whose ranges may not be those of the present frame.
-        self.stale = np.zeros(0, bool)
+        # Bundles whose ranges may not be those of the present frame.
+        self.stale: set[int] = set()
         self.number: int | None = None
         self.figure: Figure | None = None
         self.scan: Figure | None = None
@@ -85,7 +85,7 @@ class Seen:
         self.rays, self.ranges, self.figure, self.of_reading = rays, None, None, None
         self.scan = self.lit = None
         self._parts, self.scans = {}, {}
-        self.stale = np.zeros(rays.bundles if rays else 0, bool)
+        self.stale = set(range(rays.bundles if rays else 0))
 
     def parts(self, part: slice, row: int) -> tuple[Array, Array, Array]:
         """Origins, directions and reach of a row, the same arrays each time: the caster knows them
@@ -160,8 +160,8 @@ class Field:
                 if _is_drawn(scene, seen):
                     self._see(seen, caster, near[number], step, not in_handler)
                 elif near[number]:
-                    seen.stale[:] = True
-                self.unseen |= bool(seen.stale.any())
+                    seen.stale = set(range(seen.rays.bundles))
+                self.unseen |= bool(seen.stale)
         if not in_handler or state.CACHE.live.looked_at is None:
             self._forget_driven(scene, caster)
         state.CACHE.live.looked_at = None
@@ -227,8 +227,9 @@ class Field:
         rays = seen.rays
         assert rays is not None
         if seen.ranges is None:
-            seen.ranges, seen.stale = rays.reach.copy(), np.ones(rays.bundles, bool)
-        seen.stale |= near
+            seen.ranges = rays.reach.copy()
+        if near:
+            seen.stale = set(range(rays.bundles))
         scans = seen.appearance.scans(seen.parameters)
         due, follows = NO_TILTS, False
         if scans:
@@ -238,7 +239,7 @@ class Field:
             number = seen.runner.schedule.last_update(max(step, 0))
             follows, seen.number = number == seen.number, number
         asked = due if follows and not all_now else range(rays.bundles)
-        rows = [row for row in asked if seen.stale[row]]
+        rows = [row for row in asked if row in seen.stale]
         changed = self._cast(seen, caster, rows) if rows else []
         if changed or seen.figure is None:
             seen.figure = seen.appearance.figure(seen, self.metres)
@@ -268,7 +269,7 @@ class Field:
         changed = []
         for row in rows:
             part = rays.bundle(row)
-            seen.stale[row] = False
+            seen.stale.discard(row)
             if part.stop > part.start:
                 found = caster.cast(seen.uid, row, *seen.parts(part, row))
                 if not np.array_equal(found, ranges[part]):

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -19,7 +18,6 @@ from .looks import LOOKS, disc
 SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
 # Farther away than this many pixels a metre, a sensor has a sign only.
 LEAST_PIXELS_A_METRE = 22.0
-STEP = 8.0
 # Of the dark disc behind a sign, in radii of the sign.
 BACK = 1.7
 # Of the ring around what is selected or hovered, in the same.
@@ -48,16 +46,17 @@ class Word(NamedTuple):
 
 class Board:
     """What one region shows, kept from frame to frame: `markers`, where each sensor's sign is, by
-    its uid; `plates`, those of the labels that have a place; `words`; `batches`, the GPU's copy of
-    signs and plates. `looked` is what was projected last and where it was found; `places` and
-    `picture` are what plates and batches were made for."""
+    its uid; `rooms`, where there is room for labels, by row; `words`; `batches`, the GPU's copy of
+    signs and plates. `looked` is what was projected last and where it was found; `places` with
+    `widths`, and `picture` are what rooms and batches were made for."""
 
     def __init__(self) -> None:
         self.looked: tuple[Any, Any] = None, None
         self.places: Any = None
         self.picture: Any = None
         self.markers: dict[int, Point] = {}
-        self.plates: dict[int, Rect] = {}
+        self.widths: list[float] = []
+        self.rooms: dict[int, Rect] = {}
         self.words: list[Word] = []
         self.batches: list[tuple[str, Any]] = []
 
@@ -80,18 +79,20 @@ def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
         n for n, (seen, *_) in enumerate(rows) if seen.selected or seen.uid == field.hovered
     )
     texts = [_texts(context, row, n in wanted) for n, row in enumerate(rows)]
-    _find_places(context, board, markers, sizes, texts, wanted)
-    picture = board.places, texts, [one.icon for _, one, _ in rows]
+    widths = [_wide(context, words) for words in texts]
+    _find_places(context, board, markers, sizes, widths, wanted)
+    picture = board.places, board.widths, texts, [one.icon for _, one, _ in rows]
     if picture != board.picture:
         board.picture = picture
+        plates = {n: _plate(room, markers[n], widths[n]) for n, room in board.rooms.items()}
         board.words = [
             word
-            for n, plate in board.plates.items()
+            for n, plate in plates.items()
             for word in _words(context, plate, texts[n], rows[n][1])
         ]
-        marked = [markers[n] for n in board.plates if n in wanted]
+        marked = [markers[n] for n in plates if n in wanted]
         sign = SIGN * context.preferences.system.ui_scale
-        board.batches = _batches(list(board.plates.values()), rows, markers, marked, sign)
+        board.batches = _batches(list(plates.values()), rows, markers, marked, sign)
     _draw(context, board)
 
 
@@ -127,27 +128,41 @@ def _find_places(
     board: Board,
     markers: list[Point],
     near: list[float],
-    texts: list[tuple[str, str]],
+    widths: list[float],
     wanted: frozenset[int],
 ) -> None:
-    """The plates of labels; anew only where something moved or a text is longer or shorter."""
+    """Room for labels; anew only where something moved, or a text is longer than all that its
+    sensor had since: labels stay where they are while numbers change."""
     region, scale = context.region, context.preferences.system.ui_scale
-    height = (FONT + 2 * PADDING) * scale
-    sizes = [(_wide(context, words), height) for words in texts]
     hidden = covered(context.area, region, context.space_data, context.preferences)
-    places = markers, near, sizes, wanted, hidden, region.width, region.height
+    there = [wide > 0.0 for wide in widths]
+    places = markers, near, there, wanted, hidden, region.width, region.height
     if places == board.places:
-        return
-    board.places = places
+        if all(wide <= room for wide, room in zip(widths, board.widths, strict=True)):
+            return
+        widths = [max(pair) for pair in zip(widths, board.widths, strict=True)]
+    board.places, board.widths = places, widths
+    height = (FONT + 2 * PADDING) * scale
     # The nearest to the eye first; one after the other in the list where that is the same.
     order = [
         n
         for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
-        if any(texts[n]) and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted)
+        if there[n] and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted)
     ][:MOST_LABELS]
     window = (0.0, 0.0, float(region.width), float(region.height))
     off = (SIGN + GAP / 2) * scale
-    board.plates = arrange(markers, sizes, order, wanted, window, hidden, off)
+    sizes = [(wide, height) for wide in widths]
+    board.rooms = arrange(markers, sizes, order, wanted, window, hidden, off)
+
+
+def _plate(room: Rect, marker: Point, wide: float) -> Rect:
+    """So wide a part of the room for a label, on the side of its marker."""
+    left, low, right, high = room
+    if right <= marker[0]:
+        left = right - wide
+    elif left < marker[0]:
+        left = (left + right - wide) / 2
+    return left, low, left + wide, high
 
 
 def _texts(context: Any, row: Row, full: bool) -> tuple[str, str]:
@@ -159,11 +174,12 @@ def _texts(context: Any, row: Row, full: bool) -> tuple[str, str]:
 
 
 def _wide(context: Any, texts: tuple[str, str]) -> float:
+    """Pixels of the plate of a label; none where it has no text."""
+    if not any(texts):
+        return 0.0
     scale = context.preferences.system.ui_scale
     name, value = (_width(text, FONT * scale) for text in texts)
-    wide = name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
-    # In steps, so that plates stay where they are while a number changes.
-    return STEP * math.ceil(wide / STEP)
+    return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
 
 
 def _words(context: Any, plate: Rect, texts: tuple[str, str], one: Shown) -> list[Word]:

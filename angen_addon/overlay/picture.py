@@ -33,7 +33,7 @@ LINES = {
     "pad": 0.8,
     "force": 1.0,
 }
-FILLS = {"sheet": 0.012, "now": 0.04, "lit": 0.30, "picture": 0.3, "pad": 0.12, "force": 1.0}
+FILLS = {"sheet": 0.03, "now": 0.04, "lit": 0.30, "picture": 0.3, "pad": 0.12, "force": 1.0}
 BOLD = {"now", "lit", "break", "force", "beam"}
 ON_TOP = {"force"}
 # What is selected stands out; what is not steps back.

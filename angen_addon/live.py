@@ -19,7 +19,6 @@ from .instances import Uid
 from .runtime.probes import Probes
 from .runtime.sensor_runner import PendingUpdates, SensorRunner
 from .scene_probe.light.probe import LightRequest
-from .scene_probe.solids import Solids
 from .sensors import Sensor, SensorError, all_sensors, check, simulated
 
 BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
@@ -130,9 +129,9 @@ class Live:
         return LIGHT_BEFORE if self._held else LIGHT_AT_REST
 
     @property
-    def solids(self) -> Solids:
-        """What rays meet, as it was when last looked at."""
-        return self._probes.caster.solids
+    def caster(self) -> Any:
+        """What casts the sensors' rays; its solids are as they were when last looked at."""
+        return self._probes.caster
 
     def _sensors_are_the_same(self) -> bool:
         """Whether every sensor still exists, under its name."""

@@ -31,7 +31,7 @@ class Rays:
     def same(self, other: Rays | None) -> bool:
         return (
             other is not None
-            and self.rows == other.rows
+            and (self.rows, self.bundles) == (other.rows, other.bundles)
             and np.array_equal(self.origins, other.origins)
             and np.array_equal(self.directions, other.directions)
             and np.array_equal(self.reach, other.reach)
@@ -92,4 +92,5 @@ def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
 
     with suppress(_Enough):
         runner.model.update(replace(parameters, **every), replace(taken.update, scene={RAYS: note}))
-    return Sight(parameters, pose, replace(asked[0], rows=rows, bundles=rows))
+    bundles = 1 if getattr(parameters, "sweep", "") == "ALL" else rows
+    return Sight(parameters, pose, replace(asked[0], rows=rows, bundles=bundles))

@@ -19,7 +19,7 @@ from ..animation import is_animated
 from ..kinds import appearance_of
 from ..live import live_of
 from ..runtime.sensor_runner import SensorRunner
-from ..scene_probe.rays import RayCaster
+from ..scene_probe.solids import Solids
 from ..sensors import Sensor, SensorError, all_sensors, unit_scale
 from ..sight import Rays, sight_of
 from .figures import Figure, surface_outline
@@ -27,25 +27,18 @@ from .movers import Movers
 from .sweep import NO_TILTS, Sweep
 
 NEVER = -(2**31)
-
-
-class Caster(RayCaster):
-    """A caster of its own over the live sensors' solids: what it remembers of rays is apart from
-    what theirs does."""
-
-    def look(self, depsgraph: Any, sync: bool) -> None:
-        self._depsgraph = depsgraph
-        if sync:
-            self.solids.sync(depsgraph)
+# Bundles of rays that are only drawn are numbered downwards from here.
+DRAWN = -100
 
 
 class Seen:
     """One sensor with what is drawn of it.
 
     `matrix`: its place in the world; `rays` and their `ranges`, in Blender units, both None where
-    it does not look; `outline` (n, 3): of a pad; `figure`, to be made anew where None; `scan`: what
-    it scans now, one of `scans` by their tilts, and `lit`: where movement was seen at its last
-    update; `of_reading`: what a reading adds, with that; `problem`: why it cannot sense.
+    it does not look, and whether it `casts` these itself; `outline` (n, 3): of a pad; `figure`, to
+    be made anew where None; `scan`: what it scans now, one of `scans` by their tilts, and `lit`:
+    where movement was seen at its last update; `of_reading`: what a reading adds, with that;
+    `problem`: why it cannot sense.
     """
 
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
@@ -58,6 +51,7 @@ class Seen:
         self.pose: Pose | None = None
         self.rays: Rays | None = None
         self.ranges: Array | None = None
+        self.casts = False
         self.outline: Array | None = None
         # Bundles whose ranges may not be those of the present frame.
         self.stale: set[int] = set()
@@ -75,7 +69,8 @@ class Seen:
     def keep(self, before: Seen) -> None:
         """Takes over what is known of the same sensor."""
         self.matrix, self.parameters, self.pose = before.matrix, before.parameters, before.pose
-        self.rays, self.ranges, self.outline = before.rays, before.ranges, before.outline
+        self.rays, self.ranges, self.casts = before.rays, before.ranges, before.casts
+        self.outline = before.outline
         self.figure, self.scan, self.problem = before.figure, before.scan, before.problem
         self.scans, self.lit, self.of_reading = before.scans, before.lit, before.of_reading
         self.sweep, self.stale, self._parts = before.sweep, before.stale, before._parts
@@ -128,9 +123,8 @@ class Field:
         self.boards: dict[int, Any] = {}
         self.hovered: int | None = None
         self._clock: Clock | None = None
-        self._caster: Caster | None = None
         self._boxes: tuple[Array, Array] = (np.empty((0, 3)), np.empty((0, 3)))
-        self._movers = Movers()
+        self._movers = Movers(Solids())
         self._outputs: list[bool] = []
 
     def fail(self, scene: Any) -> None:
@@ -151,7 +145,7 @@ class Field:
         if edited or aimed:
             self._bound()
         caster = self._look(scene, depsgraph, in_handler)
-        self._movers.follow(caster.solids)
+        self._movers.follow()
         near = self._movers.near(*self._boxes).tolist()
         step = scene.frame_current - scene.frame_start
         self.unseen = False
@@ -197,6 +191,7 @@ class Field:
         if sight is not None:
             rays = seen.appearance.rays(sight, self.metres)
             seen.parameters, seen.pose = sight.parameters, sight.pose
+            seen.casts = rays is sight.rays
         outline = surface_outline(evaluated, matrix) if seen.appearance.outlined and rays else None
         if problem == seen.problem and _same(rays, seen.rays) and _equal(outline, seen.outline):
             # Parameters that bear on no ray can show too, as a threshold does.
@@ -207,21 +202,20 @@ class Field:
         seen.aim(rays)
         return True
 
-    def _look(self, scene: Any, depsgraph: Any, in_handler: bool) -> Caster:
-        """The caster, over the solids of the live sensors."""
+    def _look(self, scene: Any, depsgraph: Any, in_handler: bool) -> Any:
+        """The caster of the live sensors: it need not cast again what they did."""
         live = live_of(scene)
-        if self._caster is None or self._caster.solids is not live.solids:
-            self._caster = Caster(live.solids)
-            self._movers = Movers()
+        if self._movers.solids is not live.caster.solids:
+            self._movers = Movers(live.caster.solids)
         # Where the live sensors looked at this very frame, looking again could hide from them what
         # Blender evaluates only after the handlers.
         looked = in_handler and live.looked_at == scene.frame_current
         if not looked:
             live.looked_at = None
-        self._caster.look(depsgraph, sync=not looked)
-        return self._caster
+            live.caster.update(depsgraph)
+        return live.caster
 
-    def _see(self, seen: Seen, caster: Caster, near: bool, step: int, all_now: bool) -> None:
+    def _see(self, seen: Seen, caster: Any, near: bool, step: int, all_now: bool) -> None:
         """Casts what a sensor casts at this frame, where something moved near it since; and all
         that it sees where `all_now`, or where it does not follow from the frame before."""
         rays = seen.rays
@@ -262,7 +256,7 @@ class Field:
             seen.scans[sweep.tilts] = seen.appearance.scan_figure(seen, self.metres)
         seen.scan = seen.scans[sweep.tilts]
 
-    def _cast(self, seen: Seen, caster: Caster, rows: list[int]) -> list[int]:
+    def _cast(self, seen: Seen, caster: Any, rows: list[int]) -> list[int]:
         """Casts some rows of a sensor's rays; those of which a range changed."""
         rays, ranges = seen.rays, seen.ranges
         assert rays is not None and ranges is not None
@@ -271,13 +265,14 @@ class Field:
             part = rays.bundle(row)
             seen.stale.discard(row)
             if part.stop > part.start:
-                found = caster.cast(seen.uid, row, *seen.parts(part, row))
+                bundle = row if seen.casts else DRAWN - row
+                found = caster.cast(seen.uid, bundle, *seen.parts(part, row))
                 if not np.array_equal(found, ranges[part]):
                     changed.append(row)
                     ranges[part] = found
         return changed
 
-    def _forget_driven(self, scene: Any, caster: Caster) -> None:
+    def _forget_driven(self, scene: Any, caster: Any) -> None:
         """What drivers make of recorded readings, Blender tells nobody."""
         values = [bool(seen.sensor.settings.active) for seen in self.seen]
         if values != self._outputs:

@@ -18,7 +18,8 @@ class Movers:
     """Bounds `lo`, `hi` (k, 3) of what moved at the last look, there and where it came from;
     `everything`: the list of solids itself changed."""
 
-    def __init__(self) -> None:
+    def __init__(self, solids: Solids) -> None:
+        self.solids = solids
         self.everything = True
         self.lo, self.hi = NOWHERE, NOWHERE
         self._listed: tuple[int, int] | None = None
@@ -26,8 +27,9 @@ class Movers:
         self._shapes: list[Any] = []
         self._bounds: tuple[Array, Array] = NOWHERE, NOWHERE
 
-    def follow(self, solids: Solids) -> None:
+    def follow(self) -> None:
         """To be called after each look at the solids."""
+        solids = self.solids
         rows = np.flatnonzero(solids.moving)
         listed = solids.listing, len(solids.gone)
         matrix, bounds = solids.matrix[rows], (solids.lo[rows], solids.hi[rows])

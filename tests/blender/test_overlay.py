@@ -327,18 +327,40 @@ def test_keyed_parameters_are_followed(world, field):
     assert of(field(11), "pir").rays.reach[0] == pytest.approx(2.95)
 
 
-def test_a_still_scene_is_not_cast_again(world, field, addon_part, monkeypatch):
+@pytest.fixture
+def casts(addon_part, monkeypatch):
+    """The numbers of the bundles that meet a solid anew."""
+    asked = []
+    caster = addon_part("angen_addon.scene_probe.rays").RayCaster
+    hits = caster._hits
+    monkeypatch.setattr(caster, "_hits", lambda *a: asked.append(1) or hits(*a))
+    return asked
+
+
+def test_a_still_scene_is_not_cast_again(world, field, casts):
     make_pir(world)
     world.wall(2.0)
     field(1)
-    asked = []
-    caster = addon_part("angen_addon.overlay.field").Caster
-    cast = caster.cast
-    monkeypatch.setattr(caster, "cast", lambda *a: asked.append(1) or cast(*a))
     figure = of(field(2), "pir").figure
+    casts.clear()
     for frame in range(3, 30):
         assert of(field(frame), "pir").figure is figure
-    assert asked == []
+    assert casts == []
+
+
+@pytest.mark.parametrize("sweep", ["SAWTOOTH", "ALL"])
+def test_while_it_plays_nothing_is_cast_but_what_sensors_cast(world, field, casts, sweep):
+    """All of their rays as they are, and those of a still switch, in a scene in which one walks."""
+    make_pir(world).angen_sensor.pir.sweep = sweep
+    world.switch().location = (0, 0.5, -1.2)
+    random_walk(world)
+    field(1)
+    field(2)
+    for frame in range(3, 40):
+        world.scene.frame_set(frame)
+        casts.clear()
+        field()
+        assert casts == []
 
 
 def test_undo_and_load_leave_nothing(world, field, addon_part):

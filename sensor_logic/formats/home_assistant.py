@@ -38,8 +38,8 @@ BINARY_CLASSES = {
     "motion": "motion",
     "opening": "door",
     "occupancy": "occupancy",
-    "light": "light",
     "proximity": "occupancy",
+    "light": "light",
 }
 NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
 

@@ -90,6 +90,9 @@ CLASSES = {
     ("LIGHT", "luminance_percent"): ("sensor", None, "%"),
     ("LIGHT", "illuminance_lux"): ("sensor", "illuminance", "lx"),
     ("LIGHT", "lit"): ("binary_sensor", "light", None),
+    ("DISTANCE", "near"): ("binary_sensor", "occupancy", None),
+    ("DISTANCE", "distance_m"): ("sensor", "distance", "m"),
+    ("CONTACT", "open"): ("binary_sensor", "door", None),
 }
 
 
@@ -105,7 +108,7 @@ def test_every_field_has_its_class_and_unit() -> None:
             facts = (entity["p"], entity.get("device_class"), entity.get("unit_of_measurement"))
             found[kind, field] = facts
             assert entity["state_topic"] == f"flat/{kind.lower()}/{field}"
-            is_number = field in {"force_n", "luminance_percent", "illuminance_lux"}
+            is_number = "unit_of_measurement" in entity
             assert entity.get("state_class") == ("measurement" if is_number else None)
     assert found == CLASSES
 

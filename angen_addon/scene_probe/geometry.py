@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,41 +26,51 @@ LARGE = 250_000
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
 
+@dataclass
+class Built:
+    """What is made of a surface when it is asked for, once for all objects of one mesh: its `tree`
+    about the `pivot` (3,), whose faces are triangles or those of the mesh."""
+
+    tree: BVHTree | RayTree | None = None
+    pivot: Array = field(default_factory=lambda: np.zeros(3))
+    by_triangle: bool = False
+
+
 class Geometry:
     """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
 
     `original` is the object of the file that has the shape: of it, never of what is evaluated, a
-    reference may be kept. `pivot` (3,) is the point of that space where the tree has its origin.
-    `deforms` once its surface was seen to change.
+    reference may be kept. `deforms` once its surface was seen to change.
     """
 
     lasting = True
 
     __slots__ = (
-        "_by_triangle",
+        "_built",
         "_corners",
         "_plain",
         "_surface",
-        "_tree",
         "_triangles",
         "deforms",
         "hi",
         "lo",
         "original",
-        "pivot",
     )
 
     def __init__(self, original: Any) -> None:
         self.original = original
         self.lo, self.hi = NOWHERE
         self.deforms = False
-        self._by_triangle = False
         self._surface: Surface | None = None
-        self._tree: BVHTree | RayTree | None = None
+        self._built = Built()
         self._plain: tuple[NDArray[np.int32], NDArray[np.intp]] | None = None
         self._corners: NDArray[np.int32] | None = None
         self._triangles = np.empty((0, 3), np.int32)
-        self.pivot = np.zeros(3)
+
+    @property
+    def pivot(self) -> Array:
+        """The point (3,) of its space where the tree has its origin."""
+        return self._built.pivot
 
     @property
     def state(self) -> Any:
@@ -74,7 +85,7 @@ class Geometry:
     @property
     def has_tree(self) -> bool:
         """Whether the hierarchy of the present surface is there already."""
-        return self._tree is not None
+        return self._built.tree is not None
 
     def plain_triangles(self) -> NDArray[np.intp] | None:
         """(3, m) vertices of the faces where all are triangles; else None: how a face is cut can
@@ -107,15 +118,26 @@ class Geometry:
             return False
         self.deforms = self._surface is not None
         self._surface = surface
-        self._tree = None
+        self._built = Built()
         self.lo, self.hi = _bounds(coordinates) if faces else NOWHERE
+        return True
+
+    def share(self, other: Geometry) -> bool:
+        """Takes over the surface of another object of the same mesh, as just read; True where it
+        differs from before."""
+        before, self._surface = self._surface, other._surface
+        self._built, self.lo, self.hi = other._built, other.lo, other.hi
+        if before is not None and other._surface is not None:
+            if before is other._surface or same_surface(before, other._surface):
+                return False
+            self.deforms = True
         return True
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy over all faces, built when first asked for."""
-        if self._tree is None:
-            self._tree = self._tree_of(self.original, depsgraph)
-        return self._tree
+        if self._built.tree is None:
+            self._built.tree = self._tree_of(self.original, depsgraph)
+        return self._built.tree
 
     def meet(
         self, depsgraph: Any, starts: Array, ways: Array, limits: Array
@@ -136,7 +158,7 @@ class Geometry:
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
         """The number (n,) of the material slot of each face, as the tree counts faces."""
         self.tree(depsgraph)
-        return slots_of(self.original.evaluated_get(depsgraph), self._by_triangle)
+        return slots_of(self.original.evaluated_get(depsgraph), self._built.by_triangle)
 
     def materials(self, depsgraph: Any) -> list[int]:
         """The session uid of the material of each slot; 0 where there is none."""
@@ -145,15 +167,15 @@ class Geometry:
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
         assert self._surface is not None
-        self._by_triangle = len(self._surface[1]) - 2 * self._surface[2] >= LARGE
-        if self._by_triangle:
-            self.pivot = np.zeros(3)
+        self._built.by_triangle = len(self._surface[1]) - 2 * self._surface[2] >= LARGE
+        if self._built.by_triangle:
+            self._built.pivot = np.zeros(3)
             return RayTree(self.vertices, self.triangles(depsgraph))
         centre = (self.lo + self.hi) / 2
         size = float(np.linalg.norm(self.hi - self.lo))
-        self.pivot = np.zeros(3)
+        self._built.pivot = np.zeros(3)
         if float(np.linalg.norm(centre)) > FAR_FROM_OWN_ORIGIN * size:
-            self.pivot = centre
+            self._built.pivot = centre
             return self._tree_of_triangles(source, depsgraph)
         try:
             return BVHTree.FromObject(source, depsgraph, epsilon=0.0)
@@ -163,11 +185,20 @@ class Geometry:
 
     def _tree_of_triangles(self, source: Any, depsgraph: Any) -> BVHTree:
         """The slower way: through Python, about the pivot."""
-        self._by_triangle = True
+        self._built.by_triangle = True
         points, triangles = triangles_of(source.evaluated_get(depsgraph))
         return BVHTree.FromPolygons(
             (points - self.pivot).tolist(), triangles.tolist(), all_triangles=True, epsilon=0.0
         )
+
+
+def mesh_shared_by(original: Any) -> int:
+    """What all objects have in common whose surface is this object's mesh as it is; 0: its surface
+    is its own."""
+    own = original.modifiers or original.mode != "OBJECT"
+    if original.type != "MESH" or own or original.data.shape_keys or original.data.is_editmode:
+        return 0
+    return int(original.data.session_uid)
 
 
 def evaluated_materials(evaluated: Any) -> Iterator[Any]:

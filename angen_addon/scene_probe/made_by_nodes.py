@@ -42,16 +42,16 @@ class MadeByNodes(Geometry):
         """Copies what takes long, where no equal one is known."""
         self._triangles = triangles_of(seen)[1]
         if np.isfinite(self.lo).all():
-            self._tree = self._tree_of(seen, depsgraph)
-            if self._by_triangle:
+            self._built.tree = self._tree_of(seen, depsgraph)
+            if self._built.by_triangle:
                 self._slots = slots_of(seen, by_triangle=True)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
         return self._triangles
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
-        assert self._tree is not None, "rays meet only what has bounds"
-        return self._tree
+        assert self._built.tree is not None, "rays meet only what has bounds"
+        return self._built.tree
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
         return self._slots

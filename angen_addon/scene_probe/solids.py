@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..instances import UNUSED_LEVEL, Paths, Uid, chain
-from .geometry import SURFACE_TYPES, Geometry
+from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
 from .made_by_nodes import MadeByNodes
 
 Array = NDArray[np.float64]
@@ -95,6 +95,8 @@ class Solids:
         self._unsure = False
         self._touched: set[int] = set()
         self._reshaped: set[int] = set()
+        # By mesh, a geometry of this synchronisation that has its present surface.
+        self._read_now: dict[int, Geometry] = {}
 
     def note(self, depsgraph: Any, edited: bool) -> None:
         """Takes down what the depsgraph says has changed; to be called in its handlers.
@@ -146,6 +148,7 @@ class Solids:
             self._follow(depsgraph, len(listed))
         self._touched.clear()
         self._reshaped.clear()
+        self._read_now.clear()
         self._unsure = False
 
     def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
@@ -188,8 +191,7 @@ class Solids:
             self._place(np.array(both, np.intp))
 
     def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
-        evaluated = solid.original.evaluated_get(depsgraph)
-        if not solid.geometry.read(evaluated):
+        if not self._read(depsgraph, solid.geometry):
             return False
         self._set_moving(solid)
         return True
@@ -319,12 +321,23 @@ class Solids:
             return shapes[uid], uid in self._reshaped
         geometry = shapes[uid] = self._shapes.get(uid) or Geometry(original)
         known = uid in self._shapes and uid not in self._reshaped and not self._unsure
-        changed = not known and geometry.read(original.evaluated_get(depsgraph))
+        if known:
+            self._read_now.setdefault(mesh_shared_by(original), geometry)
+        changed = not known and self._read(depsgraph, geometry)
         if changed:
             self._reshaped.add(uid)
         else:
             self._reshaped.discard(uid)
         return geometry, changed
+
+    def _read(self, depsgraph: Any, geometry: Geometry) -> bool:
+        """Reads a surface, but once that of a mesh which several objects have; whether it
+        changed."""
+        mesh = mesh_shared_by(geometry.original)
+        first = self._read_now.setdefault(mesh, geometry) if mesh else geometry
+        if first is not geometry:
+            return geometry.share(first)
+        return geometry.read(geometry.original.evaluated_get(depsgraph))
 
 
 def _made_shape(

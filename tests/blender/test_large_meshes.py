@@ -19,7 +19,7 @@ def ground(world):
 
 def uses_ray_tree(addon_part, solids):
     ray_tree = addon_part("sensor_logic.ray_tree").RayTree
-    return [isinstance(solid.geometry._tree, ray_tree) for solid in solids.solids]
+    return [isinstance(solid.geometry._built.tree, ray_tree) for solid in solids.solids]
 
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.2, -0.1, 1.0)])
@@ -79,3 +79,38 @@ def test_instances_and_faces_of_large_meshes_are_told_apart(world, addon_part):
     faces = caster.faces_met(solid, origins[:4], ways[:4], ranges[:4])
     slots = solid.geometry.material_slots(depsgraph)
     assert slots[faces].tolist() == (columns % 2).tolist()
+
+
+def test_objects_of_one_mesh_share_its_surface_until_one_has_its_own(world, addon_part):
+    """Whatever is edited, each is met where Blender's own ray cast meets it."""
+    first = world.wall(1.0, "first")
+    walls = [first, *(world.link(name, first.data, (0, 0, -1.0)) for name in ("second", "third"))]
+    for x, wall in enumerate(walls):
+        wall.location.x = 3.0 * x
+    caster = addon_part("angen_addon.scene_probe.rays").RayCaster()
+    origins = np.array([(3.0 * x + 0.1, 0.1, 0.0) for x in range(3)])
+    ways, length = np.tile((0.0, 0.0, -1.0), (3, 1)), np.full(3, 9.0)
+
+    def ranges():
+        caster.solids.forget()
+        caster.update(world.update())
+        return caster.cast(0, 0, origins, ways, length).tolist()
+
+    def surfaces():
+        return len({id(solid.geometry.state) for solid in caster.solids.solids})
+
+    assert ranges() == pytest.approx([1, 1, 1]) and surfaces() == 1
+    for vertex in first.data.vertices:
+        vertex.co.z = 0.25
+    first.data.update()
+    assert ranges() == pytest.approx([0.75] * 3) and surfaces() == 1
+    modifier = walls[1].modifiers.new("up", "DISPLACE")
+    modifier.direction, modifier.mid_level, modifier.strength = "Z", 0.0, 0.5
+    assert ranges() == pytest.approx([0.75, 0.25, 0.75]) and surfaces() == 2
+    walls[2].data = first.data.copy()
+    for vertex in walls[2].data.vertices:
+        vertex.co.z = -1.0
+    assert ranges() == pytest.approx([0.75, 0.25, 2.0])
+    bpy.data.objects.remove(first)
+    walls[1].modifiers.clear()
+    assert ranges() == pytest.approx([9.0, 0.75, 2.0])

@@ -18,11 +18,16 @@ import numpy as np
 from angen_sensors.sensor_logic.coverage.detect import WarmView
 from angen_sensors.sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, MOTIONS, Start
 from angen_sensors.sensor_logic.coverage.placement import choose
-from angen_sensors.sensor_logic.pir import PirParameters
-from angen_sensors.sensor_logic.pyroelectric.coverage import Walker
-from angen_sensors.sensor_logic.pyroelectric.detector import response_of, threshold_of, zones_of
-from angen_sensors.sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, ZERO_CELSIUS
-from angen_sensors.sensor_logic.pyroelectric.zones import zone_rays
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.coverage import Walker
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import (
+    response_of,
+    threshold_of,
+    zones_of,
+)
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.quantities import ZERO_CELSIUS
 
 Array = np.typing.NDArray[np.float64]
 STEP, POINTS = 0.3, (11, 8)

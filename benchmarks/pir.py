@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a range-scanning motion detector finds, by its settings, of who moves in its room.
 
-The model under test is the product's own (`sensor_logic.pir`), its rays are met in closed form.
+The model under test is the product's own (`RangeScan`), its rays are met in closed form.
 Every setting sees the same passes of the same walkers.
 """
 
@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
 from angen_sensors.sensor_logic.model import Update
-from angen_sensors.sensor_logic.pir import PirParameters, RangeScan
 
 from .progress import progress
 from .walkers import FURNITURE, SENSOR, WALKERS, WALLS, Boxes, Walker, passes, ranges_to

@@ -15,9 +15,9 @@ from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
+from angen_sensors.sensor_logic.kinds.pir.model import MotionDetector
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.model import Emission, Update
-from angen_sensors.sensor_logic.motion_detector import MotionDetector
-from angen_sensors.sensor_logic.pir import PirParameters
 
 from .common import open_home, spread
 from .progress import progress

@@ -16,8 +16,11 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.simulation import simulate
 from angen_sensors.angen_addon.sensors import all_sensors
+from angen_sensors.sensor_logic.kinds.optical_switch.model import (
+    OpticalSwitchParameters,
+    SlottedSwitch,
+)
 from angen_sensors.sensor_logic.model import Pose, Update
-from angen_sensors.sensor_logic.optical_switch import OpticalSwitchParameters, SlottedSwitch
 from angen_sensors.sensor_logic.recording import Recording
 
 from .common import spread

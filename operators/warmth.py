@@ -10,8 +10,8 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.warmth import USUAL, warm
-from ..sensor_logic.pyroelectric.lenses import LENSES
-from ..sensor_logic.pyroelectric.zones import write_table
+from ..sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from ..sensor_logic.kinds.pir.pyroelectric.zones import write_table
 
 ITEMS = [(u.identifier, u.label, u.tip) for u in USUAL.values()]
 

@@ -54,6 +54,16 @@ class PadContact:
 
 
 @dataclass(frozen=True)
+class LightSample:
+    """What the scene sends to a sensor: one of the two, as its method asks; and what there is to
+    say of it. Not noisy, not quantised by the part."""
+
+    luminance_percent: float | None = None
+    illuminance_lux: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
 class Answers:
     """What a scene answers at n updates: `table[rows[i]]` at the i-th; where nothing changed from
     one update to the next, both have the same row (n,) of the table."""

@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 NOTHING = "–"
+ZERO_CELSIUS = 273.15
 # A value against the one that raises an alarm: shown in percent of it, without its sign.
 OF_THRESHOLD = "of threshold"
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""))

@@ -9,8 +9,8 @@ import bpy
 from mathutils import Matrix
 
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.kinds.pir.range_scan import PirParameters
 from ...sensor_logic.model import Pose
-from ...sensor_logic.pir import PirParameters
 from ..marks import COVERAGE_MARK
 from ..sensors import Sensor, SensorError, decimal, read_parameters, unit_scale
 from .mesh import collection, remove_own_collection

@@ -13,7 +13,7 @@ import numpy as np
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.coverage.placement import Choice, choose
-from ...sensor_logic.pir import PirParameters
+from ...sensor_logic.kinds.pir.range_scan import PirParameters
 from ..plan.home import Home
 from ..scene_probe.warmth import Warmth
 from ..sensors import Sensor, SensorError

@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.coverage.detect import RangeView, View, WarmView
+from ...sensor_logic.kinds.pir.pyroelectric.coverage import Walker
+from ...sensor_logic.kinds.pir.pyroelectric.detector import (
+    SIGHT,
+    response_of,
+    threshold_of,
+    zones_of,
+)
+from ...sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
+from ...sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from ...sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ...sensor_logic.model import Pose
-from ...sensor_logic.pir import PirParameters, fan_directions
-from ...sensor_logic.pyroelectric.coverage import Walker
-from ...sensor_logic.pyroelectric.detector import SIGHT, response_of, threshold_of, zones_of
-from ...sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
-from ...sensor_logic.pyroelectric.zones import zone_rays
 from ..instances import Uid
 from ..plan.home import Home
 from ..scene_probe.warmth import Warmth, kelvin

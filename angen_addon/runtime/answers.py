@@ -106,10 +106,10 @@ def reflectance(
 
 
 def poses(asked: Question, name: str, which: Index | None = None) -> Answers:
-    """Where the object is that a parameter names, at one update; None where it names none."""
-    (_,) = asked.steps
+    """Where the object is that a parameter names; None where it names none."""
     assert asked.read.beside is not None
-    return Answers([asked.read.beside[POSES][name]], np.zeros(1, np.intp))
+    count = len(asked.steps) if which is None else len(which)
+    return Answers([asked.read.beside[POSES][name]], np.zeros(count, np.intp))
 
 
 def crossings(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
-from ...sensor_logic.light import LightSample
+from ...sensor_logic.model import LightSample
 from .. import state
 from ..instances import Uid
 from ..scene_probe.bodies import Bodies

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Answers, Emission, Index
-from ...sensor_logic.pyroelectric.radiance import ZERO_CELSIUS
+from ...sensor_logic.quantities import ZERO_CELSIUS
 from ..animation import is_animated
 from ..instances import Uid
 from .rays import NOTHING, RayCaster

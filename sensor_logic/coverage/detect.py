@@ -15,8 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kinds.pir.pyroelectric.response import LOOK_EVERY, Response, filtered
 from ..model import Array
-from ..pyroelectric.response import LOOK_EVERY, Response, filtered
 from .motions import Hits, Motion, Start, hits
 
 # Bodies times rays that are looked at at once, to bound the memory.

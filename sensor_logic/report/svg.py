@@ -8,9 +8,9 @@ import re
 import unicodedata
 from html import escape
 
-# Okabe and Ito: told apart by the colour-blind too.
+# Okabe and Ito, and a brown: told apart by the colour-blind too.
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
-YELLOW, SKY, BLACK = "#e69f00", "#56b4e9", "#000000"
+YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
 
 # What XML 1.0 cannot hold, or UTF-8 cannot write.
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ..kinds import KINDS
-from .svg import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW, coordinate, safe
+from .svg import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY, YELLOW, coordinate, safe
 
 # Name → colour on white and on black.
 INKS = {
@@ -22,9 +22,10 @@ INKS = {
     "kind3": (GREEN, "#2fc197"),
     "kind4": (YELLOW, "#f0b73c"),
     "kind5": (PURPLE, "#dd9abf"),
+    "kind6": (BROWN, "#c89b6d"),
     "onkind": ("#ffffff", "#14171a"),
 }
-HUES = 5
+HUES = 6
 
 STYLE = """
 text{font-family:"Inter","Helvetica Neue",Helvetica,Arial,"DejaVu Sans",sans-serif;font-size:12px;
@@ -80,6 +81,7 @@ def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str
         3: f'<path {kind} d="M{-half - 3} 0L0 {-half - 1.5}L{half + 3} 0L0 {half + 1.5}Z"/>',
         4: f'<path {kind} d="M{-half - 1} 7L{1 - half} -7H{half - 1}L{half + 1} 7Z"/>',
         5: f'<path {kind} d="M{-half} -4L0 -9L{half} -4V4L0 9L{-half} 4Z"/>',
+        6: f'<path {kind} d="M{-half - 4} 7L0 {-half - 3}L{half + 4} 7Z"/>',
     }
     title = f"<title>{safe(about)}</title>" if about else ""
     return (

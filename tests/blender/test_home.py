@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import sensors
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, time_base
-from bl_ext.user_default.angen_sensors.sensor_logic.pir import fan_directions
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.range_scan import fan_directions
 from mathutils import Vector
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"

@@ -169,9 +169,9 @@ def test_the_zones_drawn_hold_the_rays_of_the_lens(world, field, addon_part, sca
     sensor.location = (0.1 / scale, 0.2 / scale, 0.3 / scale)
     world.wall(3.0 / scale, size=100.0 / scale)
     seen = of(field(in_handler=False), "pir")
-    detector = addon_part("sensor_logic.pyroelectric.detector")
+    detector = addon_part("sensor_logic.kinds.pir.pyroelectric.detector")
     zones = detector.zones_of(seen.parameters)
-    cast = addon_part("sensor_logic.pyroelectric.zones").zone_rays(zones, 12)
+    cast = addon_part("sensor_logic.kinds.pir.pyroelectric.zones").zone_rays(zones, 12)
     corners = seen.rays.directions.reshape(len(zones), 5, 3)
     for number in range(len(zones)):
         axis, edges = corners[number, 0], corners[number, 1:]

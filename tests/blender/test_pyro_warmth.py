@@ -254,8 +254,8 @@ def test_in_a_scene_it_says_what_it_says_alone(world, addon_part):
     man(world, 28.0, 0.9)
     found = signals(world)
     model = addon_part("sensor_logic.model")
-    pir = addon_part("sensor_logic.pir")
-    sensing = addon_part("sensor_logic.pyroelectric.detector").PyroelectricDetector()
+    pir = addon_part("sensor_logic.kinds.pir.range_scan")
+    sensing = addon_part("sensor_logic.kinds.pir.pyroelectric.detector").PyroelectricDetector()
     parameters = pir.PirParameters(model="PYROELECTRIC", zone_rays=24)
     pose = model.Pose(np.array([0, 0, 1.2]), np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
     expected = []
@@ -398,7 +398,7 @@ def test_a_lens_as_text(world, addon_part):
     assert world.bpy.ops.angen.lens_table() == {"FINISHED"}
     text = obj.angen_sensor.pir.lens_table
     assert text.as_string().startswith("azimuth,elevation,width,height,polarity,gain\n")
-    read = addon_part("sensor_logic.pyroelectric.zones").read_table
+    read = addon_part("sensor_logic.kinds.pir.pyroelectric.zones").read_table
     assert len(read(text.as_string())) == 16
     man(world)
     of_text = signals(world)

@@ -9,8 +9,7 @@ import pytest
 
 from sensor_logic.contact.world import PadForces
 from sensor_logic.kind import FORCES, LIGHT, RAYS
-from sensor_logic.light import LightSample
-from sensor_logic.model import Array, PadContact, Pose, Reading, Update
+from sensor_logic.model import Array, LightSample, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator
 
 AHEAD = Pose(np.zeros(3), np.eye(3))

@@ -14,12 +14,13 @@ from sensor_logic.coverage import colours, picture
 from sensor_logic.coverage.detect import RangeView, WarmView
 from sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
 from sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Start, hits
+from sensor_logic.kinds.pir.pyroelectric.coverage import Walker, peak_signals
+from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
+from sensor_logic.kinds.pir.pyroelectric.response import Response
+from sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from sensor_logic.model import Pose
-from sensor_logic.pyroelectric.coverage import Walker, peak_signals
-from sensor_logic.pyroelectric.lenses import LENSES
-from sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, ZERO_CELSIUS
-from sensor_logic.pyroelectric.response import Response
-from sensor_logic.pyroelectric.zones import zone_rays
+from sensor_logic.quantities import ZERO_CELSIUS
 
 STEP, ARM = MOTIONS["STEP"], MOTIONS["ARM"]
 ORIGIN = np.array([0.0, 0.0, 2.0])
@@ -153,7 +154,7 @@ def test_the_saw_tooth_looks_at_each_tilt_at_its_own_time():
 
 
 def test_pyroelectric_steps_are_those_of_the_detectors_own_walks():
-    """Two programs: the walks of sensor_logic.pyroelectric.coverage."""
+    """Two programs: the walks of sensor_logic.kinds.pir.pyroelectric.coverage."""
     zones = next(iter(LENSES.values())).zones
     local = zone_rays(zones, 12)
     axes = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

@@ -15,9 +15,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensor_logic.force_resistor import ForceResistor, spread_factor, typical_resistance
+from sensor_logic.kinds.pressure.force_resistor import (
+    ForceResistor,
+    spread_factor,
+    typical_resistance,
+)
+from sensor_logic.kinds.pressure.model import PressureParameters
 from sensor_logic.parameters import specs, used
-from sensor_logic.pressure import PressureParameters
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "force_resistor.md"
 IDEAL = PressureParameters()

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sensor_logic.kind import LIGHT
-from sensor_logic.light import LightParameters, LightSample, LightSensor
-from sensor_logic.model import Pose, Update
+from sensor_logic.kinds.light.model import LightParameters, LightSensor
+from sensor_logic.kinds.light.photoresistor import conductance
+from sensor_logic.model import LightSample, Pose, Update
 from sensor_logic.noise import generator
-from sensor_logic.photoresistor import conductance
 
 LUX = {"method": "ILLUMINANCE", "threshold": 50.0}
 DIGITAL = {**LUX, "output": "DIGITAL", "lux_step": 0.0, "lux_max": 1e6, "integration_time": 0.0}

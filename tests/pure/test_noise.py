@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
+from sensor_logic.kinds.optical_switch.model import OpticalSwitchParameters, SlottedSwitch
+from sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
 from sensor_logic.noise import generator
-from sensor_logic.optical_switch import OpticalSwitchParameters, SlottedSwitch
-from sensor_logic.pir import PirParameters, RangeScan
 
 COUNT = 1500
 

@@ -8,7 +8,11 @@ import random
 import numpy as np
 import pytest
 
-from sensor_logic.optical_switch import OpticalSwitchParameters, SlottedSwitch, aperture_offsets
+from sensor_logic.kinds.optical_switch.model import (
+    OpticalSwitchParameters,
+    SlottedSwitch,
+    aperture_offsets,
+)
 
 
 def opened(readings):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sensor_logic.kind import RAYS
+from sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan, fan_directions
 from sensor_logic.model import Update, pose_from_matrix
-from sensor_logic.pir import PirParameters, RangeScan, fan_directions
 
 
 def about_x(angle):

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from sensor_logic.force_resistor import ForceResistor
 from sensor_logic.kind import RAYS
 from sensor_logic.kinds import KINDS
-from sensor_logic.light_parts import PARTS
+from sensor_logic.kinds.light.parts import PARTS
+from sensor_logic.kinds.optical_switch.model import SlottedSwitch
+from sensor_logic.kinds.pressure.force_resistor import ForceResistor
 from sensor_logic.model import Pose, Update
-from sensor_logic.optical_switch import SlottedSwitch
 from sensor_logic.parameters import defaults, specs, used
 
 PRESETS = [(kind, preset) for kind in KINDS.values() for preset in kind.presets]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sensor_logic.contact.world import PadForces, Partner
+from sensor_logic.kinds.pressure.model import PressurePad, PressureParameters, pad_reading
 from sensor_logic.model import PadContact, Pose
-from sensor_logic.pressure import PressurePad, PressureParameters, pad_reading
 
 IDEAL = PressureParameters()
 HERE = Pose(np.zeros(3), np.eye(3))

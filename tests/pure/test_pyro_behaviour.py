@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 
 from sensor_logic.kind import WARMTH
-from sensor_logic.model import Emission, Pose, Update
-from sensor_logic.noise import generator
-from sensor_logic.pir import PirParameters
-from sensor_logic.pyroelectric.coverage import Walker, element_directions, peak_signals
-from sensor_logic.pyroelectric.detector import (
+from sensor_logic.kinds.pir.pyroelectric.coverage import Walker, element_directions, peak_signals
+from sensor_logic.kinds.pir.pyroelectric.detector import (
     PyroelectricDetector,
     response_of,
     threshold_of,
     zones_of,
 )
-from sensor_logic.pyroelectric.lenses import LENSES
-from sensor_logic.pyroelectric.zones import zone_rays
+from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from sensor_logic.kinds.pir.range_scan import PirParameters
+from sensor_logic.model import Emission, Pose, Update
+from sensor_logic.noise import generator
 
 ZERO = 273.15
 # The detector at (0, 0, height) looks along world +Y, up is Z; a ceiling's looks down.

@@ -8,12 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensor_logic.parameters import specs
-from sensor_logic.pir import PirParameters
-from sensor_logic.pyroelectric.calibration import crossing_peak, threshold
-from sensor_logic.pyroelectric.lenses import LENS_PRESETS, LENSES, dual, seen_through
-from sensor_logic.pyroelectric.response import Response
-from sensor_logic.pyroelectric.zones import (
+from sensor_logic.kinds.pir.pyroelectric.calibration import crossing_peak, threshold
+from sensor_logic.kinds.pir.pyroelectric.lenses import LENS_PRESETS, LENSES, dual, seen_through
+from sensor_logic.kinds.pir.pyroelectric.response import Response
+from sensor_logic.kinds.pir.pyroelectric.zones import (
     LensError,
     Zone,
     read_table,
@@ -21,6 +19,8 @@ from sensor_logic.pyroelectric.zones import (
     write_table,
     zone_rays,
 )
+from sensor_logic.kinds.pir.range_scan import PirParameters
+from sensor_logic.parameters import specs
 
 USUAL = Response(1.0, 0.15, 0.3, 8.0)
 # Numbers are in saved files: they never change and are never reused.

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensor_logic.breaks import light_between
+from sensor_logic.kinds.optical_switch.breaks import light_between
 from sensor_logic.movement import Movement, pieces_needed, seen_from
 from sensor_logic.sweep import Passes, _meetings, passes
 from sensor_logic.triangle_tree import TriangleTree

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sensor_logic.kind import CROSSINGS
-from sensor_logic.optical_switch import OpticalSwitchParameters, SlottedSwitch
+from sensor_logic.kinds.optical_switch.model import OpticalSwitchParameters, SlottedSwitch
 from sensor_logic.sweep import Passes
 
 ONE = OpticalSwitchParameters(swept=True)

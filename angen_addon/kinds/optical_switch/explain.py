@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....sensor_logic.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
+from ....sensor_logic.kinds.optical_switch.model import SWITCHING_LEVEL, OpticalSwitchParameters
 from ....sensor_logic.quantities import Lengths
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay

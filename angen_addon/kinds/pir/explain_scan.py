@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Pose
-from ....sensor_logic.pir import PirParameters, fan_directions
 from ....sensor_logic.quantities import Lengths
 from ...explain.facts import Explanation, at_frame
 from ...explain.replay import Replay

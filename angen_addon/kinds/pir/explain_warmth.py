@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 
 from ....sensor_logic.kind import RAYS, WARMTH
+from ....sensor_logic.kinds.pir.pyroelectric.detector import threshold_of, zones_of
+from ....sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
+from ....sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.model import Array, Emission
-from ....sensor_logic.pir import PirParameters
-from ....sensor_logic.pyroelectric.detector import threshold_of, zones_of
-from ....sensor_logic.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
-from ....sensor_logic.pyroelectric.zones import zone_rays
 from ...explain.facts import Explanation
 from ...explain.replay import Replay
 from ...wording import quoted

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.kinds.pir.pyroelectric.detector import SIGHT, zones_of
 from ....sensor_logic.model import Array, Pose
-from ....sensor_logic.pyroelectric.detector import SIGHT, zones_of
 from ...overlay.figures import CORNERS, Figure, ends_of, pairs, straight, triangles
 from ...sight import Rays, Sight
 

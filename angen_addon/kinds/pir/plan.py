@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from ....sensor_logic.pyroelectric.detector import zones_of
-from ....sensor_logic.pyroelectric.zones import Zone
+from ....sensor_logic.kinds.pir.pyroelectric.detector import zones_of
+from ....sensor_logic.kinds.pir.pyroelectric.zones import Zone
 from ...sight import Rays, Sight
 
 RAYS_A_ZONE = 5

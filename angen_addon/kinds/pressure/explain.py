@@ -9,8 +9,8 @@ import numpy as np
 
 from ....sensor_logic.kind import FORCES
 from ....sensor_logic.kinds.pressure import FORCE
+from ....sensor_logic.kinds.pressure.model import PressureParameters, pad_reading
 from ....sensor_logic.partner_names import split
-from ....sensor_logic.pressure import PressureParameters, pad_reading
 from ....sensor_logic.quantities import Lengths, typed
 from ...explain.facts import Explanation, at_frame, more_needed
 from ...explain.replay import Replay

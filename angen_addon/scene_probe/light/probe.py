@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.light import LightSample
+from ....sensor_logic.model import LightSample
 from ....sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
 from ..solids import Solids
 from . import eevee, engine, faces, four_walls

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ...kind import LIGHT, Field, Kind
-from ...light import FOUR_WALL, ILLUMINANCE, LightParameters, LightSensor
+from .model import FOUR_WALL, ILLUMINANCE, LightParameters, LightSensor
 from .presets import PRESETS
 
 PERCENT = Field(

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ...kind import Preset
-from ...light_parts import PARTS
+from .parts import PARTS
 
 PRESETS: tuple[Preset, ...] = (
     Preset(

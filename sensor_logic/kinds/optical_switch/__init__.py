@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ...kind import CROSSINGS, RAYS, Field, Kind
-from ...optical_switch import OpticalSwitchParameters, SlottedSwitch
+from .model import OpticalSwitchParameters, SlottedSwitch
 from .presets import PRESETS
 
 KIND = Kind(

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from ...kind import RAYS, WARMTH, Field, Kind
-from ...motion_detector import MotionDetector
-from ...pir import PYRO, SCAN, PirParameters
 from ...quantities import OF_THRESHOLD
+from .model import MotionDetector
 from .presets import PRESETS
+from .range_scan import PYRO, SCAN, PirParameters
 
 KIND = Kind(
     "PIR",

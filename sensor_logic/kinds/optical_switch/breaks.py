@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .model import Array
-from .sweep import Passes
-from .triangle_tree import Index
+from ...model import Array
+from ...sweep import Passes
+from ...triangle_tree import Index
 
 # Share of the time between two looks. A gap in a break that is shorter is rounding; at 24
 # frames a second it is 0.4 µs, of which no part takes note.

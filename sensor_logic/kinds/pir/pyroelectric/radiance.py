@@ -14,11 +14,10 @@ import math
 
 import numpy as np
 
-from ..model import Array, Emission
+from ....model import Array, Emission
 
 # W/(m²·K⁴), CODATA 2018.
 STEFAN_BOLTZMANN = 5.670374419e-8
-ZERO_CELSIUS = 273.15
 
 
 def leaving(seen: Emission) -> Array:

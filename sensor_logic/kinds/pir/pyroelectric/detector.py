@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..kind import WARMTH
-from ..model import Array, Model, Pose, Readings, Updates
-from ..output_timing import OutputTiming
+from ....kind import WARMTH
+from ....model import Array, Model, Pose, Readings, Updates
+from ....output_timing import OutputTiming
 from .calibration import threshold
 from .lenses import LENSES
 from .radiance import net_power
@@ -18,7 +18,7 @@ from .response import Chain, Response
 from .zones import Zones, read_table, zone_rays
 
 if TYPE_CHECKING:
-    from ..pir import PirParameters
+    from ..range_scan import PirParameters
 
 # m: how far it looks for what is warm, or hides it; beyond is the ambient.
 SIGHT = 50.0

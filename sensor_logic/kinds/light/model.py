@@ -13,11 +13,11 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
-from .kind import LIGHT
-from .model import Model, Reading, Update
-from .parameters import READING, Choice, Parameters, parameter
+from ...kind import LIGHT
+from ...model import LightSample, Model, Reading, Update
+from ...parameters import READING, Choice, Parameters, parameter
+from ...quantities import METRES, Lengths
 from .photoresistor import conductance, divided, equivalent_lux, follow
-from .quantities import METRES, Lengths
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
 GL5528 = "GL5528 data sheet"
@@ -233,16 +233,6 @@ class LightParameters(Parameters):
                 f"clip_end ({lengths.typed(self.clip_end)})"
             ]
         return []
-
-
-@dataclass(frozen=True)
-class LightSample:
-    """What the scene sends to a sensor: one of the two, as its method asks; and what there is to
-    say of it. Not noisy, not quantised by the part."""
-
-    luminance_percent: float | None = None
-    illuminance_lux: float | None = None
-    note: str = ""
 
 
 class LightSensor(Model):

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .kind import RAYS
-from .model import Array, Index, Model, Pose, Readings, Updates
-from .output_timing import OutputTiming
-from .parameters import Choice, Parameters, parameter
+from ...kind import RAYS
+from ...model import Array, Index, Model, Pose, Readings, Updates
+from ...output_timing import OutputTiming
+from ...parameters import Choice, Parameters, parameter
+from ...quantities import METRES, Lengths
 from .pyroelectric.lenses import LENSES
 from .pyroelectric.zones import LensError, read_table
-from .quantities import METRES, Lengths
 
 THESIS = "range scan of the thesis's Gazebo plugin"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"

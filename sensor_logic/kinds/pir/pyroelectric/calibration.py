@@ -14,8 +14,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..model import Array
-from .radiance import STEFAN_BOLTZMANN, ZERO_CELSIUS
+from ....model import Array
+from ....quantities import ZERO_CELSIUS
+from .radiance import STEFAN_BOLTZMANN
 from .response import Response, filtered
 from .zones import Zone, Zones, zone_rays
 

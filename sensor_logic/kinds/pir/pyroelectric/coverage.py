@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import Array, Pose
-from .radiance import STEFAN_BOLTZMANN, ZERO_CELSIUS
+from ....model import Array, Pose
+from ....quantities import ZERO_CELSIUS
+from .radiance import STEFAN_BOLTZMANN
 from .response import Response, filtered
 from .zones import Zones, zone_rays
 

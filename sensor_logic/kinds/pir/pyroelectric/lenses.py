@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kind import Preset
+from ....kind import Preset
 from .zones import Zone, Zones
 
 

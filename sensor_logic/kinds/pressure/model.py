@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...kind import FORCES
+from ...model import Model, PadContact, Pose, Reading, Update
+from ...parameters import Choice, Parameters, parameter
+from ...partner_names import joined
+from ...quantities import METRES, Lengths
 from .force_resistor import ForceResistor
-from .kind import FORCES
-from .model import Model, PadContact, Pose, Reading, Update
-from .parameters import Choice, Parameters, parameter
-from .partner_names import joined
-from .quantities import METRES, Lengths
 
 # A partner is named from this share of the force on.
 LEAST_SHARE = 1e-3

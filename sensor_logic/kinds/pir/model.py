@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from .model import Model, Readings, Updates
-from .pir import PirParameters, RangeScan
+from ...model import Model, Readings, Updates
 from .pyroelectric.detector import PyroelectricDetector
+from .range_scan import PirParameters, RangeScan
 
 
 class MotionDetector(Model):

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...kind import CROSSINGS, RAYS
+from ...model import Array, Model, Pose, Reading, Readings, Update, Updates
+from ...parameters import Parameters, parameter
+from ...quantities import METRES, Lengths
+from ...sweep import Passes, no_passes
 from .breaks import light_between
-from .kind import CROSSINGS, RAYS
-from .model import Array, Model, Pose, Reading, Readings, Update, Updates
-from .parameters import Parameters, parameter
-from .quantities import METRES, Lengths
-from .sweep import Passes, no_passes
 
 THESIS = "laser switch of the thesis's Gazebo plugin"
 # Middle of the comparator's two levels, 0.60 and 0.45 of the full light at the default hysteresis.

@@ -13,10 +13,10 @@ from bisect import bisect
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from . import divider
+from ... import divider
 
 if TYPE_CHECKING:  # pressure.py uses this file
-    from .pressure import PressureParameters
+    from .model import PressureParameters
 
 GRAM_FORCE = 9.80665e-3
 # Grams-force and ohms, read off the typical curve in Interlink's FSR Integration Guide and data

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import Array
+from ....model import Array
 
 COLUMNS = ("azimuth", "elevation", "width", "height", "polarity", "gain")
 POLARITIES = {"+": 1, "+1": 1, "1": 1, "-": -1, "−": -1, "-1": -1}

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..model import Array
+from ....model import Array
 
 STATES = 5
 # s: the signal is looked at this often between two updates, so that no peak hides between them.

@@ -145,13 +145,13 @@ def _swept_at(
 
 
 def contact(asked: Question, which: Index | None = None) -> Answers:
-    """The forces on a pad; known after the next frame, of one update at a time."""
-    (step,) = asked.steps
+    """The forces on a pad, the same at all the steps that are asked about; known after the frame
+    that follows the first of them."""
     assert asked.read.beside is not None
     weight, chosen = asked.read.beside[FORCES]
     clock = asked.runner.clock
-    forces = asked.probes.forces(asked.runner.uid, clock.frame_and_subframe(step)[0])
-    return Answers([PadContact(forces, weight, chosen)], np.zeros(1, np.intp))
+    forces = asked.probes.forces(asked.runner.uid, clock.frame_and_subframe(asked.steps[0])[0])
+    return Answers([PadContact(forces, weight, chosen)], np.zeros(len(asked.steps), np.intp))
 
 
 def light(asked: Question, which: Index | None = None) -> Answers:

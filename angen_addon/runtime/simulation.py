@@ -94,10 +94,10 @@ class _Run:
         state.CACHE.running = True
         # Other code may change the scene at a frame in ways that Blender tells nobody.
         alone = not handlers.others_follow_frames()
-        light = any(runner.sensor.kind.light for runner in self._runners)
+        needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
         try:
             with _idle_outputs(self._runners) as driven:
-                still = stillness.find(scene, light, not alone)
+                still = stillness.find(scene, needs, not alone)
                 stage = Stage(scene, self._runners, batches=alone and not driven)
                 try:
                     yield from self._over_frames(stage, still, alone, driven)

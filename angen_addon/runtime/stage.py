@@ -39,6 +39,22 @@ class Kept:
         return [self.reads[runner, frame] for frame in frames.tolist()]
 
 
+@dataclass
+class Alike:
+    """Steps at which the scene is the same: the `dates` of the updates of pads at which the same
+    presses on them, of which the first tells of all. Between the steps `known` and `needed` nobody
+    need look at the motion."""
+
+    dates: dict[SensorRunner, Dates] = field(default_factory=dict)
+    known: int = -1
+    needed: int = -1
+
+    def follows(self, runner: SensorRunner, step: int) -> bool:
+        """Whether an update before tells of that at this step."""
+        dates = self.dates.get(runner)
+        return dates is not None and bool(dates.steps[0] < step <= dates.steps[-1])
+
+
 class Stage:
     """The sensors of a scene and the probes that look at it for them. `lit` are the updates of
     light sensors until their light was measured. `batches`: whether frames may be kept, to be
@@ -82,24 +98,46 @@ class Stage:
         self.probes.look(depsgraph, None)
         self._kept.steps.append(looked[0])
         self._kept.last = looked[-1]
+        alike = self._alike(window, looked)
         for step in looked:
-            self._take_down(window, step, depsgraph)
+            self._take_down(window, step, depsgraph, alike)
             yield from self._ready(step)
         yield from self.sense(window, depsgraph)
 
-    def _take_down(self, window: Window, step: int, depsgraph: Any) -> None:
-        if step in window.motion:
+    def _alike(self, window: Window, steps: list[int]) -> Alike:
+        """Of steps at which the scene is the same: the updates of pads with such a frame before
+        and after, at all of which the same presses on them."""
+        frame, found = self._clock.substeps, Alike()
+        for runner, dates in window.dates if window.pads else ():
+            if not runner.sensor.kind.motion:
+                continue
+            due = dates.between(steps[0], steps[-1])
+            whole = due.steps - due.steps % frame
+            inside = (whole - frame >= steps[0]) & (whole + frame <= steps[-1])
+            at = np.flatnonzero(inside)
+            if len(at) > 1:
+                found.dates[runner] = due.part(slice(at[0], at[-1] + 1))
+                found.known = max(found.known, int(whole[at[0]]) + frame)
+        found.needed = steps[-1] - 2 * frame if found.dates else found.known
+        return found
+
+    def _take_down(self, window: Window, step: int, depsgraph: Any, alike: Alike) -> None:
+        if step in window.motion and not alike.known < step < alike.needed:
             whole = self._clock.frame_and_subframe(step)[0]
-            pads = [runner.sensor for runner in window.pads.get(step, ())]
+            pads = [r.sensor for r in window.pads.get(step, ()) if not alike.follows(r, step)]
             self.probes.look_at_motion(depsgraph, whole, pads)
         frame = len(self._kept.steps) - 1
         for runner, number, due in window.read.get(step, ()):
             if (runner, frame) not in self._kept.reads:
                 self._kept.reads[runner, frame] = runner.read(depsgraph, self.probes.edits)
             kind = runner.sensor.kind
-            if kind.motion or kind.light:
-                at, read = Dates.of(step, number, due), self._kept.reads[runner, frame]
-                found = runner.pending(at, self._kept.frames(at), [read], depsgraph, self.probes)
+            if (kind.motion or kind.light) and not alike.follows(runner, step):
+                read, at = self._kept.reads[runner, frame], Dates.of(step, number, due)
+                if runner in alike.dates and alike.dates[runner].steps[0] == step:
+                    at = alike.dates[runner]
+                reads = [read] * len(at.steps)
+                frames = self._kept.frames(at)
+                found = runner.pending(at, frames, reads, depsgraph, self.probes)
                 (self._pads if kind.motion else self.lit).extend(found)
 
     def _ready(self, step: int) -> list[PendingUpdates]:

@@ -16,6 +16,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
 from .. import outputs
 from ..animation import action_curves, all_animated
 from . import busy_spans
@@ -41,8 +42,9 @@ TIMELESS_CONSTRAINTS = {
 # In names of kinds of nodes: those whose result may depend on the frame. A marker can choose
 # another camera.
 TIMED_NODES = ("Time", "Simula", "Bake", "ActiveCamera", "Sequence", "Movie")
-# What light alone depends on, unless a driver reads it.
+# What no sensor reads that needs these alone of the scene, unless a driver does.
 SHADING = (bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World)
+BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
 # What the expression of a driver may consist of to depend on its variables alone.
 PURE = (
     ast.Expression, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Constant,
@@ -79,11 +81,11 @@ class Stillness:
         return np.concatenate([[True], begun > ended])
 
 
-def find(scene: Any, light: bool, others_act: bool = False) -> Stillness:
-    """When nothing can change in a scene that is run: with `light`, of what light depends on too;
+def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillness:
+    """When nothing can change in a scene that is run, of what sensors read that have such `needs`;
     `others_act`: other code has handlers that may change anything at any frame."""
     owners = [owner for owner in all_animated() if _is_evaluated(owner, scene)]
-    shading = light or any(
+    shading = not BLIND_TO_SHADING.issuperset(needs) or any(
         isinstance(target.id, SHADING)
         for owner in owners
         for curve in _drivers(owner, shading=False)

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How much of the light that falls on them the things throw back that rays meet: the luminance of
-the colours of their materials, as the file has them."""
+the colours of their materials."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 
 from ...sensor_logic.model import Answers, Array, Index
 from ...sensor_logic.photometry import luminance
+from ..animation import all_animated
 from ..instances import Uid
 from .light.surfaces import Surfaces
 from .rays import NOTHING, RayCaster
@@ -17,6 +19,7 @@ from .reference_rays import SceneRayCaster
 from .solids import Solid
 
 NO_MATERIAL = 0
+COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
 
 
 class Reflectance:
@@ -28,6 +31,8 @@ class Reflectance:
         self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
         self._listing = -1
         self._surfaces = Surfaces()
+        # Whether materials are animated.
+        self._changing = False
         self._solids: dict[int, Solid] = {}
 
     def see(
@@ -46,7 +51,10 @@ class Reflectance:
         solids = self._rays.solids
         if self._listing != solids.listing:
             self._listing, self._surfaces = solids.listing, Surfaces()
+            self._changing = any(isinstance(owner, COLOURED) for owner in all_animated())
             self._solids = {solid.number: solid for solid in solids.solids}
+        if self._changing:
+            self._surfaces = Surfaces()
         ranges, met = self._rays.cast_met(sensor, bundle, origins, directions, length)
         found = np.zeros(len(met))
         for number in np.unique(met[met != NOTHING]).tolist():

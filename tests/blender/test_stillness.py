@@ -475,6 +475,25 @@ def a_shade_that_moves_a_wall(world: Any, _: Path) -> None:
         material.keyframe_insert("roughness", frame=frame)
 
 
+@scene(skips=True)
+def a_magnet_on_a_leaf(world: Any, _: Path) -> None:
+    magnet = world.link("magnet", None)
+    world.sensor("CONTACT", "door", update_rate=24.0, magnet=magnet)
+    world.key(magnet, "location", {1: (0.005, 0, 0), 20: (0.005, 0, 0), 25: (0.1, 0, 0)}, "LINEAR")
+
+
+@scene(skips=True)
+def a_colour_that_reflects_less(world: Any, _: Path) -> None:
+    wall, material = world.wall(2.0, size=9.0), world.bpy.data.materials.new("paint")
+    wall.data.materials.append(material)
+    material.use_nodes = True
+    colour = material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
+    for frame, grey in ((1, 0.9), (20, 0.9), (25, 0.01)):
+        colour.default_value = (grey, grey, grey, 1.0)
+        colour.keyframe_insert("default_value", frame=frame)
+    world.sensor("DISTANCE", "tof", update_rate=24.0, rays=1)
+
+
 def warm(world: Any) -> Any:
     """A warm thing before a pyroelectric detector, which stands there from the first frame on."""
     world.pir(model="PYROELECTRIC", warm_up_time=0.0)

@@ -29,7 +29,7 @@ readers: ## read the files of all formats with programs that others wrote (800 M
 
 mqtt: venv ## replay into a real broker (fetches mosquitto and paho-mqtt into build/)
 	@sh scripts/get_mosquitto.sh build/mosquitto
-	@$(RUN) -m pip install -q --disable-pip-version-check --upgrade --target build/mqtt -r scripts/requirements-mqtt.txt
+	@[ -d build/mqtt/paho ] || $(RUN) -m pip install -q --disable-pip-version-check --target build/mqtt 'paho-mqtt~=2.1'
 	@ANGEN_MQTT=1 PYTHONPATH=build/mqtt $(RUN) -m pytest -q tests/mqtt $(ARGS)
 
 bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)

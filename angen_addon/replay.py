@@ -34,7 +34,9 @@ def main(arguments: list[str], program: str) -> int:
         work = _forget if options.forget else _replay
         address = address_of(options)
         assert address is not None
-        with Interrupt(_give_up) as interrupt, interrupt.watched():
+        # That is how a loop ends.
+        interrupted = DONE if options.loop else FAILED
+        with Interrupt(lambda: _give_up(interrupted)) as interrupt, interrupt.watched():
             return work(options, address, interrupt.check)
     except (AddressError, SourceError) as error:
         note(str(error))
@@ -47,14 +49,13 @@ def main(arguments: list[str], program: str) -> int:
         return BAD_INPUT
     except KeyboardInterrupt:
         note(INTERRUPTED)
-        # That is how a loop ends.
-        return DONE if options.loop else FAILED
+        return interrupted
 
 
-def _give_up() -> None:
+def _give_up(status: int) -> None:
     # The broker tells the others, as it was asked to when the connection was made.
     note(INTERRUPTED)
-    leave_hard(FAILED)
+    leave_hard(status)
 
 
 def _replay(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:

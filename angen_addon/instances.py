@@ -8,7 +8,7 @@ its holders from the innermost out.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from mathutils import Matrix
@@ -103,6 +103,19 @@ def _instanced(obj: Any, looked: set[Any]) -> Iterator[Any]:
         for part in shown_in(obj.instance_collection):
             yield part
             yield from _instanced(part, looked)
+
+
+def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
+    """The session uids of objects that instance others, and of all in the collections that they
+    instance, however deep."""
+    looked: set[Any] = set()
+    left = list(holders)
+    while left:
+        holder = left.pop()
+        yield holder.session_uid
+        if is_holder(holder) and holder.instance_collection not in looked:
+            looked.add(holder.instance_collection)
+            left += holder.instance_collection.all_objects
 
 
 class Paths:

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..instances import UNUSED_LEVEL, Paths, Uid, chain
+from ..instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
 from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
 from .made_by_nodes import MadeByNodes
 
@@ -90,7 +90,8 @@ class Solids:
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
-        self._instancing = False
+        # What instances, what is in an instanced collection, and what is instanced otherwise.
+        self._of_instances: set[int] = set()
         self._must_list = True
         self._unsure = False
         self._touched: set[int] = set()
@@ -114,7 +115,7 @@ class Solids:
                 self._touched.add(uid)
                 if update.is_updated_geometry:
                     self._reshaped.add(uid)
-                    self._must_list |= _may_instance(original)
+                self._must_list |= _may_instance(original)
 
     def forget(self) -> None:
         """Anything may have changed unheard: all is looked at again."""
@@ -140,7 +141,7 @@ class Solids:
         if (
             self._must_list
             or listed != self._listed
-            or (self._instancing and (self._touched or self._reshaped))
+            or not self._of_instances.isdisjoint(self._touched)
         ):
             self._list(depsgraph)
             self._listed = listed
@@ -236,6 +237,7 @@ class Solids:
         shapes: dict[int, Geometry] = {}
         paths = Paths()
         matrices: list[Array] = []
+        holders: set[Any] = set()
         view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
         for instance in depsgraph.object_instances:
             seen = instance.object
@@ -247,6 +249,7 @@ class Solids:
                 continue
             if instance.is_instance:
                 self.instanced.add(original.session_uid)
+                holders.add(owner)
             if original.angen_ignored or owner.angen_ignored:
                 continue
             # The closed eye of a collection leaves its objects in the depsgraph.
@@ -285,6 +288,7 @@ class Solids:
             matrices.append(matrix)
         self.gone += [solid.number for solid in before.values() if not solid.moving]
         self._shapes = shapes
+        self._of_instances = self.instanced | set(parts_of_instances(holders))
         self._finish_list(depsgraph, matrices)
 
     def _finish_list(self, depsgraph: Any, matrices: list[Array]) -> None:
@@ -305,7 +309,6 @@ class Solids:
         for solid in self.solids:
             self._by_shape[solid.key[0]].append(solid)
         objects = list(depsgraph.objects)
-        self._instancing = bool(self.instanced) or any(o.is_instancer for o in objects)
         self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
         self._world = np.empty(len(objects) * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", self._world)

@@ -5,7 +5,9 @@ Seven motion detectors hang in a hall of 30 × 30 m whose hilly ground has so ma
 triangles: as one mesh, as 1000 meshes, as 1000 objects of one mesh, and as 1000 instances of one
 collection. A box walks through. Each scene has a process of its own. Told are seconds, and MB of
 memory at most beside what Blender itself takes for the scene: for the start of a run (all up to its
-first readings), for later updates, and for the digest of the scene that a recording keeps.
+first readings), for later updates, for the digest of the scene that a recording keeps, and for all
+together. Then the parts of a start by themselves: to list and read the surfaces, to cast the rays
+of seven detectors with all tilts, which builds the trees that they need, and to cast as many again.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +38,9 @@ COLUMNS = (
     "keep s",
     "all MB",
     "events",
+    "list s",
+    "first rays s",
+    "more rays s",
 )
 
 
@@ -154,12 +160,8 @@ def measure(name: str, triangles: int) -> dict[str, float]:
     before = _memory()
 
     def part(module: str) -> Any:
-        return sys.modules[f"{PACKAGE}.{module}"]
+        return import_module(f"{PACKAGE}.{module}")
 
-    from importlib import import_module
-
-    for module in ("angen_addon.runtime.simulation", "angen_addon.kept", "sensor_logic.recording"):
-        import_module(f"{PACKAGE}.{module}")
     sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
     recording = part("sensor_logic.recording").Recording()
     run = part("angen_addon.runtime.simulation").simulate(scene, sensors, 1, 48, recording)
@@ -174,17 +176,33 @@ def measure(name: str, triangles: int) -> dict[str, float]:
     part("angen_addon.kept").keep(recording, scene, bpy.context.evaluated_depsgraph_get())
     keep_s = time.perf_counter() - started
     events = part("sensor_logic.event_log").events(recording)
-    found = (
-        blender_s,
-        before,
-        start_s,
-        start_mb,
-        1e3 * update_s,
-        keep_s,
-        _memory(peak=True) - before,
-        len(events),
-    )
+    found = [blender_s, before, start_s, start_mb, 1e3 * update_s, keep_s]
+    found += [_memory(peak=True) - before, len(events)]
+    found += _ray_parts(part("angen_addon.scene_probe.rays").RayCaster())
     return dict(zip(COLUMNS, found, strict=True))
+
+
+def _ray_parts(caster: Any) -> list[float]:
+    """Seconds to list the scene's surfaces, for the rays of seven detectors with all tilts, and
+    for the same rays turned a little."""
+    import bpy
+
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    started = time.perf_counter()
+    caster.update(depsgraph)
+    found = [time.perf_counter() - started]
+    fan, tilts = np.linspace(-60.0, 60.0, 120), np.arange(0.0, 90.0, 10.0)
+    azimuth, below = np.meshgrid(np.radians(fan), np.radians(tilts))
+    for turn in (0.0, 0.001):
+        started = time.perf_counter()
+        for number in range(7):
+            around = azimuth.ravel() + number + turn
+            level, down = np.cos(below.ravel()), np.sin(below.ravel())
+            ways = np.stack([level * np.sin(around), level * np.cos(around), -down], 1)
+            origins = np.tile((4.0 * number - 12.0, 2.0 * (number % 3), 2.2), (len(ways), 1))
+            caster.cast(0, number, origins, ways, np.full(len(ways), 7.0))
+        found.append(time.perf_counter() - started)
+    return found
 
 
 def _memory(peak: bool = False) -> float:

@@ -248,7 +248,8 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
 def _faults(options: argparse.Namespace) -> Faults:
     """Raises BadInput."""
     try:
-        return Faults(options.faults, options.truth)
+        log = options.events or (options.out[0] if options.out else None)
+        return Faults(options.faults, options.truth, log)
     except SourceError as error:
         raise BadInput(str(error)) from None
     except OSError as error:

@@ -32,7 +32,7 @@ def main(arguments: list[str], program: str) -> int:
     options = _parser(program).parse_args(arguments)
     target = FORMATS[options.format]
     try:
-        faults = Faults(options.faults, options.truth)
+        faults = Faults(options.faults, options.truth, options.out)
         given = (options.events, options.home, options.activities, faults.file, options.undo_faults)
         sources = [source for source in given if source]
         check_out(target, options.out, sources)

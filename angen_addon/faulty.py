@@ -18,22 +18,28 @@ def add_options(parser: Any, path: Any) -> None:
         type=path,
         metavar="FILE.toml",
         help="make the log faulty on purpose: messages lost, late or doubled, clocks that drift, "
-        "batteries that die, stuck sensors, false alarms; needs --truth",
+        "batteries that die, stuck sensors, false alarms",
     )
     parser.add_argument(
-        "--truth", type=path, metavar="FILE.csv", help="tells what --faults did to the log"
+        "--truth",
+        type=path,
+        metavar="FILE.csv",
+        help="tells what --faults did to the log (default: beside it, LOG.truth.csv)",
     )
 
 
 class Faults:
     """A faults file and where its truth is told; without one, logs stay as they are."""
 
-    def __init__(self, faults: Path | None, truth: Path | None) -> None:
-        """Raises SourceError naming what is wrong, and where; OSError."""
+    def __init__(self, faults: Path | None, truth: Path | None, log: Path | None) -> None:
+        """`log`: the file that will be faulty. Raises SourceError naming what is wrong, and where;
+        OSError."""
         if faults is None and truth is not None:
             raise SourceError("--truth tells what --faults did: give --faults FILE.toml too")
         if faults is not None and truth is None:
-            raise SourceError("--faults changes the log: give --truth FILE.csv, which tells how")
+            if log is None:
+                raise SourceError("--faults changes the log: give --truth FILE.csv, to tell how")
+            truth = log.with_name(f"{log.name}.truth.csv")
         self.file, self.truth = faults, truth
         self.plan: Plan | None = read_plan(faults) if faults else None
 

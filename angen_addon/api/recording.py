@@ -91,14 +91,15 @@ class Recording:
     ) -> list[str]:
         """Writes the run in a format of `angen convert`; `start` is what t = 0 stands for.
 
-        `faults`: a faults file that makes the log faulty, as `truth` then tells. Returns what the
-        format could not hold, a sentence each. Raises AngenError.
+        `faults`: a faults file that makes the log faulty, as `truth` then tells (else a file
+        beside it, PATH.truth.csv). Returns what the format could not hold, a sentence each. Raises
+        AngenError.
         """
         if format not in FORMATS:
             raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
         target, out = FORMATS[format], Path(path)
         with raised_as_angen_error(OutputError, FormatError, SourceError):
-            log, told = self._log(faults, truth, start)
+            log, told = self._log(out, faults, truth, start)
             check_out(target, out)
             written = target.write(log)
             files = output_files(target, out, written)
@@ -112,11 +113,15 @@ class Recording:
         return list(written.notes)
 
     def _log(
-        self, faults: str | Path | None, truth: str | Path | None, start: datetime | None
+        self,
+        out: Path,
+        faults: str | Path | None,
+        truth: str | Path | None,
+        start: datetime | None,
     ) -> tuple[Log, dict[Path, str]]:
         """The run, perhaps with faults, and what tells them. Raises SourceError, AngenError."""
         try:
-            chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None)
+            chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         except OSError as error:
             raise AngenError(f"cannot read {error.filename}: {error.strerror}") from None
         chosen.check_names(self._sensors)

@@ -86,6 +86,7 @@ def test_without_out_or_where_it_cannot_be_written_nothing_runs(home, command, t
         (["--format", "xes", "--out", "x", "--events", "x"], ["both name x"]),
         (["--format", "pyadlml", "--out", home], ["is a file"]),
         (["--truth", "x"], ["--faults"]),
+        (["--faults", tmp_path / "f.toml"], ["--truth"]),
         (["--faults", tmp_path / "no.toml", "--truth", "x"], ["no.toml"]),
         (["--faults", tmp_path / "f.toml", "--truth", "x"], ["f.toml", "line 2", "Back"]),
         (["--faults", tmp_path / "f.toml", "--truth", tmp_path / "f.toml"], ["line 2"]),

@@ -117,8 +117,10 @@ class Link:
         if self.is_lost:
             return False
         sent = self._client.publish(*message, qos=1, retain=True)
+        if sent.rc != self._paho.MQTT_ERR_SUCCESS:
+            return False
         self._on_its_way.append(sent)
-        return bool(sent.rc == self._paho.MQTT_ERR_SUCCESS)
+        return True
 
     def flush(self, seconds: float = ANSWER_S) -> bool:
         """Waits until the broker has all that was sent; whether it has. Raises MqttError."""
@@ -166,7 +168,7 @@ class Link:
     def _forget_acknowledged(self) -> int:
         """How many messages the broker has not acknowledged yet."""
         waiting = self._on_its_way
-        while waiting and _is_acknowledged(waiting[0]):
+        while waiting and waiting[0].is_published():
             waiting.popleft()
         return len(waiting)
 
@@ -181,13 +183,6 @@ class Link:
                 f"{self._address} takes no messages of {user} ({self._refused}): let it publish "
                 f"below homeassistant/device/ and {self._will.topic.rpartition('/')[0]}/"
             )
-
-
-def _is_acknowledged(sent: Any) -> bool:
-    try:
-        return bool(sent.is_published())
-    except (RuntimeError, ValueError):
-        return False
 
 
 def _send_small_packets_at_once(_client: Any, _data: Any, opened: Any) -> None:

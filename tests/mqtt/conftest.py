@@ -24,7 +24,13 @@ PATIENCE_S = 60.0
 LAST = "angen/end-of-test"
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(scope="session")
+def mosquitto() -> Path:
+    """The folder with its programs."""
+    return MOSQUITTO
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _needs_a_broker() -> None:
     if "ANGEN_MQTT" in os.environ:
         return
@@ -143,7 +149,6 @@ def make_broker(tmp_path):
         made.append(Broker(tmp_path, *lines))
         return made[-1]
 
-    make.passwd = MOSQUITTO / "mosquitto_passwd"
     yield make
     for broker in made:
         broker.stop()

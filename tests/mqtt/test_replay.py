@@ -251,58 +251,53 @@ def test_sensors_that_a_home_has_no_more_go(broker, angen, events, endless) -> N
     }
 
 
-def make_certificates(folder) -> None:
-    """ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key."""
-    for name in ("ca", "other"):
-        run = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2"]
-        files = ["-keyout", f"{name}.key", "-out", f"{name}.pem", "-subj", f"/CN={name}"]
-        subprocess.run([*run, *files], cwd=folder, check=True, capture_output=True)
+@pytest.fixture(scope="module")
+def secrets(tmp_path_factory, mosquitto):
+    """A folder: ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key;
+    the password of the user angen, who may not write to `forbidden`."""
+    folder = tmp_path_factory.mktemp("secrets")
     (folder / "names").write_text("subjectAltName=DNS:localhost")
+    new_key = "-newkey rsa:2048 -nodes -keyout"
     for command in (
-        "req -newkey rsa:2048 -nodes -keyout server.key -out server.csr -subj /CN=localhost",
-        "x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -days 2 "
-        "-extfile names -out server.pem",
+        f"openssl req -x509 {new_key} ca.key -out ca.pem -subj /CN=ca",
+        f"openssl req -x509 {new_key} other.key -out other.pem -subj /CN=other",
+        f"openssl req {new_key} server.key -out server.csr -subj /CN=localhost",
+        "openssl x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile names "
+        "-out server.pem",
+        f"{mosquitto / 'mosquitto_passwd'} -b -c passwords angen geheim-ü",
     ):
-        run = ["openssl", *command.split()]
-        subprocess.run(run, cwd=folder, check=True, capture_output=True)
+        subprocess.run(command.split(), cwd=folder, check=True, capture_output=True)
+    (folder / "acl").write_text(
+        "user angen\ntopic readwrite angen/#\ntopic readwrite homeassistant/#\n"
+    )
+    (folder / "password").write_text("geheim-ü\n", encoding="utf-8")
+    (folder / "wrong").write_text("geheim-u\n")
+    (folder / "empty").write_text("\n")
+    return folder
 
 
 @pytest.fixture
-def guarded(make_broker, tmp_path):
-    """A broker with TLS that lets in the user angen alone, who may not write to `forbidden`."""
-    make_certificates(tmp_path)
-    passwords = tmp_path / "passwords"
-    add = [make_broker.passwd, "-b", "-c", passwords, "angen", "geheim ü"]
-    subprocess.run(add, check=True, capture_output=True)
-    (tmp_path / "password").write_text("geheim ü\n", encoding="utf-8")
-    (tmp_path / "wrong").write_text("geheim u\n")
-    (tmp_path / "empty").write_text("\n")
-    (tmp_path / "acl").write_text(
-        "user angen\ntopic readwrite angen/#\ntopic readwrite homeassistant/#\n"
-    )
-    made = make_broker(
-        "allow_anonymous false",
-        f"password_file {passwords}",
-        f"acl_file {tmp_path / 'acl'}",
-        f"certfile {tmp_path / 'server.pem'}",
-        f"keyfile {tmp_path / 'server.key'}",
-        f"cafile {tmp_path / 'ca.pem'}",
-    )
-    made.access = ["--cafile", tmp_path / "ca.pem", "-h", "localhost"]
-    made.access += ["-u", "angen", "-P", "geheim ü"]
+def guarded(make_broker, secrets):
+    """A broker with TLS that lets in the user angen alone."""
+    files = {"password_file": "passwords", "acl_file": "acl", "cafile": "ca.pem"}
+    files |= {"certfile": "server.pem", "keyfile": "server.key"}
+    lines = [f"{option} {secrets / name}" for option, name in files.items()]
+    made = make_broker("allow_anonymous false", *lines)
+    made.access = ["--cafile", secrets / "ca.pem", "-h", "localhost"]
+    made.access += ["-u", "angen", "-P", "geheim-ü"]
     return made
 
 
-def test_password_and_tls(guarded, angen, events, tmp_path) -> None:
+def test_password_and_tls(guarded, angen, events, secrets) -> None:
     options = ["replay", events, "--mqtt", guarded.address, "--speed", "max"]
-    options += ["--ca", tmp_path / "ca.pem", "--user", "angen"]
+    options += ["--ca", secrets / "ca.pem", "--user", "angen"]
     with guarded.listen() as listener:
-        assert angen(*options, ANGEN_MQTT_PASSWORD="geheim ü")[0] == 0
+        assert angen(*options, ANGEN_MQTT_PASSWORD="geheim-ü")[0] == 0
         first = listener.all()
     assert ("angen/lux/illuminance_lux", "1445.25") in first
     # The file counts where both are given.
     status, _, err = angen(
-        *options, "--password-file", tmp_path / "password", ANGEN_MQTT_PASSWORD="wrong"
+        *options, "--password-file", secrets / "password", ANGEN_MQTT_PASSWORD="wrong"
     )
     assert status == 0, err
     assert "geheim" not in err
@@ -333,10 +328,10 @@ def test_password_and_tls(guarded, angen, events, tmp_path) -> None:
     ],
 )
 def test_who_is_not_let_in_reads_why_in_a_line(
-    guarded, angen, events, tmp_path, options, status, words
+    guarded, angen, events, secrets, options, status, words
 ) -> None:
-    files = {p.name for p in tmp_path.iterdir()} | {"none", "none.pem"}
-    paths = [tmp_path / o if o in files else o for o in options]
+    files = {p.name for p in secrets.iterdir()} | {"none", "none.pem"}
+    paths = [secrets / o if o in files else o for o in options]
     found, _, err = angen("replay", events, "--mqtt", guarded.address, *paths)
     assert found == status, err
     assert all(word in the_line(err) for word in words), err

@@ -2,12 +2,13 @@
 """`python -m benchmarks.big [--millions 1 3 10] [--only NAME …]`: what large scenes cost.
 
 Seven motion detectors hang in a hall of 30 × 30 m whose hilly ground has so many millions of
-triangles: as one mesh, as 1000 meshes, as 1000 objects of one mesh, and as 1000 instances of one
-collection. A box walks through. Each scene has a process of its own. Told are seconds, and MB of
-memory at most beside what Blender itself takes for the scene: for the start of a run (all up to its
-first readings), for later updates, for the digest of the scene that a recording keeps, and for all
-together. Then the parts of a start by themselves: to list and read the surfaces, to cast the rays
-of seven detectors with all tilts, which builds the trees that they need, and to cast as many again.
+triangles: as one mesh, of triangles or of quads, as 1000 meshes, as 1000 objects of one mesh, and
+as 1000 instances of one collection. A box walks through. Each scene has a process of its own. Told
+are seconds, and MB of memory at most beside what Blender itself takes for the scene: for the start
+of a run (all up to its first readings), for later updates, for the digest of the scene that a
+recording keeps, and for all together. Then the parts of a start by themselves: to list and read the
+surfaces, to cast the rays of seven detectors with all tilts, which builds the trees that they need,
+and to cast as many again.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ COLUMNS = (
 )
 
 
-def hills(triangles: int, size: float, at: tuple[float, float] = (0.0, 0.0)) -> Any:
-    """A mesh of hilly ground of about so many triangles."""
+def hills(triangles: int, size: float, at: tuple[float, float] = (0.0, 0.0), sides: int = 3) -> Any:
+    """A mesh of hilly ground of about so many triangles, as faces of 3 or 4 sides."""
     import bpy
 
     side = max(2, math.isqrt(triangles // 2) + 1)
@@ -57,19 +58,23 @@ def hills(triangles: int, size: float, at: tuple[float, float] = (0.0, 0.0)) -> 
     mesh.vertices.add(len(x))
     mesh.vertices.foreach_set("co", np.stack([x, y, z], 1).astype(np.float32).ravel())
     first = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
-    around = (0, 1, side + 1, 0, side + 1, side)
+    around = (0, 1, side + 1, side) if sides == 4 else (0, 1, side + 1, 0, side + 1, side)
     corners = np.stack([first + corner for corner in around], 1)
-    count = 2 * len(first)
-    mesh.loops.add(3 * count)
+    count = corners.size // sides
+    mesh.loops.add(corners.size)
     mesh.loops.foreach_set("vertex_index", corners.ravel().astype(np.int32))
     mesh.polygons.add(count)
-    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, corners.size, sides, dtype=np.int32))
     mesh.update()
     return mesh
 
 
 def one_mesh(triangles: int) -> None:
     _link("ground", hills(triangles, SIZE_M))
+
+
+def one_of_quads(triangles: int) -> None:
+    _link("ground", hills(triangles, SIZE_M, sides=4))
 
 
 def many_meshes(triangles: int) -> None:
@@ -98,6 +103,7 @@ def instances(triangles: int) -> None:
 
 SCENES: dict[str, Callable[[int], None]] = {
     "one mesh": one_mesh,
+    "one mesh of quads": one_of_quads,
     "1000 meshes": many_meshes,
     "1000 objects of a mesh": one_shared,
     "1000 instances": instances,

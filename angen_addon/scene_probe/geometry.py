@@ -13,6 +13,7 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ...sensor_logic.ray_tree import RayTree
+from .faces import cut_faces
 
 Array = NDArray[np.float64]
 Surface = tuple[NDArray[np.float32], NDArray[np.int32], int]
@@ -107,8 +108,23 @@ class Geometry:
             if len(corners) == 3 * self._surface[2]:
                 self._triangles = corners.reshape(-1, 3)
             else:
-                self._triangles = triangles_of(self.original.evaluated_get(depsgraph))[1]
+                self._triangles = self._cut(self.original.evaluated_get(depsgraph))
         return self._triangles
+
+    def _cut(self, evaluated: Any) -> NDArray[np.int32]:
+        """Its faces as triangles (m, 3)."""
+        cut = None
+        if self._is_large():
+            with surface_mesh(evaluated) as mesh:
+                starts = np.empty(len(mesh.polygons), np.int32)
+                mesh.polygons.foreach_get("loop_start", starts)
+            assert self._surface is not None
+            cut = cut_faces(self.vertices, self._surface[1], starts)
+        return triangles_of(evaluated)[1] if cut is None else cut
+
+    def _is_large(self) -> bool:
+        """Whether it has too many triangles for a tree of Blender's."""
+        return self._surface is not None and (len(self._surface[1]) - 2 * self._surface[2] >= LARGE)
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
@@ -166,8 +182,7 @@ class Geometry:
 
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
-        assert self._surface is not None
-        self._built.by_triangle = len(self._surface[1]) - 2 * self._surface[2] >= LARGE
+        self._built.by_triangle = self._is_large()
         if self._built.by_triangle:
             self._built.pivot = np.zeros(3)
             return RayTree(self.vertices, self.triangles(depsgraph))

@@ -109,9 +109,11 @@ class ProgressLine:
             return
         elapsed = max(time.perf_counter() - self._start, 1e-9)
         last, still = self._last, ""
-        if last is not None and last.evaluated < last.steps:
-            share = 100.0 * (1.0 - last.evaluated / last.steps)
-            still = f"; nothing moved at {share:.0f} % of the steps"
+        share = round(100 * (1 - last.evaluated / last.steps)) if last and last.steps else 0
+        if share:
+            still = f"; nothing moved at {share} % of the steps"
+        elif last is not None and last.moving:
+            still = f"; every step was evaluated: {last.moving}"
         tell(
             f"simulated {seconds:.1f} s in {elapsed:.1f} s "
             f"({seconds / elapsed:.0f} times real time), {updates} updates{still}\n",

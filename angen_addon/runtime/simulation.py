@@ -30,7 +30,8 @@ from .time_base import clock_of, evaluated_depsgraph
 class Progress:
     """How far a run is: seconds of the scene done and in all, and the frame just sensed; what is
     being done there, if it takes long. Of the `steps` until there, at which sensors sensed, the
-    scene was evaluated at `evaluated`: at the others it was as before."""
+    scene was evaluated at `evaluated`: at the others it was as before. `moving`: why it had to be
+    at all of them, in words."""
 
     seconds_done: float
     seconds_total: float
@@ -38,6 +39,7 @@ class Progress:
     doing: str = ""
     steps: int = 0
     evaluated: int = 0
+    moving: str = ""
 
 
 def simulate(
@@ -85,6 +87,7 @@ class _Run:
         self._clock = clock_of(scene)
         self._recording = recording
         self._steps = self._evaluated = 0
+        self._moving = ""
 
     def progress(self) -> Iterator[Progress]:
         """Does it."""
@@ -98,6 +101,7 @@ class _Run:
         try:
             with _idle_outputs(self._runners) as driven:
                 still = stillness.find(scene, needs, not alone)
+                self._moving = still.why
                 stage = Stage(scene, self._runners, batches=alone and not driven)
                 try:
                     yield from self._over_frames(stage, still, alone, driven)
@@ -150,7 +154,8 @@ class _Run:
         clock, first, last = self._clock, self._first, self._last
         done = clock.step_time(min(max(step - first, 0), last - first))
         seconds = clock.step_time(max(last - first, 1))
-        return Progress(done, seconds, clock.step_frame(step), doing, self._steps, self._evaluated)
+        steps = self._steps, self._evaluated, self._moving
+        return Progress(done, seconds, clock.step_frame(step), doing, *steps)
 
     def _record(self, pending: PendingUpdates, driven: bool) -> None:
         """Records what was read, and lets drivers see it from the next frame on."""

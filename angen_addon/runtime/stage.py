@@ -42,12 +42,10 @@ class Kept:
 @dataclass
 class Alike:
     """Steps at which the scene is the same: the `dates` of the updates of pads at which the same
-    presses on them, of which the first tells of all. Between the steps `known` and `needed` nobody
-    need look at the motion."""
+    presses on them, of which the first tells of all; the steps at which the motion is `needed`."""
 
     dates: dict[SensorRunner, Dates] = field(default_factory=dict)
-    known: int = -1
-    needed: int = -1
+    needed: set[int] = field(default_factory=set)
 
     def follows(self, runner: SensorRunner, step: int) -> bool:
         """Whether an update before tells of that at this step."""
@@ -107,22 +105,24 @@ class Stage:
     def _alike(self, window: Window, steps: list[int]) -> Alike:
         """Of steps at which the scene is the same: the updates of pads with such a frame before
         and after, at all of which the same presses on them."""
-        frame, found = self._clock.substeps, Alike()
+        frame, first, last = self._clock.substeps, steps[0], steps[-1]
+        found = Alike()
         for runner, dates in window.dates if window.pads else ():
             if not runner.sensor.kind.motion:
                 continue
-            due = dates.between(steps[0], steps[-1])
+            due = dates.between(first, last)
             whole = due.steps - due.steps % frame
-            inside = (whole - frame >= steps[0]) & (whole + frame <= steps[-1])
-            at = np.flatnonzero(inside)
+            at = np.flatnonzero((whole - frame >= first) & (whole + frame <= last))
             if len(at) > 1:
                 found.dates[runner] = due.part(slice(at[0], at[-1] + 1))
-                found.known = max(found.known, int(whole[at[0]]) + frame)
-        found.needed = steps[-1] - 2 * frame if found.dates else found.known
+            apart = np.delete(whole, at[1:])
+            found.needed.update(np.concatenate([apart - frame, apart, apart + frame]).tolist())
+        # What is due before and after.
+        found.needed.update((*range(first, first + frame), *range(last - frame + 1, last + 1)))
         return found
 
     def _take_down(self, window: Window, step: int, depsgraph: Any, alike: Alike) -> None:
-        if step in window.motion and not alike.known < step < alike.needed:
+        if step in window.motion and step in alike.needed:
             whole = self._clock.frame_and_subframe(step)[0]
             pads = [r.sensor for r in window.pads.get(step, ()) if not alike.follows(r, step)]
             self.probes.look_at_motion(depsgraph, whole, pads)

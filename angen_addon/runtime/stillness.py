@@ -68,6 +68,12 @@ class Stillness:
     reasons: tuple[str, ...] = ()
     stretch: float = 1.0
 
+    @property
+    def why(self) -> str:
+        """The first of the reasons, and how many more there are; empty where there is none."""
+        more = len(self.reasons) - 1
+        return "".join(self.reasons[:1]) + (f" (and {more} more)" if more > 0 else "")
+
     def fresh(self, frames: Any, subframes: Any = 0.0) -> np.typing.NDArray[np.bool_]:
         """Of moments (n,) in order, each a frame and a part of one: at which of them something may
         be otherwise than at the one before. The first is one of them."""

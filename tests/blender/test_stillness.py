@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -517,17 +518,32 @@ def the_warmth_of_a_material(world: Any, _: Path) -> None:
         material.keyframe_insert("angen_warmth.temperature", frame=frame)
 
 
-@scene(skips=True)
-def a_load_on_a_pad(world: Any, _: Path) -> None:
-    bpy = world.bpy
-    world.sensor("PRESSURE", "pad", world.box((1, 1, 0.02), (0, 0, 0.01), "pad"), update_rate=24.0)
-    load = world.box((0.3, 0.3, 0.3), (0, 0, 0.17), "load")
-    load.angen_load.mass = 5.0
-    world.key(load, "location", {1: (0, 0, 0.17), 10: (0, 0, 0.17), 20: (3, 0, 0.17)}, "BEZIER")
+def loaded(world: Any, *rates: float) -> None:
+    """A load that rests on pads of these rates, slides off, comes back and grows light."""
+    for number, rate in enumerate(rates):
+        slab = world.box((1, 1, 0.02), (2 * number, 0, 0.01), f"slab {number}")
+        world.sensor("PRESSURE", f"pad {number}", slab, update_rate=rate)
+        load = world.box((0.3, 0.3, 0.3), (0, 0, 0.17), f"load {number}")
+        load.angen_load.mass = 5.0
+        x = 2 * number
+        places = {1: x, 10: x, 16: x + 0.9, 22: x}
+        world.key(load, "location", {f: (at, 0, 0.17) for f, at in places.items()}, "BEZIER")
     for frame, value in ((1, -9.8), (30, -9.8), (34, -5.0)):
         world.scene.gravity[2] = value
         world.scene.keyframe_insert("gravity", frame=frame)
-    assert bpy.context.scene.use_gravity
+
+
+@scene(skips=True)
+def a_load_on_a_pad(world: Any, _: Path) -> None:
+    loaded(world, 24.0)
+
+
+@scene(skips=True)
+def loads_on_pads_of_many_rates(world: Any, _: Path) -> None:
+    world.scene.angen_substeps = 2
+    world.scene.frame_end = 100
+    loaded(world, 1.0, 5.0, 24.0)
+    watched(world)
 
 
 def run(world: Any) -> tuple[Any, int, int]:
@@ -570,3 +586,26 @@ def test_every_reading_is_as_without_skipping(
     assert len(set(readings)) > 1, "nothing that a wrong skip would spoil"
     assert recording.tracks == plain.tracks
     assert (evaluated < steps / 1.3) == skips, f"{evaluated} of {steps}"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("strips", "; nothing moved at 85 % of the steps\n"),
+        ("a_driver_on_the_frame", "; every step was evaluated: a driver of 'wall' may follow the"),
+        ("cycles_of_keys", "keys of 'wall' go on without end (modifiers, extrapolation)\n"),
+    ],
+)
+def test_the_closing_line_tells_what_was_skipped_or_why_nothing_was(
+    name: str, words: str, world: Any, tmp_path: Path, addon_part: Any, fcurves: Any
+) -> None:
+    world.part, world.curves_of = addon_part, fcurves
+    SCENES[name][0](world, tmp_path)
+    said = io.StringIO()
+    line = addon_part("angen_addon.progress").ProgressLine(said, False)
+    recording = addon_part("sensor_logic.recording").Recording()
+    simulate = addon_part("angen_addon.runtime.simulation").simulate
+    for progress in simulate(world.scene, world.sensors(), 1, 48, recording):
+        line.show(progress)
+    line.finish(2.0, 48)
+    assert words in said.getvalue()

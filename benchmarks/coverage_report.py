@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .tables import median, percent, spread, table
+from .tables import columns, percent
 
 TEXT = """\
 ## Coverage maps
@@ -34,55 +34,53 @@ PUBLISHED = {1: "63 %", 3: "100 %"}
 
 def section(data: dict[str, Any]) -> str:
     office = data["office"]
+    rows = [
+        {**row, "phases": f"{percent(row['phases_low'])} to {percent(row['phases_high'])}"}
+        for row in data["rows"]
+    ]
+    sizes = [
+        {**row, "off": f"{100 * row['error']:+.1f} points".replace("-", "−")}
+        for row in data["sizes"]
+    ]
+    offices = [
+        {**zones, "published": PUBLISHED.get(zones["count"], ""), "arm": arm["share"]}
+        for zones, arm in zip(office["zones"], office["arm"], strict=True)
+    ]
     return TEXT.format(
         detectors=data["rows"][0]["detectors"],
         cell=data["cell"],
         phases=5,
-        rows=table(
-            ("motion", "cells", "motions", "floor s", "rays s", "bodies s", "all s",
-             "µs a cell and detector", "covered", "other phases", "cells that change"),
-            (
-                (
-                    row["motion"], f"{row['cells']}", f"{row['motions']}",
-                    *(spread(row[key]) for key in ("floor_s", "cast_s", "meet_s", "total_s")),
-                    f"{row['us_a_cell_and_detector']:.0f}",
-                    percent(row["covered"]),
-                    f"{percent(row['phases_low'])} to {percent(row['phases_high'])}",
-                    percent(row["phases_differ"]),
-                )
-                for row in data["rows"]
-            ),
+        rows=columns(
+            rows,
+            "motion",
+            "cells",
+            "motions",
+            "floor s=floor_s:spread",
+            "rays s=cast_s:spread",
+            "bodies s=meet_s:spread",
+            "all s=total_s:spread",
+            "µs a cell and detector=us_a_cell_and_detector:.0f",
+            "covered=covered:percent",
+            "other phases=phases",
+            "cells that change=phases_differ:percent",
         ),
-        sizes=table(
-            ("cell", "cells", "bodies", "covered", "error of the share", "cells that differ"),
-            (
-                (
-                    f"{row['size']:g} m", f"{row['cells']}", f"{row['seconds']:.2f} s",
-                    percent(row["covered"]),
-                    f"{100 * row['error']:+.1f} points".replace("-", "−"),
-                    percent(row["disagree"]),
-                )
-                for row in data["sizes"]
-            ),
+        sizes=columns(
+            sizes,
+            "cell=size:g m",
+            "cells",
+            "bodies=seconds:.2f s",
+            "covered=covered:percent",
+            "error of the share=off",
+            "cells that differ=disagree:percent",
         ),
         points=office["desk_points"],
         candidates=office["candidates"],
-        office=table(
-            ("detectors", "zones", "bound", "published", "arm"),
-            (
-                (
-                    f"{zones['count']}", percent(zones["share"]), percent(zones["bound"]),
-                    PUBLISHED.get(zones["count"], ""), percent(arm["share"]),
-                )
-                for zones, arm in zip(office["zones"], office["arm"], strict=True)
-            ),
+        office=columns(
+            offices,
+            "detectors=count",
+            "zones=share:percent",
+            "bound=bound:percent",
+            "published",
+            "arm=arm:percent",
         ),
-    )  # fmt: skip
-
-
-def headline(data: dict[str, Any]) -> list[str]:
-    step = data["rows"][0]
-    return [
-        f"A coverage map of the home's {step['detectors']} detectors, {step['cells']} cells of "
-        f"{data['cell']:g} m in up to eight directions: {median(step['total_s']):.1f} s."
-    ]
+    )

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from .plot import BLUE, GREEN, ORANGE, PURPLE, Panel, Series, figure
-from .tables import short, spread, table
+from .tables import columns
 
 TEXT = """\
 ## Growth
@@ -44,20 +44,18 @@ def section(data: dict[str, Any]) -> str:
 
 def _sweep(name: str, rows: list[dict[str, Any]]) -> str:
     text = f"![Cost over the number of {name}](pictures/bench_growth_{name}.svg)\n\n"
-    return text + table(
-        (name, "sensing ms", "exponent", "evaluation ms", "start ms", "scene MiB", "run MiB"),
-        (
-            (
-                f"{row['size']}",
-                spread(row["sensing_ms"]),
-                _exponent(rows[i - 1], row) if i else "",
-                spread(row["evaluation_ms"]),
-                spread(row["start_ms"]),
-                short(row["scene_mib"]["median"]),
-                short(row["run_mib"]["median"]),
-            )
-            for i, row in enumerate(rows)
-        ),
+    told = [
+        {**row, "exponent": _exponent(rows[i - 1], row) if i else ""} for i, row in enumerate(rows)
+    ]
+    return text + columns(
+        told,
+        f"{name}=size",
+        "sensing ms=sensing_ms:spread",
+        "exponent",
+        "evaluation ms=evaluation_ms:spread",
+        "start ms=start_ms:spread",
+        "scene MiB=scene_mib:median",
+        "run MiB=run_mib:median",
     )
 
 

@@ -59,7 +59,8 @@ def main() -> None:
         (DOCS / "light_benchmarks.md").write_text(text)
         _fill(BEGIN, END, light_report.table(data))
         _fill(BEGIN_RUN, END_RUN, light_report.run_table(data))
-        (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
+        if find_spec("matplotlib"):
+            (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
 
 
 def _fill(begin: str, end: str, table: str) -> None:

@@ -47,14 +47,15 @@ def measure(samples: int) -> dict[str, Any]:
         scene = bpy.context.scene
         scene.angen_live = False
         scene.frame_set(FRAME)
-        _simplify(time_of_day)
-        requests = _requests()
+        simplify(time_of_day)
+        requests = faces()
         with tempfile.TemporaryDirectory() as folder:
             for part in ("direct", "whole"):
-                _set_reflecting(part == "whole")
-                octree = _export(Path(folder), part == "whole")
-                theirs = _radiance(octree, requests, part == "whole")
-                ours = _ours(requests, samples)
+                set_reflecting(part == "whole")
+                octree = compiled(exported(Path(folder), part == "whole"))
+                way = (BOUNCES, DIVISIONS) if part == "whole" else (DIRECT_BOUNCES, SKY_DIVISIONS)
+                theirs = traced(octree, requests, *way)
+                ours = rendered(requests, samples)
                 for request, a, b in zip(requests, ours, theirs, strict=True):
                     rows.append(
                         {"time": time_of_day, "part": part, "at": request.name, "cycles": a,
@@ -63,7 +64,7 @@ def measure(samples: int) -> dict[str, Any]:
     return {"rows": rows, "samples": samples, "divisions": DIVISIONS}
 
 
-def _simplify(time_of_day: str) -> None:
+def simplify(time_of_day: str) -> None:
     """Diffuse grey materials; what light passes through hidden; lamps or daylight alone."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     surfaces, reflects = Surfaces(), {}
@@ -82,7 +83,7 @@ def _simplify(time_of_day: str) -> None:
     for material in bpy.data.materials:
         if material.node_tree and not glows(material):
             reflects[material] = float(
-                np.clip(luminance(surfaces.of_material(material)[0]), 0, 0.85)
+                np.clip(luminance(surfaces.of(material.session_uid)[0]), 0, 0.85)
             )
         else:
             reflects[material] = 0.3
@@ -107,7 +108,7 @@ def _diffuse(material: Any, grey: float) -> None:
     material["grey"] = grey
 
 
-def _set_reflecting(reflecting: bool) -> None:
+def set_reflecting(reflecting: bool) -> None:
     for material in bpy.data.materials:
         grey = material["grey"] if reflecting else 0.0
         for node in material.node_tree.nodes:
@@ -115,7 +116,7 @@ def _set_reflecting(reflecting: bool) -> None:
                 node.inputs["Color"].default_value = (grey, grey, grey, 1)
 
 
-def _requests() -> list[LightRequest]:
+def faces() -> list[LightRequest]:
     """A face that looks down from each of the home's light sensors, and one that looks up from
     table height under it."""
     found = []
@@ -132,15 +133,15 @@ def _requests() -> list[LightRequest]:
     return found
 
 
-def _ours(requests: list[LightRequest], samples: int) -> list[float]:
+def rendered(requests: list[LightRequest], samples: int) -> list[float]:
     asked = [LightRequest(**{**r.__dict__, "samples": samples}) for r in requests]
     layer = bpy.context.view_layer
     found = probe.measure(bpy.context.scene, layer, asked, efficacy=1.0)
     return [float(found[r.name].illuminance_lux or 0.0) for r in requests]
 
 
-def _export(folder: Path, reflecting: bool) -> Path:
-    """The home as Radiance's octree."""
+def exported(folder: Path, reflecting: bool) -> Path:
+    """The home as Radiance's scene."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     text, housings = [], Housings()
     for obj in shown_objects(bpy.context.view_layer):
@@ -168,7 +169,12 @@ def _export(folder: Path, reflecting: bool) -> Path:
         text.append("sky source up\n0\n0\n4 0 0 1 180\nsky source down\n0\n0\n4 0 0 -1 180\n")
     scene = folder / "home.rad"
     scene.write_text("".join(text))
-    octree = folder / "home.oct"
+    return scene
+
+
+def compiled(scene: Path) -> Path:
+    """The octree that `rtrace` needs."""
+    octree = scene.with_suffix(".oct")
     octree.write_bytes(_run("oconv", str(scene)))
     return octree
 
@@ -216,7 +222,7 @@ def _mesh(evaluated: Any, reflecting: bool) -> str:
 _WRITTEN: dict[str, str] = {}
 
 
-def _radiance(octree: Path, requests: list[LightRequest], whole: bool) -> list[float]:
+def traced(octree: Path, requests: list[LightRequest], bounces: int, divisions: int) -> list[float]:
     """W/m² at the faces."""
     lines = []
     for request in requests:
@@ -224,7 +230,6 @@ def _radiance(octree: Path, requests: list[LightRequest], whole: bool) -> list[f
         size = face_size(bpy.context.scene, [request.matrix])
         place = request.matrix[:3, 3] + normal * size
         lines.append(" ".join(f"{c:.9g}" for c in (*place, *normal)))
-    bounces, divisions = (BOUNCES, DIVISIONS) if whole else (DIRECT_BOUNCES, SKY_DIVISIONS)
     options = [*QUALITY, "-ab", str(bounces), "-ad", str(divisions)]
     answer = _run(
         "rtrace", "-I+", "-h", "-n", "2", *options, str(octree), given="\n".join(lines) + "\n"

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from . import tables
+from .plot import BLUE, ORANGE, Panel, Series, figure
 
 INTRODUCTION = """\
 # Light sensor: speed against error
@@ -83,9 +84,7 @@ Faces with less than {least} W/m² are not counted.
 LEAST = 0.01
 SEVEN = 7
 NAMES = {"ILLUMINANCE": "Illuminance", "FOUR_WALL": "Four walls"}
-COLOURS = {"ILLUMINANCE": "#c60", "FOUR_WALL": "#06c"}
-WIDTH, HEIGHT, EDGE = 640, 400, 60
-TIMES, ERRORS = (1.0, 3000.0), (0.005, 2.0)
+COLOURS = {"ILLUMINANCE": ORANGE, "FOUR_WALL": BLUE}
 
 
 def rows(data: dict[str, Any]) -> list[dict[str, Any]]:
@@ -193,41 +192,15 @@ def _radiance(data: dict[str, Any]) -> str:
 
 def plot(found: list[dict[str, Any]]) -> str:
     """An SVG: rms error over milliseconds a sensor, both logarithmic; seven sensors."""
-    text = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
-        'font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="#fff"/>'
-    ]
-    for ms in (1, 10, 100, 1000):
-        x = _x(ms)
-        text.append(f'<path d="M{x} {EDGE}V{HEIGHT - EDGE}" stroke="#ddd"/>')
-        text.append(f'<text x="{x}" y="{HEIGHT - 40}" text-anchor="middle">{ms} ms</text>')
-    for error in (0.01, 0.1, 1.0):
-        y = _y(error)
-        text.append(f'<path d="M{EDGE} {y}H{WIDTH - EDGE}" stroke="#ddd"/>')
-        text.append(f'<text x="{EDGE - 6}" y="{y + 4}" text-anchor="end">{error:.0%}</text>')
-    for number, (method, colour) in enumerate(COLOURS.items()):
+    series = []
+    for method, colour in COLOURS.items():
         seven = [r for r in found if r["method"] == method and r["sensors"] == SEVEN]
-        paths = [r for r in seven if r["engine"] == "CYCLES"]
-        line = " ".join(f"{_x(r['ms_a_sensor'])},{_y(r['rms'])}" for r in paths)
-        text.append(f'<polyline points="{line}" fill="none" stroke="{colour}"/>')
-        for row in seven:
-            at = _x(row["ms_a_sensor"]), _y(row["rms"])
-            name = row["samples"] if row["engine"] == "CYCLES" else "DIRECT"
-            text.append(f'<circle cx="{at[0]}" cy="{at[1]}" r="4" fill="{colour}"/>')
-            text.append(f'<text x="{at[0] + 7}" y="{at[1] - 5}" fill="{colour}">{name}</text>')
-        text.append(f'<text x="{EDGE}" y="{20 + 16 * number}" fill="{colour}">{method}</text>')
-    text.append(
-        f'<text x="{WIDTH / 2}" y="{HEIGHT - 12}" text-anchor="middle">'
-        "time a sensor and update, seven sensors; rms error; number: light paths</text></svg>\n"
-    )
-    return "".join(text)
-
-
-def _x(ms: float) -> float:
-    share = math.log(ms / TIMES[0]) / math.log(TIMES[1] / TIMES[0])
-    return round(EDGE + share * (WIDTH - 2 * EDGE), 1)
-
-
-def _y(error: float) -> float:
-    share = math.log(max(error, ERRORS[0]) / ERRORS[0]) / math.log(ERRORS[1] / ERRORS[0])
-    return round(HEIGHT - EDGE - share * (HEIGHT - 2 * EDGE), 1)
+        names = [f"{r['samples']}" if r["engine"] == "CYCLES" else "DIRECT" for r in seven]
+        x, y = [r["ms_a_sensor"] for r in seven], [100 * r["rms"] for r in seven]
+        paths = [i for i, row in enumerate(seven) if row["engine"] == "CYCLES"]
+        line = [x[i] for i in paths], [y[i] for i in paths]
+        series.append(Series(NAMES[method], *line, colour))
+        series.append(Series("", x, y, colour, "dots", names))
+    panel = Panel("rms error, %", series, 330, legend="numbers: light paths", log=True)
+    title = "Seven light sensors of the Ängen home: error over time"
+    return figure(title, "ms a sensor and update", [panel], log_x=True)

@@ -28,6 +28,7 @@ from . import (
     switch_report,
 )
 from .regressions import held
+from .tables import table
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 # In the order of the page. The light sensor has a page of its own.
@@ -56,7 +57,9 @@ closed form, another engine, or a dense reference. Errors, shares and counts are
 run; the worst of them are held to bounds (`benchmarks/*_bounds.py`), and a run that breaks one
 says which and fails, in CI too. Times have no bounds: they are the machine's, so compare ratios.
 
-{headlines}
+**Beside others**, each in one run with it:
+
+{ratios}
 | part | machine | took | bounds held |
 | --- | --- | --- | --- |
 {parts}
@@ -75,17 +78,17 @@ def known(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def markdown(parts: Mapping[str, dict[str, Any]]) -> str:
-    headlines = [
-        f"- {line}\n"
+    ratios = [
+        row
         for name, data in parts.items()
-        if hasattr(REPORTS[name], "headline")
-        for line in REPORTS[name].headline(data)
+        if hasattr(REPORTS[name], "ratios")
+        for row in REPORTS[name].ratios(data)
     ]
     lines = [
         f"| {name} | {data['machine']} | {_took(data.get('took_s'))} | {_held(name, data)} |\n"
         for name, data in parts.items()
     ]
-    text = HEAD.format(headlines="".join(headlines), parts="".join(lines))
+    text = HEAD.format(ratios=table(("what", "beside", "ratio"), ratios), parts="".join(lines))
     for name, data in parts.items():
         title, _, rest = REPORTS[name].section(data).partition("\n\n")
         text += f"\n{title}\n\n{_origin(name, data)}\n\n{rest.strip()}\n"

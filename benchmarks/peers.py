@@ -18,7 +18,7 @@ import numpy as np
 from angen_sensors.angen_addon.runtime.probes import make_caster
 from angen_sensors.angen_addon.runtime.time_base import evaluated_depsgraph
 
-from . import pressure_scenes
+from . import peers_light, pressure_scenes
 from .box_home import RATE, BoxHome, blender_scene, make, triangles
 from .common import spread
 from .progress import progress
@@ -71,6 +71,7 @@ def measure(quick: bool) -> dict[str, Any]:
             for name, _ in engines
         ],
         "touch": _touch(rounds),
+        "light": peers_light.measure(rounds, quick) if _has("pyradiance") else None,
     }
 
 

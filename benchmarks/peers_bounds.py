@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from .bounds import Bounds
+from .peers_report import LIGHT_OURS, RADIANCE
 
 OURS, REFERENCE = "Ängen Sensors", "Blender `scene.ray_cast`"
 # Metres: 2.6e-7 and 6.5e-6 measured; Blender's own 1.2e-6 and 2.8e-5.
@@ -15,6 +16,8 @@ MUJOCO_WORST_M = 1e-7
 RAYS = 30_000
 # Relative error of a box at rest.
 TOUCH = 1e-6
+# 2.6 % measured with an eighth of the rays.
+LIGHT, MOST_RAYS = 0.05, 0.06
 
 
 def check(data: dict[str, Any], bounds: Bounds) -> None:
@@ -31,6 +34,12 @@ def check(data: dict[str, Any], bounds: Bounds) -> None:
         elif name.startswith("MuJoCo"):
             bounds.at_most(f"{name}: closed form, worst m", row["worst_m"], MUJOCO_WORST_M)
             bounds.equal(f"{name}: rays past an edge", row["at_edges"], 0)
+    if data["light"] is not None:
+        bounds.at_most("light: difference from Radiance, rms", data["light"]["apart_rms"], LIGHT)
+        best = {row["engine"]: row["rms"] for row in data["light"]["rows"]}
+        bounds.measured("light: engines", best, (LIGHT_OURS, RADIANCE))
+        for name, error in best.items():
+            bounds.at_most(f"light: {name}, most rays, rms", error, MOST_RAYS)
     if data["touch"] is not None:
         bounds.at_most("a box on a pad: error", data["touch"]["ours_error"], TOUCH)
         bounds.at_most("a box on a pad: MuJoCo's error", data["touch"]["mujoco_error"], TOUCH)

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .tables import percent, short, spread, table
+from .tables import columns, percent, short, spread, table
 
 OURS = "Ängen Sensors"
+LIGHT_OURS, RADIANCE = "Ängen Sensors (Cycles)", "Radiance `rtrace`"
 TEXT = """\
 ## Against other engines
 
@@ -21,7 +22,16 @@ errors.
 
 {table}
 {verdict}
-{touch}"""
+{touch}{light}"""
+LIGHT = """
+**Light.** One reading of the home's seven light sensors by its lamps, with all that must be done
+anew once something has moved: Cycles's copy of the scene, Radiance's octree ({compile:.1f} s). The
+home is diffuse and grey for both ([light_benchmarks.md](light_benchmarks.md)). Errors, rms over the
+{faces} sensors that get light, are against the same engine with many more rays; there both agree
+within {apart} rms. At an error of {same} it takes {ours} s and {theirs} s. A run measures faster
+than that: what stands still is kept from one reading to the next.
+
+{table}"""
 TOUCH = """
 **Touch.** A box of 5 kg at rest on a pad, {exact:.2f} N. Ängen Sensors works forces out from what
 Blender's Bullet moved, at 24 updates a second; MuJoCo steps its own physics ({step:g} ms) and its
@@ -37,7 +47,8 @@ loads stands in [pressure.md](pressure.md).
 def left_out(data: dict[str, Any]) -> list[str]:
     """What this run did without, in words."""
     found = [f"{name}, which is not installed" for name in data["missing"]]
-    return [*found, *([] if data["touch"] else ["MuJoCo's touch sensor, which is not installed"])]
+    found += [] if data["touch"] else ["MuJoCo's touch sensor, which is not installed"]
+    return found + ([] if data["light"] else ["Radiance (pyradiance), which is not installed"])
 
 
 def section(data: dict[str, Any]) -> str:
@@ -74,6 +85,43 @@ def section(data: dict[str, Any]) -> str:
         table=text,
         verdict=_verdict(data, base),
         touch=_touch(data["touch"]),
+        light=_light(data["light"]),
+    )
+
+
+def ratios(data: dict[str, Any]) -> list[tuple[str, str, str]]:
+    first, *others = data["rays"]
+    base = first["ms_a_second"]["median"]
+    rays = f"the rays of seven detectors among {data['boxes']} boxes"
+    found = [(rays, row["engine"], _times(row["ms_a_second"]["median"] / base)) for row in others]
+    if data["light"]:
+        seconds = data["light"]["seconds"]
+        what = f"seven light sensors, read once with an rms error of {data['light']['same']:.0%}"
+        found.append((what, RADIANCE, _times(seconds[RADIANCE] / seconds[LIGHT_OURS])))
+    return found
+
+
+def _times(theirs: float) -> str:
+    return f"{short(theirs, 2)} times as fast"
+
+
+def _light(light: dict[str, Any] | None) -> str:
+    if light is None:
+        return "\nRadiance was not installed for this run: no light was compared.\n"
+    return LIGHT.format(
+        compile=light["compile_s"],
+        faces=light["faces"],
+        apart=percent(light["apart_rms"]),
+        same=percent(light["same"]),
+        ours=short(light["seconds"][LIGHT_OURS], 2),
+        theirs=short(light["seconds"][RADIANCE], 2),
+        table=columns(
+            light["rows"],
+            "engine",
+            "paths, or divisions=rays",
+            "seconds=seconds:spread",
+            "rms error=rms:percent",
+        ),
     )
 
 

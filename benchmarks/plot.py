@@ -29,13 +29,15 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
 
 @dataclass(frozen=True)
 class Series:
-    """One line, `thin` line, or row of `dots`; without a label it is not in the legend."""
+    """One line, `thin` line, or row of `dots`; without a label it is not in the legend. `names`
+    stand beside its points."""
 
     label: str
     x: Sequence[float]
     y: Sequence[float]
     colour: str
     style: str = "line"
+    names: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,8 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = Fals
             label = series.label or "_"
             style = STYLES[series.style]
             axis.plot(series.x, series.y, color=series.colour, label=label, **style)
+            for name, *at in zip(series.names, series.x, series.y, strict=False):
+                axis.annotate(name, at, xytext=(5, 4), textcoords="offset points", fontsize="small")
         axis.set_ylabel(panel.label)
         if panel.least:
             axis.update_datalim([(panel.series[0].x[0], y) for y in (-panel.least, panel.least)])

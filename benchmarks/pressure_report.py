@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from .plot import BLACK, BLUE, GREEN, ORANGE, PURPLE, Panel, Series, figure
-from .tables import filled_in
+from .tables import columns, filled_in, table
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -56,11 +56,11 @@ def section(data: dict[str, Any]) -> str:
 def tables(data: dict[str, Any]) -> dict[str, str]:
     """The tables by the name of their markers."""
     speed = data["speed"]
-    island = _table(
+    island = table(
         ("bodies in the island", "ms a frame", "slowest frame", "worst error", "valid"),
         ((f"{row['bodies']}", *_cost(row)) for row in speed["island"]),
     )
-    scene = _table(
+    scene = table(
         ("bodies elsewhere", "ms a frame", "slowest frame", "worst error", "valid"),
         ((f"{row['elsewhere']}", *_cost(row)) for row in speed["scene"]),
     )
@@ -94,7 +94,7 @@ def _accuracy(data: dict[str, Any]) -> str:
         if not rows:
             continue
         text += f"**{title}**\n\n"
-        text += _table(
+        text += table(
             ("scene", "exact", "error", "from MuJoCo", "valid", "residual"),
             (
                 (
@@ -131,25 +131,15 @@ def _percent(share: float) -> str:
 
 
 def _resistor(rows: list[dict[str, Any]]) -> str:
-    return _table(
-        ("force N", "resistance Ω", "divider V", "ADC", "by hand"),
-        (
-            (
-                f"{row['force_n']:g}",
-                f"{row['resistance_ohm']:.0f}",
-                f"{row['voltage_v']:.3f}",
-                str(row["adc"]),
-                "" if row["by_hand"] is None else str(row["by_hand"]),
-            )
-            for row in rows
-        ),
+    told = [{**row, "hand": "" if row["by_hand"] is None else row["by_hand"]} for row in rows]
+    return columns(
+        told,
+        "force N=force_n:g",
+        "resistance Ω=resistance_ohm:.0f",
+        "divider V=voltage_v:.3f",
+        "ADC=adc",
+        "by hand=hand",
     )
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    names = list(head)
-    lines = [names, ["---"] * len(names), *rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def filled(page: str, data: dict[str, Any]) -> str:

@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from typing import Any
 
-from .tables import median, short, spread
+from .tables import columns, median, short
 
 INTRODUCTION = """\
 ## The ray layer
@@ -38,43 +37,38 @@ that sooner or later. The fast layer meets each object in the object's own space
 numbers are smaller.
 """
 
-COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
-    ("scene", lambda row: f"{row['scene']}"),
-    ("objects", lambda row: f"{row['objects']}"),
-    ("PIRs", lambda row: f"{row['pirs']}"),
-    ("rays", lambda row: f"{row['rays']}"),
-    ("sweep", lambda row: f"{row['sweep']}"),
-    ("start", lambda row: f"{row['start_ms']:.0f}"),
-    ("fast ms", lambda row: spread(row["fast_ms"])),
-    ("reference ms", lambda row: spread(row["reference_ms"])),
-    ("evaluation ms", lambda row: f"{row['evaluation_ms']:.2f}"),
-    ("ratio", lambda row: spread(row["ratio"])),
-    ("worst range difference m", lambda row: f"{row['worst_range_error_m']:.1e}"),
-    ("updates that differ", lambda row: f"{row['updates_that_differ']} of {row['updates']}"),
+COLUMNS = (
+    "scene",
+    "objects",
+    "PIRs=pirs",
+    "rays",
+    "sweep",
+    "start=start_ms:.0f",
+    "fast ms=fast_ms:spread",
+    "reference ms=reference_ms:spread",
+    "evaluation ms=evaluation_ms:.2f",
+    "ratio=ratio:spread",
+    "worst range difference m=worst_range_error_m:.1e",
 )
 
 
 def section(data: dict[str, Any]) -> str:
     layer = data["ray_layer"]
     text = INTRODUCTION.format(**layer)
-    text += _line(name for name, _ in COLUMNS) + _line("---" for _ in COLUMNS)
-    text += "".join(_line(cell(row) for _, cell in COLUMNS) for row in layer["rows"])
+    rows = [
+        {**row, "differ": f"{row['updates_that_differ']} of {row['updates']}"}
+        for row in layer["rows"]
+    ]
+    text += columns(rows, *COLUMNS, "updates that differ=differ")
     if len({row["pirs"] for row in layer["rows"]}) > 1:
         text += "\n" + _cost_of_a_detector(layer["rows"])
     return text + ACCURACY.format(**data["ray_accuracy"])
 
 
-def headline(data: dict[str, Any]) -> list[str]:
-    ratios = [median(row["ratio"]) for row in data["ray_layer"]["rows"]]
-    differ = sum(row["updates_that_differ"] for row in data["ray_layer"]["rows"])
-    return [
-        f"The ray layer is {short(min(ratios), 2)} to {short(max(ratios), 2)} times as fast as "
-        f"Blender's `scene.ray_cast` in the same run; {differ} updates differ."
-    ]
-
-
-def _line(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cells)} |\n"
+def ratios(data: dict[str, Any]) -> list[tuple[str, str, str]]:
+    found = [median(row["ratio"]) for row in data["ray_layer"]["rows"]]
+    fast = f"{short(min(found), 2)} to {short(max(found), 2)} times as fast"
+    return [("the rays of detectors", "Blender's `scene.ray_cast`", fast)]
 
 
 def _cost_of_a_detector(rows: list[dict[str, Any]]) -> str:

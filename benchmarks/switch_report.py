@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from .plot import BLACK, BLUE, GREEN, ORANGE, PURPLE, Panel, Series, figure
-from .tables import percent, spread, table
+from .tables import columns, percent, spread, table
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 TEXT = """\
@@ -40,18 +40,13 @@ def section(data: dict[str, Any]) -> str:
         shaking=data["shaking_m"] * 1e3,
         fps=24,
         switches=data["swept"][0]["switches"],
-        apertures=table(
-            ("rays", "worst error", "bound", "changes", "µs"),
-            (
-                (
-                    f"{row['rays']}",
-                    f"{row['worst_error']:.3f}",
-                    f"{row['bound']:.3f}",
-                    f"{row['changes']}",
-                    spread(row["us"]),
-                )
-                for row in data["aperture"]
-            ),
+        apertures=columns(
+            data["aperture"],
+            "rays",
+            "worst error=worst_error:.3f",
+            "bound=bound:.3f",
+            "changes",
+            "µs=us:spread",
         ),
         flags=table(
             ("flag", "substeps", "seen", "exact", "ms a step and 100 switches", "time of a run"),

@@ -3,13 +3,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [_line(head), _line("---" for _ in head)]
     return "".join([*lines, *(_line(row) for row in rows)])
+
+
+def columns(rows: Iterable[Mapping[str, Any]], *specs: str) -> str:
+    """A table with a column for each of `specs`: "head=key:format", where head and key may be one
+    and the format is one of WAYS or of Python's; text after it stands behind the
+    number, such as "reading=percent:.2f %"."""
+    columns = [(head, key or head) for head, _, key in (spec.partition("=") for spec in specs)]
+    heads = [head for head, _ in columns]
+    return table(heads, ([_cell(row, key) for _, key in columns] for row in rows))
+
+
+def _cell(row: Mapping[str, Any], spec: str) -> str:
+    key, _, how = spec.partition(":")
+    how, space, unit = how.partition(" ")
+    if how in WAYS:
+        return WAYS[how](row[key])
+    return f"{row[key]:{how}}{space}{unit}"
 
 
 def _line(cells: Iterable[str]) -> str:
@@ -40,6 +57,13 @@ def short(value: float, digits: int = 3) -> str:
 
 def percent(share: float) -> str:
     return f"{share:.0%}" if share in (0.0, 1.0) else f"{share:.1%}"
+
+
+WAYS: Mapping[str, Callable[[Any], str]] = {
+    "spread": spread,
+    "median": lambda found: short(median(found)),
+    "percent": percent,
+}
 
 
 def filled_in(page: str, command: str, texts: Mapping[str, str]) -> str:

@@ -9,6 +9,7 @@ import pytest
 from benchmarks import page, peers_report, pressure_report
 from benchmarks.bounds import Bounds
 from benchmarks.regressions import CHECKS, broken, held
+from benchmarks.tables import short
 
 DATA = page.known(page.DOCS / "data")
 
@@ -229,6 +230,9 @@ REGRESSIONS = (
         "MuJoCo rangefinder: closed form",
     ),
     ("peers", [(("touch", "ours_error"), 1e-4)], "a box on a pad: error"),
+    # The home through Radiance is another; Cycles's paths do not come together.
+    ("peers", [(("light", "apart_rms"), 0.1)], "light: difference from Radiance"),
+    ("peers", [(("light", "rows", 4, "rms"), 0.1)], "light: Ängen Sensors (Cycles), most rays"),
     # A recording that loses readings.
     ("growth", [(("recording", "rows"), 305_999)], "readings of the recording: 305999"),
     # Rays that pass walls; a map that depends on the moment; zones that are turned.
@@ -287,11 +291,21 @@ def test_the_page_tells_how_many_bounds_are_held():
     assert f"| **{count - 1} of {count}** |" in page.markdown({**DATA, "rays": off})
 
 
+def test_the_page_begins_with_ratios_to_others():
+    head = page.markdown(DATA).partition("| part |")[0]
+    light = DATA["peers"]["light"]["seconds"]
+    times = light["Radiance `rtrace`"] / light["Ängen Sensors (Cycles)"]
+    assert f"| Radiance `rtrace` | {short(times, 2)} times as fast |" in head
+    for peer in ("bare evaluation", "Blender's `scene.ray_cast`", "MuJoCo", "Embree"):
+        assert peer in head
+
+
 def test_what_is_left_out_is_told():
-    data = {**DATA["peers"], "missing": ["Embree (embreex)"], "touch": None}
+    data = {**DATA["peers"], "missing": ["Embree (embreex)"], "touch": None, "light": None}
     assert peers_report.left_out(DATA["peers"]) == []
     assert peers_report.left_out(data) == [
         "Embree (embreex), which is not installed",
         "MuJoCo's touch sensor, which is not installed",
+        "Radiance (pyradiance), which is not installed",
     ]
     assert pressure_report.left_out({**DATA["pressure"], "mujoco": False})

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon import state
 from ..angen_addon.coverage import kept, mesh
-from ..angen_addon.coverage.maps import Stage, cover
+from ..angen_addon.coverage.maps import Enough, Stage, cover
 from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output_files import write
@@ -46,7 +46,7 @@ def has_detector(cls: Any, context: Context) -> bool:
     return can_look(cls, context)
 
 
-def begin_map(context: Context) -> Iterator[Stage | CoverageMap]:
+def begin_map(context: Context) -> Generator[Stage | CoverageMap, None, None]:
     """The generator of the map that the scene's settings ask for."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
@@ -62,12 +62,15 @@ def begin_map(context: Context) -> Iterator[Stage | CoverageMap]:
 
 
 class Staged:
-    """What operators share that run a generator of stages: at once, or in a window bit by bit."""
+    """What operators share that run a generator of stages: at once, or in a window bit by bit. Esc
+    throws Enough into it: it ends with what it has, or gives up."""
 
-    _run: Iterator[Any]
+    # What Esc does, where the work has anything by then.
+    esc = "gives up"
+    _run: Generator[Any, None, None]
     _timer: Any = None
 
-    def _begin(self, context: Context) -> Iterator[Any]:
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
         raise NotImplementedError
 
     def _finish(self, context: Context, result: Any) -> None:
@@ -99,20 +102,20 @@ class Staged:
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type == "ESC":
-            self.cancel(context)
-            self.report({"INFO"}, "Given up; nothing has changed")  # type: ignore[attr-defined]
-            return {"CANCELLED"}
-        if event.type != "TIMER":
+        if event.type not in {"ESC", "TIMER"}:
             # The scene must stay as it is until all of it has been looked at.
             return {"RUNNING_MODAL"}
         try:
-            told = self._advance()
+            told = self._run.throw(Enough) if event.type == "ESC" else self._advance()
             if isinstance(told, Stage):
                 self._show(context, told)
                 return {"RUNNING_MODAL"}
             self.cancel(context)
             self._finish(context, told)
+        except Enough:
+            self.cancel(context)
+            self.report({"INFO"}, "Given up; nothing has changed")  # type: ignore[attr-defined]
+            return {"CANCELLED"}
         except SensorError as error:
             self.cancel(context)
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
@@ -135,7 +138,7 @@ class Staged:
         share = 100.0 * stage.share
         context.window_manager.progress_update(share)
         context.workspace.status_text_set(
-            f"{self.bl_label}: {share:.0f} %, {stage.text}. Esc gives up"  # type: ignore[attr-defined]
+            f"{self.bl_label}: {share:.0f} %, {stage.text}. Esc {self.esc}"  # type: ignore[attr-defined]
         )
 
     def cancel(self, context: Context) -> None:
@@ -163,7 +166,7 @@ class ANGEN_OT_coverage(Staged, Operator):
     def poll(cls, context: Context) -> bool:
         return has_detector(cls, context)
 
-    def _begin(self, context: Context) -> Iterator[Any]:
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
         return begin_map(context)
 
     def _finish(self, context: Context, result: CoverageMap) -> None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 import bpy
@@ -33,9 +33,10 @@ class ANGEN_OT_place_propose(Staged, Operator):
     bl_label = "Propose Places"
     bl_description = (
         "Look for places of motion detectors on walls and ceilings that together cover the most. "
-        "They get the parameters of the active motion detector. Esc gives up"
+        "They get the parameters of the active motion detector. Esc takes the best so far"
     )
     bl_options = {"REGISTER", "UNDO"}
+    esc = "takes the best so far"
 
     preset: StringProperty(
         name="Preset",
@@ -49,7 +50,7 @@ class ANGEN_OT_place_propose(Staged, Operator):
     def poll(cls, context: Context) -> bool:
         return can_look(cls, context)
 
-    def _begin(self, context: Context) -> Iterator[Any]:
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage
         like = None if self.preset else pattern_of(context)
         parameters, rate = ghosts.pattern(like, self.preset)

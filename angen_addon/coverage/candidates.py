@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.model import Array, Pose
 from ..plan.home import Home
 from ..plan.shapes import WALL_M, may_move
+from .floor import Steps, met_along
 
 # m: how far walls are looked for from a cell; what is wider than this holds a sensor; its lens
 # stands off the surface by so much.
@@ -49,22 +50,23 @@ class Candidate:
 
 def candidates(
     home: Home, cells: Cells, mounting: str, height: float, spacing: float
-) -> list[Candidate]:
+) -> Steps[list[Candidate]]:
     """The poses for the rooms of `cells`; `height` m above the floor on walls, at least about
     `spacing` m apart."""
     found: list[Candidate] = []
     if mounting in ("WALL", "BOTH"):
-        found += _on_walls(home, cells, height, spacing)
+        found += yield from _on_walls(home, cells, height, spacing)
     if mounting in ("CEILING", "BOTH"):
-        found += _under_ceilings(home, cells, spacing)
+        found += yield from _under_ceilings(home, cells, spacing)
     return found
 
 
-def _on_walls(home: Home, cells: Cells, height: float, spacing: float) -> list[Candidate]:
+def _on_walls(home: Home, cells: Cells, height: float, spacing: float) -> Steps[list[Candidate]]:
     spots: dict[tuple[Any, ...], tuple[float, Array, Array, str]] = {}
     for angle in np.arange(8) * math.pi / 4:
         way = np.array([math.cos(angle), math.sin(angle), 0.0])
-        for spot, normal, cell in _walls_met(home, cells, height, way):
+        walls = yield from _walls_met(home, cells, height, way)
+        for spot, normal, cell in walls:
             # One of each stretch of wall and direction, the one nearest to its middle.
             along = float(normal[0] * spot[1] - normal[1] * spot[0])
             off = float(normal[:2] @ spot[:2])
@@ -85,12 +87,13 @@ def _on_walls(home: Home, cells: Cells, height: float, spacing: float) -> list[C
 
 def _walls_met(
     home: Home, cells: Cells, height: float, way: Array
-) -> Iterator[tuple[Array, Array, int]]:
+) -> Steps[list[tuple[Array, Array, int]]]:
     """Places on walls, where these face, and the cells they are seen from, looking along `way`."""
     side = np.array([-way[1], way[0], 0.0]) * ASIDE_M
     start = cells.at + np.array([0.0, 0.0, height])
-    first, met = _met(home, start, way)
-    second, beside = _met(home, start + side, way)
+    first, met = yield from _met(home, start, way)
+    second, beside = yield from _met(home, start + side, way)
+    found = []
     wall = _holds(home, height + cells.at[:, 2], cells.at[:, 2] + WALL_M)
     ok = (first < FAR_M) & (second < FAR_M) & (met == beside)
     ok &= np.abs(first - second) <= ASIDE_M * math.tan(STEEPEST)
@@ -103,7 +106,8 @@ def _walls_met(
         normal = np.array([-tangent[1], tangent[0], 0.0]) / np.linalg.norm(tangent)
         if normal @ way > 0.0:
             normal = -normal
-        yield start[i] + way * first[i], normal, i
+        found.append((start[i] + way * first[i], normal, i))
+    return found
 
 
 def _holds(home: Home, heights: Array, tops: Array) -> Any:
@@ -121,18 +125,12 @@ def _holds(home: Home, heights: Array, tops: Array) -> Any:
     return is_wall
 
 
-def _met(home: Home, start: Array, way: Array) -> tuple[Array, NDArray[np.int64]]:
+def _met(home: Home, start: Array, way: Array) -> Steps[tuple[Array, NDArray[np.int64]]]:
     """Ranges (n,) in m, and the rows (n,) of the solids met, −1 for none."""
-    solids = home.caster.solids.solids
-    rows = np.arange(len(solids))
-    directions = np.broadcast_to(way, start.shape)
-    reach = np.full(len(start), FAR_M / home.metres)
-    ranges, numbers = home.caster.first_met(
-        home.depsgraph, rows, start / home.metres, directions, reach
-    )
-    by_number = {solid.number: solid.row for solid in solids}
+    ranges, numbers = yield from met_along(home, start, way, FAR_M)
+    by_number = {solid.number: solid.row for solid in home.caster.solids.solids}
     met = np.array([by_number.get(n, NOTHING_MET) for n in numbers.tolist()], np.int64)
-    return ranges * home.metres, met
+    return ranges, met
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
@@ -142,11 +140,11 @@ def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
     return Pose(at, np.column_stack([np.cross(up, -look), up, -look]))
 
 
-def _under_ceilings(home: Home, cells: Cells, spacing: float) -> list[Candidate]:
+def _under_ceilings(home: Home, cells: Cells, spacing: float) -> Steps[list[Candidate]]:
     chosen = _spread(cells, spacing)
     at = cells.at[chosen] + np.array([0.0, 0.0, CEILING_FROM_M])
     up = np.array([0.0, 0.0, 1.0])
-    ranges, met = _met(home, at, up)
+    ranges, met = yield from _met(home, at, up)
     solids = home.caster.solids.solids
     made = []
     for i, cell in enumerate(chosen):

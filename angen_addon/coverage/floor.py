@@ -8,9 +8,9 @@ sensors*, with its room noted or shown as wire or bounds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from mathutils import Vector
@@ -39,6 +39,13 @@ NEAR_M = 0.9
 # Heights (m) of a body are this far apart at most, where its surroundings are felt for obstacles.
 EVERY_M = 0.4
 MOST_CELLS = 250_000
+# Rays that are cast between two moments at which the work can be given up.
+CASTS_AT_ONCE = 2000
+
+S = TypeVar("S")
+T = TypeVar("T")
+# Work in steps, which returns its result.
+Steps = Generator[None, None, T]
 
 
 @dataclass(frozen=True)
@@ -113,10 +120,9 @@ def cells_of(
     marked = volumes(home)
     for number, (floor, members) in enumerate(_storeys(home, sensors, marked)):
         grid = _grid(home, floor, members, marked, size)
-        yield "looking for rooms"
-        labels = _labels(home, grid, members, marked)
-        yield "looking where there is room to move"
-        parts.append(_storey_cells(home, grid, labels, motion, number))
+        labels = yield from saying("looking for rooms", _labels(home, grid, members, marked))
+        found = _storey_cells(home, grid, labels, motion, number)
+        parts.append((yield from saying("looking where there is room to move", found)))
     every = _joined(parts, size)
     known = every.rooms
     whole = every.of(rooms) if rooms else every
@@ -133,6 +139,17 @@ def cells_of(
             "inside them; or take smaller cells"
         )
     yield whole
+
+
+def saying(told: S, work: Steps[T]) -> Generator[S, None, T]:
+    """Tells the same before each step of the work, and hands on what it returns."""
+    while True:
+        yield told
+        try:
+            next(work)
+        except StopIteration as end:
+            result: T = end.value
+            return result
 
 
 def _storeys(
@@ -178,45 +195,56 @@ def _grid(
     return _Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
 
 
-def free_ways(home: Home, points: Array, direction: Array, length: float) -> Array:
-    """(n,) m: how far it is free from points (n, 3) along one direction, at most `length`."""
-    if not len(points):
-        return np.empty(0)
-    directions = np.broadcast_to(direction, points.shape)
+def met_along(
+    home: Home, points: Array, direction: Array, length: float
+) -> Steps[tuple[Array, NDArray[np.int64]]]:
+    """How far it is free (n,) m from points (n, 3) along one direction, at most `length`, and the
+    numbers (n,) of the solids that are met; a step is CASTS_AT_ONCE rays."""
     rows = np.arange(len(home.caster.solids.solids))
-    ranges, _ = home.caster.first_met(
-        home.depsgraph,
-        rows,
-        points / home.metres,
-        directions,
-        np.full(len(points), length / home.metres),
-    )
-    return np.minimum(ranges * home.metres, length)
+    ranges, met = np.empty(len(points)), np.empty(len(points), np.int64)
+    for first in range(0, len(points), CASTS_AT_ONCE):
+        part = slice(first, first + CASTS_AT_ONCE)
+        starts = points[part] / home.metres
+        ways = np.broadcast_to(direction, starts.shape)
+        reach = np.full(len(starts), length / home.metres)
+        ranges[part], met[part] = home.caster.first_met(home.depsgraph, rows, starts, ways, reach)
+        yield
+    return np.minimum(ranges * home.metres, length), met
 
 
-def _floors(home: Home, grid: _Grid, start: float) -> Array:
+def free_ways(home: Home, points: Array, direction: Array, length: float) -> Steps[Array]:
+    """(n,) m: how far it is free from points (n, 3) along one direction, at most `length`."""
+    ranges, _ = yield from met_along(home, points, direction, length)
+    return ranges
+
+
+def _floors(home: Home, grid: _Grid, start: float) -> Steps[Array]:
     """(n,) m above the storey's floor of what is below each cell, seen from `start` above it;
     infinite where there is nothing."""
     deep = start + PIT_M
-    ranges = free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
+    ranges = yield from free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
     return np.where(ranges < deep - 1e-6, start - ranges, np.inf)
 
 
-def _passable(home: Home, grid: _Grid, height: float) -> tuple[Mask, Mask]:
+def _passable(home: Home, grid: _Grid, height: float) -> Steps[tuple[Mask, Mask]]:
     """Whether nothing is between neighbours: (nx − 1, ny) along x, (nx, ny − 1) along y."""
     points = grid.at(height).reshape(*grid.shape, 3)
     ways = []
     for axis in (0, 1):
         start = points[:-1] if axis == 0 else points[:, :-1]
+        shape = start.shape[:2]
         there = np.eye(3)[axis]
-        free = free_ways(home, start.reshape(-1, 3), there, grid.size)
-        back = free_ways(home, (start + there * grid.size).reshape(-1, 3), -there, grid.size)
+        start = start.reshape(-1, 3)
+        free = yield from free_ways(home, start, there, grid.size)
+        back = yield from free_ways(home, start + there * grid.size, -there, grid.size)
         clear = np.minimum(free, back) >= grid.size * (1 - 1e-6)
-        ways.append(clear.reshape(start.shape[:2]))
+        ways.append(clear.reshape(shape))
     return ways[0], ways[1]
 
 
-def _flood(seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]) -> NDArray[np.int64]:
+def _flood(
+    seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]
+) -> Steps[NDArray[np.int64]]:
     """Labels (nx, ny) spread from `seeds` (0: none) step by step; where two meet at once the
     smaller one wins."""
     labels = np.where(allowed, seeds, 0)
@@ -232,6 +260,7 @@ def _flood(seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]) -> 
         if not new.any():
             return labels
         labels = np.where(new, best, labels)
+        yield
 
 
 @dataclass(frozen=True)
@@ -244,28 +273,34 @@ class _Labels:
 
 def _labels(
     home: Home, grid: _Grid, members: Sequence[Sensor], marked: Sequence[Volume]
-) -> _Labels:
+) -> Steps[_Labels]:
     names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
-    floor_there = (_floors(home, grid, OVER_M) < np.inf).reshape(grid.shape)
+    floor_there = ((yield from _floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
     middle = grid.at(OVER_M / 2)
     fixed = np.zeros(len(middle), np.int64)
     for volume in marked:
-        fixed[volume.holds(middle) & (fixed == 0)] = names.index(volume.name) + 1
+        for first in range(0, len(middle), CASTS_AT_ONCE):
+            part = np.arange(first, min(first + CASTS_AT_ONCE, len(middle)))
+            inside = part[volume.holds(middle[part])]
+            fixed[inside[fixed[inside] == 0]] = names.index(volume.name) + 1
+            yield
     seeds = fixed.copy()
     points = grid.at(OVER_M)
     for sensor in sorted(members, key=lambda s: s.name):
-        for cell in _cells_at(home, points, sensor):
+        cells = yield from _cells_at(home, points, sensor)
+        for cell in cells:
             if seeds[cell] == 0:
                 seeds[cell] = names.index(sensor.room or NO_ROOM) + 1
     loose = floor_there & (fixed.reshape(grid.shape) == 0)
     allowed = np.where(fixed.reshape(grid.shape) > 0, floor_there, loose)
     start = np.where(fixed.reshape(grid.shape) > 0, 0, seeds.reshape(grid.shape))
-    flooded = _flood(start, loose, _passable(home, grid, OVER_M))
+    ways = yield from _passable(home, grid, OVER_M)
+    flooded = yield from _flood(start, loose, ways)
     number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
     return _Labels(np.where(allowed, number, 0), names)
 
 
-def _cells_at(home: Home, points: Array, sensor: Sensor) -> list[int]:
+def _cells_at(home: Home, points: Array, sensor: Sensor) -> Steps[list[int]]:
     """The cells that are seen from under a sensor, in front of what it hangs on."""
     matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres
@@ -283,25 +318,31 @@ def _cells_at(home: Home, points: Array, sensor: Sensor) -> list[int]:
         start = np.array([[*here, points[cell, 2]]])
         length = max(float(apart[cell]), 1e-6)
         way = np.array([*(ways[cell] / length), 0.0])
-        if free_ways(home, start, way, length)[0] >= length * (1 - 1e-6):
+        free = yield from free_ways(home, start, way, length)
+        if free[0] >= length * (1 - 1e-6):
             found.append(cell)
     return found
 
 
-def _storey_cells(home: Home, grid: _Grid, labels: _Labels, motion: Motion, number: int) -> Cells:
+def _storey_cells(
+    home: Home, grid: _Grid, labels: _Labels, motion: Motion, number: int
+) -> Steps[Cells]:
     """The cells of the rooms where the body can be."""
     top = min(motion.top + 0.02, OVER_M)
     limit = max(motion.bottom, RUG_M)
     in_room = labels.number > 0
-    open_sky = (_floors(home, grid, OVER_M) <= limit).reshape(grid.shape) & in_room
-    under = (_floors(home, grid, top) <= limit).reshape(grid.shape) & in_room
+    high = yield from _floors(home, grid, OVER_M)
+    low = yield from _floors(home, grid, top)
+    open_sky = (high <= limit).reshape(grid.shape) & in_room
+    under = (low <= limit).reshape(grid.shape) & in_room
     middle = (max(motion.bottom, RUG_M) + motion.top) / 2.0
     # Under tables a low body gets, into a solid none.
-    reached = _flood(open_sky.astype(np.int64), under | open_sky, _passable(home, grid, middle)) > 0
+    ways = yield from _passable(home, grid, middle)
+    reached = (yield from _flood(open_sky.astype(np.int64), under | open_sky, ways)) > 0
     cells = np.flatnonzero((reached & under).ravel())
     names = np.array([*labels.names], object)[labels.number.ravel()[cells] - 1]
     at = grid.at(0.0)[cells]
-    clearance = _clearance(home, at, motion)
+    clearance = yield from _clearance(home, at, motion)
     lengths = motion.lengths(clearance)
     fits = (clearance.min(axis=1, initial=np.inf) >= motion.room) & (lengths > 0.0).any(axis=1)
     return Cells(
@@ -313,7 +354,7 @@ def _storey_cells(home: Home, grid: _Grid, labels: _Labels, motion: Motion, numb
     )
 
 
-def _clearance(home: Home, at: Array, motion: Motion) -> Array:
+def _clearance(home: Home, at: Array, motion: Motion) -> Steps[Array]:
     """(n, 8) m: how far it is free around cells, over the height of the body."""
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))
@@ -324,7 +365,8 @@ def _clearance(home: Home, at: Array, motion: Motion) -> Array:
     for column, heading in enumerate(HEADINGS.tolist()):
         way = np.array([np.cos(heading), np.sin(heading), 0.0])
         for height in heights.tolist():
-            free = free_ways(home, at + np.array([0.0, 0.0, height]), way, reach + 1e-6)
+            points = at + np.array([0.0, 0.0, height])
+            free = yield from free_ways(home, points, way, reach + 1e-6)
             clearance[:, column] = np.minimum(clearance[:, column], free)
     return clearance
 

@@ -4,7 +4,7 @@ command line and the tests."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +31,11 @@ class Stage:
     text: str
 
 
+class Enough(Exception):
+    """To be thrown into a generator of stages: it ends with the best that it has, if that is
+    anything; else it raises this."""
+
+
 # The floor is this share of the work.
 FLOOR_SHARE = 0.3
 
@@ -42,7 +47,7 @@ def cover(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Iterator[Stage | CoverageMap]:
+) -> Generator[Stage | CoverageMap, None, None]:
     """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields stages, and last the
     map. Raises SensorError."""
     check_cell(size)
@@ -56,7 +61,10 @@ def cover(
         else:
             cells = told
     assert cells is not None
-    views = {sensor.name: view_of(home, sensor) for sensor in chosen}
+    views = {}
+    for sensor in chosen:
+        views[sensor.name] = view_of(home, sensor)
+        yield Stage(FLOOR_SHARE, sensor.name)
     yield from strengths(views, cells, motion)
 
 
@@ -80,6 +88,15 @@ def at_once(views: Mapping[str, View], cells: Cells, motion: Motion) -> Coverage
     *_, last = strengths(views, cells, motion)
     assert isinstance(last, CoverageMap)
     return last
+
+
+def at_most(views: Mapping[str, View], cells: Cells, motion: Motion) -> CoverageMap:
+    """A map of what the views may notice: nothing that they do is missing."""
+    start, cell, direction = cells.starts()
+    found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
+    for row, view in enumerate(views.values()):
+        found[row, cell, direction] = np.where(view.may_notice(motion, start), np.inf, 0.0)
+    return CoverageMap(motion, cells, tuple(views), found)
 
 
 def check_cell(size: float) -> None:

@@ -4,28 +4,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...sensor_logic.coverage.grid import CoverageMap
+from ...sensor_logic.coverage.detect import View
+from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.coverage.placement import Choice, choose
 from ...sensor_logic.kinds.pir.range_scan import PirParameters
+from ...sensor_logic.model import Array
 from ..plan.home import Home
 from ..scene_probe.warmth import Warmth
 from ..sensors import Sensor, SensorError
 from .candidates import Candidate, candidates
-from .floor import cells_of
-from .maps import Stage, at_once, check_cell
+from .floor import cells_of, saying
+from .maps import Enough, Stage, at_most, at_once, check_cell
 from .views import detectors, view_from, view_of
 
 # Rays pass through no object: candidates are none yet.
 NOBODY = -1
 MOST_CANDIDATES = 5000
-CANDIDATES_SHARE = 0.9
+# Of the work, what is needed to tell how much each candidate covers at most.
+FIRST_SHARE = 0.5
+# So many candidates beside those that are chosen are looked at before the next choice.
+NEXT_BEST = 4
 
 
 @dataclass(frozen=True)
@@ -71,8 +77,9 @@ class Proposal:
 
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
-) -> Iterator[Stage | Proposal]:
-    """Yields stages, and last the proposal. Raises SensorError."""
+) -> Generator[Stage | Proposal, None, None]:
+    """Yields stages, and last the proposal. Raises SensorError, and Enough where that is thrown in
+    before any candidate was looked at closely."""
     check_cell(size)
     _check(wish)
     home = Home(depsgraph)
@@ -83,8 +90,8 @@ def propose(
         else:
             cells = told
     assert cells is not None
-    yield Stage(0.05, "looking for walls and ceilings")
-    found = candidates(home, cells, wish.mounting, wish.height, wish.spacing)
+    looking = candidates(home, cells, wish.mounting, wish.height, wish.spacing)
+    found = yield from saying(Stage(0.05, "looking for walls and ceilings"), looking)
     if not found:
         raise SensorError(
             f"no wall or ceiling was found to hang a detector on {wish.height:g} m above the "
@@ -96,26 +103,91 @@ def propose(
         )
     weights = np.ones(len(cells))
     if wish.beside:
-        there = {s.name: view_of(home, s) for s in detectors(sensors)}
-        weights[at_once(there, cells, motion).count > 0] = 0.0
-    warmth = Warmth(home.caster)
-    sets = np.zeros((len(found), len(cells)), bool)
-    for i, candidate in enumerate(found):
-        view = view_from(home, warmth, wish.parameters, candidate.pose, wish.rate, NOBODY)
-        sets[i] = at_once({"": view}, cells, motion).covered[0]
-        yield Stage(
-            0.05 + CANDIDATES_SHARE * (i + 1) / len(found), f"candidate {i + 1} of {len(found)}"
-        )
-    choice = choose(sets, wish.count, weights, wish.seed)
+        for sensor in detectors(sensors):
+            there = at_once({sensor.name: view_of(home, sensor)}, cells, motion)
+            weights[there.count > 0] = 0.0
+            yield Stage(0.05, "looking what is covered")
+    search = _Search(home, cells, motion, wish, found, weights)
+    choice = yield from search.run()
     chosen = tuple(found[i] for i in choice.chosen)
     names = tuple(f"Proposed PIR {i + 1}" for i in range(len(chosen)))
-    views = {
-        name: view_from(home, warmth, wish.parameters, candidate.pose, wish.rate, NOBODY)
-        for name, candidate in zip(names, chosen, strict=True)
-    }
+    views = {name: search.view(candidate) for name, candidate in zip(names, chosen, strict=True)}
     covered = at_once(views, cells, motion)
     before = int((weights == 0.0).sum())
     yield Proposal(chosen, names, choice, covered, len(found), before)
+
+
+class _Search:
+    """Which candidates together cover the most. What each covers at most is told far sooner than
+    what it does: only those are looked at closely that are the best as far as is known."""
+
+    def __init__(
+        self,
+        home: Home,
+        cells: Cells,
+        motion: Motion,
+        wish: Wish,
+        found: Sequence[Candidate],
+        weights: Array,
+    ) -> None:
+        self._home, self._cells, self._motion, self._wish = home, cells, motion, wish
+        self._found, self._weights = found, weights
+        self._warmth = Warmth(home.caster)
+        # (candidates, cells): what each covers, or at most where it is not `exact`.
+        self._sets = np.zeros((len(found), len(cells)), bool)
+        self._exact = np.zeros(len(found), bool)
+
+    def view(self, candidate: Candidate) -> View:
+        wish = self._wish
+        return view_from(
+            self._home, self._warmth, wish.parameters, candidate.pose, wish.rate, NOBODY
+        )
+
+    def run(self) -> Generator[Stage, None, Choice]:
+        for i, candidate in enumerate(self._found):
+            view = self.view(candidate)
+            self._sets[i] = at_most({"": view}, self._cells, self._motion).covered[0]
+            share = FIRST_SHARE * (i + 1) / len(self._found)
+            yield Stage(0.05 + share, f"candidate {i + 1} of {len(self._found)}")
+        while True:
+            choice = self._choose(np.arange(len(self._found)))
+            if self._exact[list(choice.chosen)].all():
+                return choice
+            try:
+                yield from self._look_closely(choice)
+            except Enough:
+                if not self._exact.any():
+                    raise
+                best = self._choose(np.flatnonzero(self._exact))
+                return replace(best, bound=max(choice.bound, best.covered))
+
+    def _choose(self, rows: NDArray[np.intp]) -> Choice:
+        """Of these candidates."""
+        wish = self._wish
+        choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
+        return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
+
+    def _look_closely(self, choice: Choice) -> Iterator[Stage]:
+        """At those that are chosen, and a few that may be chosen next."""
+        worth = np.where(self._exact, -1.0, self._sets @ self._weights)
+        next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
+        for i in dict.fromkeys([*choice.chosen, *next_best]):
+            if self._exact[i]:
+                continue
+            view = self.view(self._found[i])
+            self._sets[i] = at_once({"": view}, self._cells, self._motion).covered[0]
+            self._exact[i] = True
+            known = np.flatnonzero(self._exact)
+            best = float((self._sets[known] @ self._weights).max())
+            yield Stage(
+                0.05 + FIRST_SHARE + (0.95 - FIRST_SHARE) * min(1.0, best / choice.bound),
+                f"{len(known)} looked at closely; the best so far covers "
+                f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",
+            )
+
+    def _percent(self, worth: float) -> str:
+        before = float((self._weights == 0.0).sum())
+        return f"{100 * min(1.0, (worth + before) / len(self._cells)):.0f} %"
 
 
 def _check(wish: Wish) -> None:

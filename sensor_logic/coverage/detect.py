@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Protocol
 
@@ -17,25 +18,21 @@ from numpy.typing import NDArray
 
 from ..kinds.pir.pyroelectric.response import LOOK_EVERY, Response, filtered
 from ..model import Array
-from .motions import Hits, Motion, Start, hits
+from .motions import Hits, Motion, Rays, Start, hits
 
 # Bodies times rays that are looked at at once, to bound the memory.
 AT_ONCE = 1_500_000
-# A body farther than this beyond a detector's reach (m) is not looked at.
-SLACK = 1.5
 
 
 class View(Protocol):
-    """One detector: where it is, how far it can see, and what it makes of motions."""
-
-    @property
-    def origin(self) -> Array: ...
-
-    @property
-    def reach(self) -> float: ...
+    """One detector, and what it makes of motions."""
 
     def strengths(self, motion: Motion, start: Start) -> Array:
         """The signal that each motion (m,) makes, against the threshold: above 1 is noticed."""
+        ...
+
+    def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
+        """(m,): at most these are noticed; told far sooner."""
         ...
 
 
@@ -54,13 +51,24 @@ class RangeView:
     period: float
     offsets: Array
 
-    @property
-    def reach(self) -> float:
-        return float(self.free.max(initial=0.0))
+    @cached_property
+    def _tilts(self) -> list[Rays]:
+        each = zip(self.directions, self.free, strict=True)
+        return [Rays(self.origin, ways, free) for ways, free in each]
+
+    def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
+        found = np.zeros(len(start), bool)
+        apart = np.linalg.norm(start.feet[:, :2] - self.origin[:2], axis=1)
+        far = max(float(rays.far.max(initial=0.0)) for rays in self._tilts)
+        left = np.flatnonzero(apart <= far + motion.longest)
+        for rays in self._tilts:
+            found[left] = rays.may_meet(motion, start.part(left))
+            left = left[~found[left]]
+        return found
 
     def strengths(self, motion: Motion, start: Start) -> Array:
         changes = np.zeros(len(start))
-        near = np.flatnonzero(_within(self, start.feet))
+        near = np.flatnonzero(self.may_notice(motion, start))
         at_once = max(1, AT_ONCE // max(1, self.free.shape[1]))
         for first in range(0, len(near), at_once):
             rows = near[first : first + at_once]
@@ -94,7 +102,7 @@ class RangeView:
         before, after = np.tile(free, len(start)), np.tile(free, len(start))
         known = np.empty(0, np.intp)
         for number, time in enumerate(times):
-            met = hits(motion, start, time, self.origin, self.directions[tilt])
+            met = hits(motion, start, time, self._tilts[tilt])
             at = _met_at(met, self.range_min)
             nearer = at < free[met.ray]
             found = met.body[nearer] * rays + met.ray[nearer]
@@ -124,13 +132,16 @@ class WarmView:
     threshold: float
     interval: float
 
-    @property
-    def reach(self) -> float:
-        return float(self.free.max(initial=0.0))
+    @cached_property
+    def _all(self) -> Rays:
+        return Rays(self.origin, self.directions, self.free)
+
+    def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
+        return self._all.may_meet(motion, start)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
         signals = np.zeros(len(start))
-        near = np.flatnonzero(_within(self, start.feet))
+        near = np.flatnonzero(self.may_notice(motion, start))
         at_once = max(1, AT_ONCE // max(1, len(self.free)))
         for first in range(0, len(near), at_once):
             rows = near[first : first + at_once]
@@ -156,7 +167,7 @@ class WarmView:
 
     def _power(self, motion: Motion, start: Start, time: float) -> Array:
         """(m,): what the bodies add to the power on the elements."""
-        met = hits(motion, start, time, self.origin, self.directions)
+        met = hits(motion, start, time, self._all)
         seen = _met_at(met, self.range_min) < self.free[met.ray]
         ray = met.ray[seen]
         added = self.weights[ray] * (self.body - self.behind[ray]) / math.pi
@@ -170,12 +181,6 @@ def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
         first = np.flatnonzero(np.diff(body, prepend=-1))
         most = np.maximum.reduceat(change, first)
         largest[body[first]] = np.maximum(largest[body[first]], most)
-
-
-def _within(view: RangeView | WarmView, feet: Array) -> NDArray[np.bool_]:
-    apart = np.linalg.norm(feet[:, :2] - view.origin[:2], axis=1)
-    near: NDArray[np.bool_] = apart <= view.reach + SLACK
-    return near
 
 
 def _met_at(met: Hits, range_min: float) -> Array:

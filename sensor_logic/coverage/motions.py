@@ -24,6 +24,8 @@ HEADINGS: Array = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
 FOOT, INCH = 0.3048, 0.0254
 # m: where there is less room than this, nobody takes a step that way.
 SHORTEST = 0.3
+# m: what is nearer than this to the end of a ray or to its height is left to the exact test.
+CLOSE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,16 @@ class Motion:
     def room(self) -> float:
         """m: what must be free around the middle for the body to be there at all."""
         return self.radius or self.width / 2.0
+
+    @property
+    def reach(self) -> float:
+        """m from its axis to the farthest of it, seen from above."""
+        return self.radius or math.hypot(self.length, self.width) / 2.0
+
+    @property
+    def longest(self) -> float:
+        """m from where it stands to the farthest of it at any time."""
+        return self.reach + (self.step if self.walks else self.length)
 
     def at_height(self, height: float) -> Motion:
         """The same with its top at `height` m, if it stands on the floor, else with its middle
@@ -165,17 +177,84 @@ class Start:
         return len(self.feet)
 
 
-def hits(motion: Motion, start: Start, time: float, origin: Array, directions: Array) -> Hits:
-    """Where rays (n, 3) from one origin meet the bodies, `time` s after they set off."""
+class Rays:
+    """Rays from one `origin` (3,) along unit `directions` (n, 3), `free` (n,) m far without a body;
+    in the order of their bearings, so that each body looks at few of them."""
+
+    def __init__(self, origin: Array, directions: Array, free: Array) -> None:
+        self.origin, self.directions, self.free = origin, directions, free
+        bearing = np.arctan2(directions[:, 1], directions[:, 0])
+        self.order = np.argsort(bearing, kind="stable")
+        once, turn = bearing[self.order], 2.0 * math.pi
+        # Three turns, so that no interval is cut at ±π.
+        self._bearings = np.concatenate([once - turn, once, once + turn])
+        # Seen from above: how far they get, and how much they rise on the way.
+        flat = np.hypot(directions[:, 0], directions[:, 1])
+        self.far = free * flat
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.rise = np.where(flat > 1e-9, directions[:, 2] / flat, np.inf)
+
+    def beside(
+        self, towards: Array, reach: Array | float
+    ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+        """How far away bodies (m, 2) are, and the first and the number of the rays that, seen from
+        above, come within `reach` of each."""
+        apart = np.linalg.norm(towards, axis=1)
+        outside = apart > reach * (1.0 + 1e-9)
+        half = np.arcsin(reach / np.where(outside, apart, reach)) + 1e-9
+        middle = np.arctan2(towards[:, 1], towards[:, 0])
+        first = np.searchsorted(self._bearings, middle - half)
+        count = np.searchsorted(self._bearings, middle + half, side="right") - first
+        # What stands over or under the origin is met in every direction.
+        rays = len(self.order)
+        return apart, np.where(outside, first, rays), np.where(outside, count, rays)
+
+    def may_meet(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
+        """(m,): which bodies come on their way where rays are, by bearing, distance and height. It
+        leaves out none that `hits` ever finds."""
+        if not len(start):
+            return np.zeros(0, bool)
+        half = start.length / 2.0 if motion.walks else np.zeros(len(start))
+        ahead = np.stack([np.cos(start.heading), np.sin(start.heading)], axis=1)
+        towards = start.feet[:, :2] + ahead * half[:, None] - self.origin[:2]
+        reach = motion.reach + (half if motion.walks else motion.length / 2.0)
+        apart, first, count = self.beside(towards, reach)
+        ends = np.stack([first, first + count], axis=1).ravel()
+        enter, leave = self._between(
+            float(start.feet[:, 2].min()) + motion.bottom - self.origin[2] - CLOSE,
+            float(start.feet[:, 2].max()) + motion.top - self.origin[2] + CLOSE,
+        )
+        # One more at the end, so that an empty interval ends somewhere.
+        nearest = np.minimum.reduceat(np.append(np.tile(enter, 3), np.inf), ends)[::2]
+        farthest = np.maximum.reduceat(np.append(np.tile(leave, 3), -np.inf), ends)[::2]
+        met: NDArray[np.bool_] = (count > 0) & (farthest >= apart - reach - CLOSE)
+        return met & (nearest <= apart + reach + CLOSE)
+
+    def _between(self, low: float, high: float) -> tuple[Array, Array]:
+        """Seen from above, how far away each ray, in the order of bearings, is between two heights
+        above the origin: from and to; from infinity to minus that where nowhere."""
+        rise, far = self.rise[self.order], self.far[self.order]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            one, two = low / rise, high / rise
+        level = (rise == 0.0) | ~np.isfinite(rise)
+        inside = ~np.isfinite(rise) | ((low <= 0.0) & (high >= 0.0))
+        enter = np.where(level, np.where(inside, 0.0, np.inf), np.minimum(one, two))
+        leave = np.where(level, np.where(inside, np.inf, -np.inf), np.maximum(one, two))
+        enter, leave = np.maximum(enter, 0.0), np.minimum(leave, far)
+        never = leave < enter - CLOSE
+        return np.where(never, np.inf, enter), np.where(never, -np.inf, leave)
+
+
+def hits(motion: Motion, start: Start, time: float, rays: Rays) -> Hits:
+    """Where rays meet the bodies, `time` s after they set off, before they end."""
     gone = np.minimum(motion.speed * max(time, 0.0), start.length)
     turned = start.heading if motion.walks else start.heading + gone
     ahead = np.stack([np.cos(turned), np.sin(turned)], axis=1)
     out = gone if motion.walks else np.full(len(start), motion.length / 2.0)
-    towards = start.feet[:, :2] + ahead * out[:, None] - origin[:2]
-    low = start.feet[:, 2] + motion.bottom - origin[2]
-    reach = motion.radius or math.hypot(motion.length, motion.width) / 2.0
-    body, ray = _near(towards, directions, reach)
-    d = directions[ray]
+    towards = start.feet[:, :2] + ahead * out[:, None] - rays.origin[:2]
+    low = start.feet[:, 2] + motion.bottom - rays.origin[2]
+    body, ray = _near(motion, towards, low, rays)
+    d = rays.directions[ray]
     if motion.radius:
         enter, leave = _through_circle(towards[body], d[:, :2], motion.radius)
     else:
@@ -192,27 +271,23 @@ def hits(motion: Motion, start: Start, time: float, origin: Array, directions: A
 
 
 def _near(
-    towards: Array, directions: Array, reach: float
+    motion: Motion, towards: Array, low: Array, rays: Rays
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Bodies and rays that, seen from above, come within `reach` of each other; in the order of
-    the bodies. Rays are sorted by their bearing, so that each body looks at few of them."""
-    bearing = np.arctan2(directions[:, 1], directions[:, 0])
-    order = np.argsort(bearing, kind="stable")
-    rays, turn = len(order), 2.0 * math.pi
-    # Three turns, so that no interval is cut at ±π.
-    sorted_once = bearing[order]
-    bearings = np.concatenate([sorted_once - turn, sorted_once, sorted_once + turn])
-    apart = np.linalg.norm(towards, axis=1)
-    outside = apart > reach * (1.0 + 1e-9)
-    half = np.arcsin(reach / np.where(outside, apart, reach)) + 1e-9
-    middle = np.arctan2(towards[:, 1], towards[:, 0])
-    first = np.searchsorted(bearings, middle - half)
-    count = np.searchsorted(bearings, middle + half, side="right") - first
-    # What stands over or under the origin is met in every direction.
-    first, count = np.where(outside, first, rays), np.where(outside, count, rays)
+    """Bodies and rays that come near each other before the rays end, in the order of the bodies:
+    by bearing, distance and height."""
+    apart, first, count = rays.beside(towards, motion.reach)
     body = np.repeat(np.arange(len(towards)), count)
     within = np.arange(len(body)) - np.repeat(np.cumsum(count) - count, count)
-    return body, order[(np.repeat(first, count) + within) % rays]
+    ray = rays.order[(np.repeat(first, count) + within) % len(rays.order)]
+    near, far = np.maximum(apart - motion.reach, 0.0)[body], (apart + motion.reach)[body]
+    rise, foot = rays.rise[ray], low[body]
+    with np.errstate(invalid="ignore"):
+        one, two = rise * near, rise * far
+    # A ray that goes straight up is left to the exact test.
+    over = np.fmin(one, two) > foot + (motion.top - motion.bottom) + CLOSE
+    under = np.fmax(one, two) < foot - CLOSE
+    left = ~((over | under) & np.isfinite(rise)) & (rays.far[ray] >= near - CLOSE)
+    return body[left], ray[left]
 
 
 def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, Array]:

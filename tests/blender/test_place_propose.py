@@ -4,6 +4,7 @@ line."""
 
 import csv
 import math
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -37,18 +38,23 @@ def flat(world: Any) -> Any:
 
 
 @pytest.fixture
-def proposal(flat: Any, addon_part: Any) -> Any:
+def search(flat: Any, addon_part: Any) -> Any:
+    """The generator of a proposal."""
     module = addon_part("angen_addon.coverage.proposal")
     motion = addon_part("sensor_logic.coverage.motions").MOTIONS["STEP"]
     ghosts = addon_part("angen_addon.coverage.ghosts")
 
-    def make(count: int, **wish: Any) -> Any:
+    def make(count: int, cell: float = CELL, **wish: Any) -> Any:
         parameters, rate = ghosts.pattern(flat.sensors()[0], "")
         asked = module.Wish(count, parameters, rate, **{"spacing": 1.0, **wish})
-        *_, found = module.propose(flat.update(), flat.sensors(), asked, motion, CELL)
-        return found
+        return module.propose(flat.update(), flat.sensors(), asked, motion, cell)
 
     return make
+
+
+@pytest.fixture
+def proposal(search: Any) -> Any:
+    return lambda *asked, **wish: list(search(*asked, **wish))[-1]
 
 
 def test_a_map_takes_the_place_of_the_one_before(flat: Any) -> None:
@@ -91,6 +97,68 @@ def test_a_proposal_is_the_best_of_all_pairs_or_says_how_far(
     assert two.choice.covered <= two.choice.bound <= len(two.map.cells)
     assert two.map.count.astype(bool).sum() == two.choice.covered
     assert two.map.total().share > 0.95, "one on each side of the shelf"
+
+
+def test_no_candidate_covers_more_though_few_are_looked_at_closely(
+    search: Any, addon_part: Any, monkeypatch: Any
+) -> None:
+    module = addon_part("angen_addon.coverage.proposal")
+    seen = []
+    view_from = module.view_from
+    monkeypatch.setattr(module, "view_from", lambda *a: seen.append(view_from(*a)) or seen[-1])
+    *stages, found = search(1)
+    closely = [stage for stage in stages if "looked at closely" in stage.text]
+    assert len(closely) < found.tried / 2
+    cells, motion = found.map.cells, found.map.motion
+    every = [module.at_once({"": view}, cells, motion) for view in seen[: found.tried]]
+    assert found.choice.covered == max(int(one.covered.sum()) for one in every)
+    told = closely[0].text
+    assert "the best so far covers" in told and "no choice more than" in told
+
+
+def test_enough_keeps_the_best_so_far_and_its_bound(search: Any, addon_part: Any) -> None:
+    enough = addon_part("angen_addon.coverage.maps").Enough
+    *stages, whole = search(2)
+    first = next(n for n, s in enumerate(stages) if "looked at closely" in s.text)
+    for number in (1, first - 1):
+        run = search(2)
+        for _ in range(number):
+            next(run)
+        with pytest.raises(enough):
+            run.throw(enough)
+    run = search(2)
+    for _ in range(first + 1):
+        next(run)
+    early = run.throw(enough)
+    assert len(early.chosen) == len(early.names) == 1
+    assert early.map.count.astype(bool).sum() == early.choice.covered <= whole.choice.covered
+    assert whole.choice.covered <= early.choice.bound <= len(early.map.cells)
+    assert "% of the best" in early.told()
+
+
+@pytest.mark.parametrize("mounting", ["WALL", "CEILING"])
+def test_no_step_casts_more_than_so_many_rays(
+    search: Any, addon_part: Any, monkeypatch: Any, mounting: str
+) -> None:
+    """So that Esc is heard soon, however large the floor is: here 2,500 cells, 200,000 rays."""
+    caster = addon_part("angen_addon.scene_probe.rays").RayCaster
+    cast, steps = caster.first_met, [0]
+
+    def count(self: Any, depsgraph: Any, rows: Any, origins: Any, *rays: Any) -> Any:
+        steps[-1] += len(origins)
+        return cast(self, depsgraph, rows, origins, *rays)
+
+    monkeypatch.setattr(caster, "first_met", count)
+    enough = addon_part("angen_addon.coverage.maps").Enough
+    run = search(1, 0.1, mounting=mounting)
+    for stage in run:
+        if stage.text.startswith("candidate"):
+            break
+        steps.append(0)
+    assert sum(steps) > 100_000
+    assert max(steps) <= addon_part("angen_addon.coverage.floor").CASTS_AT_ONCE
+    with pytest.raises(enough):
+        run.throw(enough)
 
 
 def test_places_are_on_walls_and_look_into_the_room(proposal: Any) -> None:
@@ -238,6 +306,25 @@ def test_a_window_shows_progress_to_the_end(modal: Any, addon_part: Any, monkeyp
     assert modal.results == ["done"] and modal.closed
     assert window.timers == 0 and window.progress[-1] == "end"
     assert "75 %, part 3. Esc gives up" in window.texts[-2] and window.texts[-1] is None
+
+
+def test_escape_keeps_what_a_search_has(modal: Any, addon_part: Any, monkeypatch: Any) -> None:
+    maps = addon_part("angen_addon.coverage.maps")
+
+    def search(context: Any) -> Any:
+        with suppress(maps.Enough):
+            while True:
+                yield maps.Stage(0.5, "looking")
+        yield "best so far"
+
+    monkeypatch.setattr(modal, "_begin", search)
+    monkeypatch.setattr(addon_part("operators.coverage"), "SLICE_S", 0.0)
+    window = Window()
+    modal.invoke(window, event("NONE"))
+    modal.modal(window, event("TIMER"))
+    assert modal.modal(window, event("ESC")) == {"FINISHED"}
+    assert modal.results == ["best so far"]
+    assert window.timers == 0 and window.texts[-1] is None
 
 
 def test_escape_gives_up_and_leaves_nothing(modal: Any, addon_part: Any, monkeypatch: Any) -> None:

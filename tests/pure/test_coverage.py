@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sensor_logic.coverage import colours, picture
 from sensor_logic.coverage.detect import RangeView, WarmView
 from sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
-from sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Start, hits
+from sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Rays, Start, hits
 from sensor_logic.kinds.pir.pyroelectric.coverage import Walker, peak_signals
 from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
 from sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
@@ -35,31 +35,35 @@ def towards(*point):
     return (way / np.linalg.norm(way))[None]
 
 
+def rays(directions, free=20.0):
+    return Rays(ORIGIN, directions, np.full(len(directions), free))
+
+
 def test_a_cylinder_is_met_at_its_side_and_its_top():
-    met = hits(STEP, one(3.0, 0.0), 0.0, ORIGIN, towards(2.8, 0.0, 1.0))
+    met = hits(STEP, one(3.0, 0.0), 0.0, rays(towards(2.8, 0.0, 1.0)))
     assert met.enter == pytest.approx([math.hypot(2.8, 1.0)])
     # It comes down on the top, 1.7 m high, in the middle.
-    met = hits(STEP, one(3.0, 0.0), 0.0, ORIGIN, towards(3.0, 0.0, 1.7))
+    met = hits(STEP, one(3.0, 0.0), 0.0, rays(towards(3.0, 0.0, 1.7)))
     assert met.enter == pytest.approx([math.hypot(3.0, 0.3)])
-    assert not len(hits(STEP, one(3.0, 0.0), 0.0, ORIGIN, towards(3.0, 0.0, 2.0)).ray)
-    assert not len(hits(STEP, one(3.0, 0.0), 0.0, ORIGIN, towards(-3.0, 0.0, 1.0)).ray), "behind"
+    assert not len(hits(STEP, one(3.0, 0.0), 0.0, rays(towards(3.0, 0.0, 2.0))).ray)
+    assert not len(hits(STEP, one(3.0, 0.0), 0.0, rays(towards(-3.0, 0.0, 1.0))).ray), "behind"
 
 
 def test_straight_down_meets_what_stands_below():
     down = np.array([[0.0, 0.0, -1.0]])
-    met = hits(STEP, one(0.1, 0.0), 0.0, ORIGIN, down)
+    met = hits(STEP, one(0.1, 0.0), 0.0, rays(down))
     assert met.enter == pytest.approx([0.3]) and met.leave == pytest.approx([2.0])
-    assert not len(hits(STEP, one(0.3, 0.0), 0.0, ORIGIN, down).ray)
+    assert not len(hits(STEP, one(0.3, 0.0), 0.0, rays(down)).ray)
 
 
 def test_a_body_walks_as_far_as_it_may_and_an_arm_turns():
     ahead = towards(3.0 - 0.2 + 0.5, 0.0, 1.0)
-    met = hits(STEP, one(3.0, 0.0, length=0.5), 100.0, ORIGIN, ahead)
+    met = hits(STEP, one(3.0, 0.0, length=0.5), 100.0, rays(ahead))
     assert met.enter == pytest.approx([math.hypot(3.3, 1.0)])
     # After a second the arm points along +Y: its end, 15 in from the middle, is there.
     end = (1.0, 15 * INCH - 1e-6, 36 * INCH)
-    assert len(hits(ARM, one(1.0, 0.0, length=math.pi / 2), 1.0, ORIGIN, towards(*end)).ray) == 1
-    assert not len(hits(ARM, one(1.0, 0.0, length=math.pi / 2), 0.0, ORIGIN, towards(*end)).ray)
+    assert len(hits(ARM, one(1.0, 0.0, length=math.pi / 2), 1.0, rays(towards(*end))).ray) == 1
+    assert not len(hits(ARM, one(1.0, 0.0, length=math.pi / 2), 0.0, rays(towards(*end))).ray)
 
 
 def inside(motion, start, time, points):
@@ -90,7 +94,7 @@ def test_a_ray_is_in_a_body_where_points_along_it_are(name, x, y, heading, time,
     aims = np.array([x, y, 0.5]) + rng.uniform(-0.6, 0.6, (20, 3))
     ways = aims - ORIGIN
     directions = ways / np.linalg.norm(ways, axis=1)[:, None]
-    met = hits(motion, start, time, ORIGIN, directions)
+    met = hits(motion, start, time, rays(directions))
     along = np.linspace(0.005, 6.0, 1200)
     step = along[1] - along[0]
     for ray in range(len(directions)):
@@ -102,6 +106,13 @@ def test_a_ray_is_in_a_body_where_points_along_it_are(name, x, y, heading, time,
             assert met.leave[i] == pytest.approx(held[-1], abs=step * 1.01 + 1e-9)
         elif len(which):
             assert met.leave[which[0]] - max(met.enter[which[0]], 0.0) <= step * 1.01
+    # Of rays that end, nothing is left out that they meet on their way.
+    ended = Rays(ORIGIN, directions, rng.uniform(0.2, 4.0, len(directions)))
+    before_its_end = met.enter < ended.free[met.ray]
+    found = hits(motion, start, time, ended)
+    assert set(met.ray[before_its_end]) <= set(found.ray) <= set(met.ray)
+    if before_its_end.any():
+        assert ended.may_meet(motion, start).all()
 
 
 def view(directions, free=5.0, threshold=0.05, period=0.1, offsets=None):

@@ -74,7 +74,7 @@ class Live:
             self._forget()
             return
         due = [(s, *update) for s in self._runners if (update := self._due(s, step))]
-        pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.motion]
+        pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.asks_forces]
         frame = scene.frame_current if pads or self._motion_matters(step) else None
         self._probes.note_edits()
         self._probes.look(depsgraph, frame, pads)
@@ -154,7 +154,7 @@ class Live:
             else:
                 runner = SensorRunner(sensor, clock)
                 self._runners.append(runner)
-                if sensor.kind.light and sensor.name in before:
+                if sensor.kind.asks_light and sensor.name in before:
                     # It is told as old until the light is measured.
                     self.readings[sensor.name] = before[sensor.name]
         self._probes.serve(runner.sensor for runner in self._runners)
@@ -187,7 +187,7 @@ class Live:
 
     def _motion_matters(self, step: int) -> bool:
         """Whether a sensor that needs the motion has an update at this step or beside it."""
-        schedules = [s.schedule for s in self._runners if s.sensor.kind.motion]
+        schedules = [s.schedule for s in self._runners if s.sensor.kind.asks_forces]
         return any(
             schedule.step(schedule.last_update(beside)) == beside
             for schedule in schedules
@@ -222,7 +222,7 @@ class Live:
         if taken.request is not None:
             self._lit[name] = taken
             return False
-        if runner.sensor.kind.motion and follows:
+        if runner.sensor.kind.asks_forces and follows:
             # After a jump the frames beside are not known anyway.
             self._waiting[uid] = taken
             return False

@@ -100,12 +100,12 @@ class Kind:
         return parameters is None or is_chosen(parameters, self.needs[need])
 
     @property
-    def motion(self) -> bool:
+    def asks_forces(self) -> bool:
         """Whether its reading needs the frames before and after its own."""
         return FORCES in self.needs
 
     @property
-    def light(self) -> bool:
+    def asks_light(self) -> bool:
         """Whether it needs a picture of the light."""
         return LIGHT in self.needs
 

@@ -67,7 +67,7 @@ class Agenda:
         """All of it, a stretch of time after the other."""
         substeps = self._substeps
         begin, end = self._first - self._first % substeps, self._last + 1
-        if any(runner.sensor.kind.motion for runner in self._runners):
+        if any(runner.sensor.kind.asks_forces for runner in self._runners):
             begin, end = begin - substeps, end + 2 * substeps
         if self._from is not None:
             begin = min(begin, self._from)
@@ -92,7 +92,7 @@ class Agenda:
         pads: dict[int, list[SensorRunner]] = {}
         read: dict[int, list[tuple[SensorRunner, int, bool]]] = {}
         for runner, own in zip(self._runners, dates, strict=True):
-            if runner.sensor.kind.motion:
+            if runner.sensor.kind.asks_forces:
                 frames = self._frames_moved(runner, begin, end)
                 motion += [frames - self._substeps, frames, frames + self._substeps]
                 for frame in frames.tolist():

@@ -227,7 +227,7 @@ class SensorRunner:
             partial(generator, scene.angen_seed, f"{name}, part", 0),
         )
         request = None
-        if self.sensor.kind.light:
+        if self.sensor.kind.asks_light:
             request = light_request(
                 self.sensor, read.parameters, read.pose, read.metres, self.steady
             )

@@ -108,7 +108,7 @@ class Stage:
         frame, first, last = self._clock.substeps, steps[0], steps[-1]
         found = Alike()
         for runner, dates in window.dates if window.pads else ():
-            if not runner.sensor.kind.motion:
+            if not runner.sensor.kind.asks_forces:
                 continue
             due = dates.between(first, last)
             whole = due.steps - due.steps % frame
@@ -131,14 +131,14 @@ class Stage:
             if (runner, frame) not in self._kept.reads:
                 self._kept.reads[runner, frame] = runner.read(depsgraph, self.probes.edits)
             kind = runner.sensor.kind
-            if (kind.motion or kind.light) and not alike.follows(runner, step):
+            if (kind.asks_forces or kind.asks_light) and not alike.follows(runner, step):
                 read, at = self._kept.reads[runner, frame], Dates.of(step, number, due)
                 if runner in alike.dates and alike.dates[runner].steps[0] == step:
                     at = alike.dates[runner]
                 reads = [read] * len(at.steps)
                 frames = self._kept.frames(at)
                 found = runner.pending(at, frames, reads, depsgraph, self.probes)
-                (self._pads if kind.motion else self.lit).extend(found)
+                (self._pads if kind.asks_forces else self.lit).extend(found)
 
     def _ready(self, step: int) -> list[PendingUpdates]:
         """The pads' updates whose next frame has come."""
@@ -156,7 +156,7 @@ class Stage:
             return
         for runner, dates in window.dates:
             kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.last)
-            if kind.motion or kind.light or not len(due.steps):
+            if kind.asks_forces or kind.asks_light or not len(due.steps):
                 continue
             frames = kept.frames(due)
             reads = kept.reads_of(runner, frames)

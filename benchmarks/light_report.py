@@ -27,13 +27,9 @@ the same share at each.
 
 ![rms error over time a sensor](light_benchmarks.svg)
 
-| method | engine | samples | sensors | ms a sensor | rms | median | worst | reference's noise |
-|---|---|---|---|---|---|---|---|---|
 """
-ROW = (
-    "| {method} | {engine} | {samples} | {sensors} | {ms_a_sensor:.1f} | {rms:.1%} | {median:.1%} "
-    "| {worst:.1%} | {reference_noise:.1%} |\n"
-)
+ERRORS = ("rms=rms:.1%", "median=median:.1%", "worst=worst:.1%")
+COLUMNS = ("method", "engine", "samples", "sensors", "ms a sensor=ms_a_sensor:.1f", *ERRORS)
 RUN = """
 ## In a run
 
@@ -46,13 +42,16 @@ sensor*: of all updates with all of that; *further*: the median update. The erro
 {paths} paths by other seeds, at {compared} of the updates; the noise of these themselves stands
 beside, and is part of it.
 
-| method | paths | reference | traced | ms a sensor | further | rms | median | worst \
-| their noise (rms) |
-|---|---|---|---|---|---|---|---|---|---|
 """
-RUN_ROW = (
-    "| {method} | {samples} | {reference} | {states} | {ms_a_sensor:.1f} | {ms_further:.1f} "
-    "| {rms:.1%} | {median:.1%} | {worst:.1%} | {noise_rms:.1%} |\n"
+RUN_COLUMNS = (
+    "method",
+    "paths=samples",
+    "reference",
+    "traced=states",
+    "ms a sensor=ms_a_sensor:.1f",
+    "further=ms_further:.1f",
+    *ERRORS,
+    "their noise (rms)=noise_rms:.1%",
 )
 PLANE = """
 ## The far plane
@@ -102,7 +101,7 @@ def markdown(data: dict[str, Any]) -> str:
             reference=speed["reference_samples"],
             static=speed["static_ms"],
         )
-    text += "".join(ROW.format(**row) for row in found)
+        text += tables.columns(found, *COLUMNS, "reference's noise=reference_noise:.1%")
     for method in COLOURS:
         many = data.get(method, {}).get("many")
         if many:
@@ -114,7 +113,7 @@ def markdown(data: dict[str, Any]) -> str:
         text += _plane(data["plane"])
     if "run" in data:
         text += RUN.format(**data["run"])
-        text += "".join(RUN_ROW.format(**row) for row in data["run"]["rows"])
+        text += tables.columns(data["run"]["rows"], *RUN_COLUMNS)
     if "radiance" in data:
         text += _radiance(data["radiance"])
     return text
@@ -122,16 +121,18 @@ def markdown(data: dict[str, Any]) -> str:
 
 def table(data: dict[str, Any]) -> str:
     """For docs/light.md: seven sensors, every way."""
-    text = "| method | engine | samples | ms a sensor | rms error | median | worst |\n"
-    text += "|---|---|---|---|---|---|---|\n"
-    for row in rows(data):
-        if row["sensors"] == SEVEN:
-            samples = row["samples"] if row["engine"] == "CYCLES" else "–"
-            text += (
-                f"| {NAMES[row['method']]} | {row['engine'].capitalize()} | {samples} "
-                f"| {row['ms_a_sensor']:.1f} | {row['rms']:.1%} | {row['median']:.1%} "
-                f"| {row['worst']:.1%} |\n"
-            )
+    told = [
+        {
+            **row,
+            "method": NAMES[row["method"]],
+            "engine": row["engine"].capitalize(),
+            "samples": row["samples"] if row["engine"] == "CYCLES" else "–",
+        }
+        for row in rows(data)
+        if row["sensors"] == SEVEN
+    ]
+    columns = ("method", "engine", "samples", "ms a sensor=ms_a_sensor:.1f", "rms error=rms:.1%")
+    text = tables.columns(told, *columns, *ERRORS[1:])
     return (
         "Seven sensors in the Ängen home, an update, on two cores; the reference's own noise is "
         + ", ".join(f"{data[m]['rows'][0]['reference_noise']:.1%}" for m in COLOURS if m in data)
@@ -141,14 +142,16 @@ def table(data: dict[str, Any]) -> str:
 
 def run_table(data: dict[str, Any]) -> str:
     """For docs/light.md: a whole run, with and without a reference."""
-    text = "| method | samples | reference paths | ms a sensor and update | rms error | median |\n"
-    text += "|---|---|---|---|---|---|\n"
-    for row in data.get("run", {}).get("rows", ()):
-        text += (
-            f"| {NAMES[row['method']]} | {row['samples']} | {row['reference']} "
-            f"| {row['ms_a_sensor']:.1f} | {row['rms']:.1%} | {row['median']:.1%} |\n"
-        )
-    return text
+    found = data.get("run", {}).get("rows", ())
+    return tables.columns(
+        [{**row, "method": NAMES[row["method"]]} for row in found],
+        "method",
+        "samples",
+        "reference paths=reference",
+        "ms a sensor and update=ms_a_sensor:.1f",
+        "rms error=rms:.1%",
+        "median=median:.1%",
+    )
 
 
 def _plane(data: dict[str, Any]) -> str:

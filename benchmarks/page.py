@@ -11,37 +11,18 @@ import os
 import re
 import sys
 from collections.abc import Mapping
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from . import (
-    coverage_report,
-    growth_report,
-    home_report,
-    peers_report,
-    pir_pyroelectric_report,
-    pir_report,
-    pressure_report,
-    rays_report,
-    switch_report,
-)
-from .regressions import held
+from .regressions import PARTS, held
 from .tables import table
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
-# In the order of the page. The light sensor has a page of its own.
 REPORTS: Mapping[str, ModuleType] = {
-    "home": home_report,
-    "rays": rays_report,
-    "pir": pir_report,
-    "pir_pyroelectric": pir_pyroelectric_report,
-    "switch": switch_report,
-    "pressure": pressure_report,
-    "peers": peers_report,
-    "growth": growth_report,
-    "coverage": coverage_report,
+    part: import_module(f"{__package__}.{part}_report") for part in PARTS
 }
 HEAD = """\
 # Benchmarks

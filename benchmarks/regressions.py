@@ -5,31 +5,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from typing import Any
 
-from . import (
-    coverage_bounds,
-    growth_bounds,
-    home_bounds,
-    peers_bounds,
-    pir_bounds,
-    pir_pyroelectric_bounds,
-    pressure_bounds,
-    rays_bounds,
-    switch_bounds,
-)
 from .bounds import Bounds, Held
 
+# In the order of the page; each has modules of its name: PART_bounds, PART_report and, but for
+# rays, PART, which measures it. The light sensor has a program and a page of its own.
+PARTS = (
+    "home",
+    "rays",
+    "pir",
+    "pir_pyroelectric",
+    "switch",
+    "pressure",
+    "peers",
+    "growth",
+    "coverage",
+)
 CHECKS: Mapping[str, Callable[[dict[str, Any], Bounds], None]] = {
-    "home": home_bounds.check,
-    "rays": rays_bounds.check,
-    "pir": pir_bounds.check,
-    "pir_pyroelectric": pir_pyroelectric_bounds.check,
-    "switch": switch_bounds.check,
-    "pressure": pressure_bounds.check,
-    "peers": peers_bounds.check,
-    "growth": growth_bounds.check,
-    "coverage": coverage_bounds.check,
+    part: import_module(f"{__package__}.{part}_bounds").check for part in PARTS
 }
 
 

@@ -23,7 +23,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     # What others' handlers change after this one, Blender evaluates without telling anyone.
-    state.CACHE.note(depsgraph, edited=others_follow_frames())
+    state.CACHE.note(depsgraph, edited=others_follow_frames(), by_frame=True)
     if state.CACHE.running or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]

@@ -18,7 +18,7 @@ from .sensors import Sensor, all_sensors
 class Watching(Protocol):
     """What is told of each evaluation; `edited`: not by a change of frame."""
 
-    def note(self, depsgraph: Any, edited: bool) -> None: ...
+    def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
 
 
 class Cache:
@@ -52,13 +52,13 @@ class Cache:
         """From now on `probe` is told what changes, for as long as it lives."""
         self._watching.add(probe)
 
-    def note(self, depsgraph: Any, edited: bool) -> None:
+    def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
         """To be called at each evaluation. A script may change the scene just before it moves the
         playhead: that tells of it too."""
         if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
             self._revision += 1
         for probe in self._watching:
-            probe.note(depsgraph, edited)
+            probe.note(depsgraph, edited, by_frame)
 
     def sensors(self, view_layer: Any) -> list[Sensor]:
         """All sensors, the same list as long as nothing but the playhead moved. For handlers and

@@ -98,7 +98,7 @@ def _warm_view(
     ranges = _cast(home, uid, origins, directions, reach)
     seen = warmth.see(
         home.depsgraph, uid, BUNDLE, origins / home.metres, directions, reach / home.metres
-    )
+    )[0]
     ambient = STEFAN_BOLTZMANN * seen.ambient**4
     warm = STEFAN_BOLTZMANN * BODY.emissivity * (kelvin(BODY.celsius) ** 4 - seen.ambient**4)
     return WarmView(

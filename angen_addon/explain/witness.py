@@ -50,9 +50,10 @@ class Witness:
         length: Array,
         frames: Index,
     ) -> Answers:
-        ranges, met = self._namer.cast_met(sensor, bundle, origins, directions, length)
+        rays = origins, directions, length
+        ranges, met = self._namer.cast_met(sensor, bundle, *rays)
         if self._namer is not self._caster:
-            ranges = self._caster.cast(sensor, bundle, origins, directions, length)
+            ranges = self._caster.cast(sensor, bundle, *rays)
         names = {number: self.solids.name_of(number) for number in set(met.tolist())}
         names[NOTHING] = ""
         self.seen = Seen(ranges.copy(), [names[number] for number in met.tolist()])

@@ -63,6 +63,11 @@ class Agenda:
         if starts:
             self._from = (min(starts) - scene.frame_start) * self._substeps
 
+    @property
+    def steps_through(self) -> bool:
+        """Whether every frame is evaluated, in order: none may be gone back to."""
+        return self._from is not None
+
     def windows(self) -> Iterator[Window]:
         """All of it, a stretch of time after the other."""
         substeps = self._substeps

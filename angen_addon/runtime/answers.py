@@ -87,7 +87,7 @@ def warmth(
     frames = asked.frames if which is None else asked.frames[which]
     metres = asked.read.metres
     rays = origins / metres, directions, length / metres
-    return asked.probes.warmth.see_at(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+    return asked.probes.warmth.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
 
 
 def reflectance(
@@ -102,7 +102,7 @@ def reflectance(
     frames = asked.frames if which is None else asked.frames[which]
     metres = asked.read.metres
     rays = origins / metres, directions, length / metres
-    return asked.probes.reflectance.see_at(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+    return asked.probes.reflectance.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
 
 
 def poses(asked: Question, name: str, which: Index | None = None) -> Answers:

@@ -14,6 +14,7 @@ from ...sensor_logic.model import LightSample
 from .. import state
 from ..instances import Uid
 from ..scene_probe.bodies import Bodies
+from ..scene_probe.frames import Film
 from ..scene_probe.light.kept import KeptScenes
 from ..scene_probe.light.probe import LightError, LightRequest, measure_direct, measuring
 from ..scene_probe.light.signature import LightSignature
@@ -49,13 +50,14 @@ class Probes:
         self.caster = make_caster(scene)
         self.warmth = Warmth(self.caster)
         self.reflectance = Reflectance(self.caster)
-        self.sweeper = Sweeper(self.caster.solids)
+        self.sweeper = Sweeper(self.caster)
         self._solids = self.caster.solids
         self._bodies = Bodies(self._solids)
         self._pads: list[Pad] = []
         self._told = 0
-        # The number of the newest of the frames that are kept.
+        # The number of the frame that is looked at alone.
         self.frame = 0
+        self._film: Film | None = None
         # By the sensor's name, what was asked and what was found.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._direct: Mapping[str, LightSample] = {}
@@ -90,8 +92,38 @@ class Probes:
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
         """The motion alone, at another frame at which the scene is the same."""
         if self._pads:
+            if self._film is not None:
+                self._solids.sync(depsgraph)
             metres = unit_scale(depsgraph.scene)
             self._bodies.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
+
+    @property
+    def full(self) -> bool:
+        """Whether the frames that are kept are to be sensed now."""
+        return self._film is None or self._film.full
+
+    def keep(self, depsgraph: Any) -> bool:
+        """As `look`, but a frame is only taken down, until `develop`; False where those before have
+        to be sensed first."""
+        solids = self._solids
+        stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
+        if self._film is not None and stands and self._film.take(depsgraph):
+            return True
+        if self._film is not None and len(self._film):
+            return False
+        # What is listed anew is sensed alone: instances may be gone at the next frame.
+        self.caster.update(depsgraph)
+        self._film = Film(solids, depsgraph) if stands else None
+        if self._film is not None and not self._film.take(depsgraph):
+            self._film = None
+            solids.forget()
+            self.caster.update(depsgraph)
+        return True
+
+    def develop(self, depsgraph: Any) -> None:
+        """From now on what is asked is answered at the frames that were taken down."""
+        if self._film is not None and len(self._film):
+            self.caster.show(depsgraph, self._film.develop())
 
     def measure(
         self,

@@ -102,9 +102,11 @@ class _Run:
             with _idle_outputs(self._runners) as driven:
                 still = stillness.find(scene, needs, not alone)
                 self._moving = still.why
-                stage = Stage(scene, self._runners, batches=alone and not driven)
+                agenda = Agenda(scene, self._runners, self._first, self._last)
+                batches = alone and not driven and not agenda.steps_through
+                stage = Stage(scene, self._runners, batches)
                 try:
-                    yield from self._over_frames(stage, still, alone, driven)
+                    yield from self._over_frames(stage, agenda, still, alone, driven)
                 finally:
                     stage.close()
             self._recording.frame_end = self._frame_end
@@ -116,9 +118,13 @@ class _Run:
             _put_back(scene, frame_before, subframe_before)
 
     def _over_frames(
-        self, stage: Stage, still: stillness.Stillness, alone: bool, driven: bool
+        self,
+        stage: Stage,
+        agenda: Agenda,
+        still: stillness.Stillness,
+        alone: bool,
+        driven: bool,
     ) -> Iterator[Progress]:
-        agenda = Agenda(self._scene, self._runners, self._first, self._last)
         for window in agenda.windows():
             fresh = agenda.fresh(window, still)
             try:
@@ -138,7 +144,7 @@ class _Run:
                         # Whoever is told may change the scene: not while something is kept of it.
                         self._recording.frame_end = min(self._frame(step), self._frame_end)
                         yield self._at(step)
-                        stage.probes.note_edits()
+                        stage.resume()
             finally:
                 # Also where a sensor fails, or the user has seen enough: what was looked at counts.
                 last = stage.last_step
@@ -146,6 +152,9 @@ class _Run:
                     self._record(ready, driven)
                 if last is not None:
                     self._recording.frame_end = min(self._frame(last), self._frame_end)
+            if last is not None:
+                yield self._at(last)
+                stage.resume()
 
     def _frame(self, step: int) -> int:
         return self._clock.frame_and_subframe(step)[0]

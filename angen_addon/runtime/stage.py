@@ -4,6 +4,7 @@ the sensors need of it there is kept, and those that are due sense, many steps a
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,22 +12,30 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
+from ..scene_probe.reflectance import colours_change
+from ..scene_probe.warmth import changes_by_itself
+from ..sensors import SensorError
 from .agenda import Window
 from .probes import Probes
 from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
 from .time_base import clock_of, evaluated_depsgraph
+
+# s: so often at least what is kept is sensed, so that a run tells how far it is.
+TELL_EVERY = 0.1
 
 
 @dataclass
 class Kept:
     """The frames that the probes keep, to be sensed: each is the scene from one of the `steps`
     until the next of them, the newest until the step `last`; and what was read then of sensors that
-    change from one to the next."""
+    change from one to the next. `since` when, in s, by the clock of `time.monotonic`."""
 
     steps: list[int] = field(default_factory=list)
     last: int = -1
     reads: dict[tuple[SensorRunner, int], Read | None] = field(default_factory=dict)
+    since: float = field(default_factory=time.monotonic)
 
     def frames(self, dates: Dates) -> Index:
         """Which of the frames (n,) are those of the dates."""
@@ -62,10 +71,16 @@ class Stage:
         self.scene = scene
         self.runners = list(runners)
         self._clock = clock_of(scene)
+        # What was edited before must not be taken for what changes at a frame.
+        evaluated_depsgraph()
         self.probes = Probes(scene)
         self.probes.serve(runner.sensor for runner in runners)
         self.lit: list[PendingUpdates] = []
-        self._batches = batches
+        sensors = [runner.sensor for runner in runners]
+        warm = any(sensor.kind.asks_for(WARMTH, sensor.parameters) for sensor in sensors)
+        coloured = any(sensor.kind.asks_for(REFLECTANCE, sensor.parameters) for sensor in sensors)
+        changes = (warm and changes_by_itself(scene)) or (coloured and colours_change())
+        self._batches = batches and not changes
         self._pads: list[PendingUpdates] = []
         self._kept = Kept()
 
@@ -78,6 +93,12 @@ class Stage:
     def last_step(self) -> int | None:
         """The last of the steps that are kept; None where there is none."""
         return self._kept.last if self._kept.steps else None
+
+    def resume(self) -> None:
+        """Others had their turn, and may have edited the scene."""
+        # What was edited must not be taken for what changes at a frame.
+        evaluated_depsgraph()
+        self.probes.note_edits()
 
     def go(self, step: int) -> Any:
         """Evaluates the scene at a step; returns the depsgraph."""
@@ -93,14 +114,29 @@ class Stage:
         looked = [step for step in steps if step in window.looked]
         if not looked:
             return
-        self.probes.look(depsgraph, None)
+        if not self._batches:
+            self.probes.look(depsgraph, None)
+        elif not self.probes.keep(depsgraph):
+            # Things came or went: what was before is sensed while it is still there.
+            yield from self.sense(window, self.go(self._kept.last))
+            depsgraph = self.go(steps[0])
+            self.probes.keep(depsgraph)
+        before = self._kept.last
         self._kept.steps.append(looked[0])
         self._kept.last = looked[-1]
         alike = self._alike(window, looked)
-        for step in looked:
-            self._take_down(window, step, depsgraph, alike)
-            yield from self._ready(step)
-        yield from self.sense(window, depsgraph)
+        try:
+            for step in looked:
+                self._take_down(window, step, depsgraph, alike)
+                yield from self._ready(step)
+        except SensorError:
+            # Those before can be sensed nevertheless.
+            self._kept.steps.pop()
+            self._kept.last = before
+            raise
+        waited = time.monotonic() - self._kept.since > TELL_EVERY
+        if not self._batches or self.probes.full or self.lit or waited:
+            yield from self.sense(window, depsgraph)
 
     def _alike(self, window: Window, steps: list[int]) -> Alike:
         """Of steps at which the scene is the same: the updates of pads with such a frame before
@@ -154,6 +190,7 @@ class Stage:
         kept, self._kept = self._kept, Kept()
         if not kept.steps:
             return
+        self.probes.develop(depsgraph)
         for runner, dates in window.dates:
             kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.last)
             if kind.asks_forces or kind.asks_light or not len(due.steps):

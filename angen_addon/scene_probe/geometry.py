@@ -16,7 +16,6 @@ from ...sensor_logic.ray_tree import RayTree
 from .faces import cut_faces
 
 Array = NDArray[np.float64]
-Surface = tuple[NDArray[np.float32], NDArray[np.int32], int]
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # A mesh this many times farther from its own origin than it is large loses digits in single
 # precision; its tree is then built about its centre.
@@ -25,6 +24,48 @@ FAR_FROM_OWN_ORIGIN = 8.0
 LARGE = 250_000
 # Bounds of what is empty.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
+
+
+@dataclass(eq=False)
+class Surface:
+    """A mesh as it was at a frame: `points` (3, n), by axis, as numpy is quick with; `corners`
+    (k,): the point of each corner of its `faces`; `lo`, `hi` (3,): its bounds, inf where it is
+    empty."""
+
+    points: NDArray[np.float32]
+    corners: NDArray[np.int32]
+    faces: int
+    _triangles: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
+
+    def __post_init__(self) -> None:
+        self.lo, self.hi = _bounds(self.points) if self.faces else NOWHERE
+
+    @property
+    def plain(self) -> bool:
+        """Whether all faces are triangles."""
+        return len(self.corners) == 3 * self.faces
+
+    @property
+    def triangles(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """(3, m): the points of triangles, and the face (m,) that each is of. Of one that is not
+        plain only where they were asked for when it was read."""
+        if self._triangles is None:
+            by_corner = np.ascontiguousarray(self.corners.reshape(-1, 3).T).astype(np.intp)
+            self._triangles = by_corner, np.arange(self.faces)
+        return self._triangles
+
+    def has_faces_of(self, other: Surface) -> bool:
+        """Whether another has the same faces; then what is known of them is taken over."""
+        if self.faces != other.faces or not np.array_equal(self.corners, other.corners):
+            return False
+        self.corners = other.corners
+        if self.plain:
+            self._triangles = other._triangles
+        return True
+
+    def same(self, other: Surface) -> bool:
+        """Whether another is the same mesh in the same place."""
+        return self.has_faces_of(other) and np.array_equal(self.points, other.points)
 
 
 @dataclass
@@ -41,7 +82,8 @@ class Geometry:
     """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
 
     `original` is the object of the file that has the shape: of it, never of what is evaluated, a
-    reference may be kept. `deforms` once its surface was seen to change.
+    reference may be kept. `deforms` once Blender named it as one whose shape may change from frame
+    to frame.
     """
 
     lasting = True
@@ -49,7 +91,6 @@ class Geometry:
     __slots__ = (
         "_built",
         "_corners",
-        "_plain",
         "_surface",
         "_triangles",
         "deforms",
@@ -64,7 +105,6 @@ class Geometry:
         self.deforms = False
         self._surface: Surface | None = None
         self._built = Built()
-        self._plain: tuple[NDArray[np.int32], NDArray[np.intp]] | None = None
         self._corners: NDArray[np.int32] | None = None
         self._triangles = np.empty((0, 3), np.int32)
 
@@ -81,31 +121,17 @@ class Geometry:
     @property
     def vertices(self) -> NDArray[np.float32]:
         """(n, 3), in the object's own space."""
-        return self._surface[0].reshape(-1, 3) if self._surface else np.empty((0, 3), np.float32)
-
-    @property
-    def has_tree(self) -> bool:
-        """Whether the hierarchy of the present surface is there already."""
-        return self._built.tree is not None
-
-    def plain_triangles(self) -> NDArray[np.intp] | None:
-        """(3, m) vertices of the faces where all are triangles; else None: how a face is cut can
-        change with its shape."""
-        if self._surface is None or len(self._surface[1]) != 3 * self._surface[2]:
-            return None
-        corners = self._surface[1]
-        if self._plain is None or not np.array_equal(corners, self._plain[0]):
-            by_corner = np.ascontiguousarray(corners.reshape(-1, 3).T).astype(np.intp)
-            self._plain = corners, by_corner
-        return self._plain[1]
+        if self._surface is None:
+            return np.empty((0, 3), np.float32)
+        return np.ascontiguousarray(self._surface.points.T)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
         """(m, 3) vertices of triangles; the same array as long as the faces stay."""
         assert self._surface is not None
-        corners = self._surface[1]
+        corners = self._surface.corners
         if self._corners is None or not np.array_equal(corners, self._corners):
             self._corners = corners
-            if len(corners) == 3 * self._surface[2]:
+            if self._surface.plain:
                 self._triangles = corners.reshape(-1, 3)
             else:
                 self._triangles = self._cut(self.original.evaluated_get(depsgraph))
@@ -119,23 +145,27 @@ class Geometry:
                 starts = np.empty(len(mesh.polygons), np.int32)
                 mesh.polygons.foreach_get("loop_start", starts)
             assert self._surface is not None
-            cut = cut_faces(self.vertices, self._surface[1], starts)
+            cut = cut_faces(self.vertices, self._surface.corners, starts)
         return triangles_of(evaluated)[1] if cut is None else cut
 
     def _is_large(self) -> bool:
         """Whether it has too many triangles for a tree of Blender's."""
-        return self._surface is not None and (len(self._surface[1]) - 2 * self._surface[2] >= LARGE)
+        known = self._surface
+        return known is not None and len(known.corners) - 2 * known.faces >= LARGE
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
-        with surface_mesh(evaluated) as mesh:
-            surface = coordinates, _, faces = _surface(mesh)
-        if self._surface is not None and same_surface(self._surface, surface):
+        return self.take_over(read_surface(evaluated, self.deforms))
+
+    def take_over(self, surface: Surface) -> bool:
+        """The surface is another from now on; True where it differs from before."""
+        if self._surface is not None and surface.same(self._surface):
+            # Its triangles may not have been asked for before.
+            self._surface._triangles = self._surface._triangles or surface._triangles
             return False
-        self.deforms = self._surface is not None
         self._surface = surface
         self._built = Built()
-        self.lo, self.hi = _bounds(coordinates) if faces else NOWHERE
+        self.lo, self.hi = surface.lo, surface.hi
         return True
 
     def share(self, other: Geometry) -> bool:
@@ -143,11 +173,9 @@ class Geometry:
         differs from before."""
         before, self._surface = self._surface, other._surface
         self._built, self.lo, self.hi = other._built, other.lo, other.hi
-        if before is not None and other._surface is not None:
-            if before is other._surface or same_surface(before, other._surface):
-                return False
-            self.deforms = True
-        return True
+        if before is None or other._surface is None:
+            return True
+        return before is not other._surface and not before.same(other._surface)
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy over all faces, built when first asked for."""
@@ -173,8 +201,10 @@ class Geometry:
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
         """The number (n,) of the material slot of each face, as the tree counts faces."""
-        self.tree(depsgraph)
-        return slots_of(self.original.evaluated_get(depsgraph), self._built.by_triangle)
+        if not self.deforms:
+            self.tree(depsgraph)
+        by_triangle = self._built.by_triangle and not self.deforms
+        return slots_of(self.original.evaluated_get(depsgraph), by_triangle)
 
     def materials(self, depsgraph: Any) -> list[int]:
         """The session uid of the material of each slot; 0 where there is none."""
@@ -259,10 +289,8 @@ def surface_mesh(evaluated: Any) -> Iterator[Any]:
         evaluated.to_mesh_clear()
 
 
-def _bounds(coordinates: NDArray[np.float32]) -> tuple[Array, Array]:
-    """Of points, given flat, those that are somewhere."""
-    # By axis numpy finds the extremes of a mesh 20 times as fast as by point.
-    axes = np.ascontiguousarray(coordinates.reshape(-1, 3).T)
+def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
+    """Of points (3, n) that are somewhere."""
     lo, hi = axes.min(axis=1), axes.max(axis=1)
     if not (np.isfinite(lo).all() and np.isfinite(hi).all()):
         # A vertex that is nowhere takes its own faces away, not the others.
@@ -273,20 +301,31 @@ def _bounds(coordinates: NDArray[np.float32]) -> tuple[Array, Array]:
     return lo.astype(np.float64), hi.astype(np.float64)
 
 
-def same_surface(one: Surface, two: Surface) -> bool:
-    return one[2] == two[2] and all(np.array_equal(one[i], two[i]) for i in (0, 1))
+def read_surface(evaluated: Any, with_triangles: bool = False) -> Surface:
+    """The surface of an evaluated object, copied."""
+    with surface_mesh(evaluated) as mesh:
+        if mesh is None or not len(mesh.polygons):
+            return Surface(np.empty((3, 0), np.float32), np.empty(0, np.int32), 0)
+        # As attributes they are copied whole; vertex by vertex it takes 500 times as long.
+        coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
+        mesh.attributes["position"].data.foreach_get("vector", coordinates)
+        corners = np.empty(len(mesh.loops), np.int32)
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+        faces, triangles = len(mesh.polygons), None
+        if with_triangles and len(corners) != 3 * faces:
+            # How a face is cut can change with its shape.
+            triangles = _cut_into_triangles(mesh)
+    points = np.ascontiguousarray(coordinates.reshape(-1, 3).T)
+    return Surface(points, corners, faces, triangles)
 
 
-def _surface(mesh: Any) -> Surface:
-    """Vertex coordinates and the vertex of each face corner, flat, and the number of faces."""
-    if mesh is None or not len(mesh.polygons):
-        return np.empty(0, np.float32), np.empty(0, np.int32), 0
-    # As attributes they are copied whole; vertex by vertex it takes 500 times as long.
-    coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.attributes["position"].data.foreach_get("vector", coordinates)
-    corners = np.empty(len(mesh.loops), np.int32)
-    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
-    return coordinates, corners, len(mesh.polygons)
+def _cut_into_triangles(mesh: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    triangles, of = np.empty(count * 3, np.int32), np.empty(count, np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    mesh.loop_triangles.foreach_get("polygon_index", of)
+    return np.ascontiguousarray(triangles.reshape(-1, 3).T).astype(np.intp), of.astype(np.intp)
 
 
 def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:

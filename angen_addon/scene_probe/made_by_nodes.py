@@ -10,7 +10,7 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ...sensor_logic.ray_tree import RayTree
-from .geometry import Geometry, evaluated_materials, same_surface, slots_of, triangles_of, uids_of
+from .geometry import Geometry, evaluated_materials, slots_of, triangles_of, uids_of
 
 
 class MadeByNodes(Geometry):
@@ -33,7 +33,7 @@ class MadeByNodes(Geometry):
             isinstance(other, MadeByNodes)
             and self._surface is not None
             and other._surface is not None
-            and same_surface(self._surface, other._surface)
+            and self._surface.same(other._surface)
             and self._materials == other._materials
             and np.array_equal(self._faces, other._faces)
         )

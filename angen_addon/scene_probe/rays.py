@@ -2,8 +2,9 @@
 """Casts rays against the solids: exact, and only where something can have changed.
 
 Still solids are met once for each bundle of rays and remembered; of those that move, only what has
-changed since the bundle was last cast is tested, and only where a ray crosses its box. A ray is met
-in the solid's own space, where single precision is accurate wherever in the world the solid stands.
+changed since the bundle was last cast is tested, for all frames that are kept at once, and only
+where a ray crosses its box. A ray is met in the solid's own space, where single precision is
+accurate wherever in the world the solid stands.
 """
 
 from __future__ import annotations
@@ -14,29 +15,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Answers, Index
+from ...sensor_logic.model import Answers
 from ..instances import Uid
-from . import sections
-from .bundles import Bundle, Moving, Rays, Watch
+from . import changing_shapes
+from .bundles import Array, Bundle, Index, Rays, Seen
+from .frames import Frames
 from .solids import Solid, Solids
 
-Array = NDArray[np.float64]
 # A box test of more pairs of boxes and rays than this is split, to bound its memory.
 PAIRS_AT_ONCE = 200_000
 # The limit handed to the tree is in single precision: let it pass what is at the limit exactly.
 LIMIT_SLACK = 1.0 + 1e-6
 NOTHING = 0
+AWAY = 0
 
 
 @dataclass
 class _Own:
-    """The solids of one sensor, which its rays pass through: numbers; and the rows of the others,
-    still and moving. Valid for one state of the list of solids."""
+    """The solids of one sensor, which its rays pass through: numbers; and of the others the rows,
+    and those of the moving ones as columns of the frames. Valid for one state of the list."""
 
     state: tuple[int, int]
     numbers: frozenset[int]
-    still: NDArray[np.intp]
-    moving: NDArray[np.intp]
+    still: Index
+    moving: Index
+    columns: Index
 
 
 class RayCaster:
@@ -44,24 +47,38 @@ class RayCaster:
 
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
+        self.frames = Frames.present(self.solids)
         self._bundles: dict[tuple[Uid, int], Bundle] = {}
-        self._watch = Watch(self.solids)
         self._own: dict[Uid, _Own] = {}
         self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
         """To be called once after each evaluation, before rays are cast."""
-        self._depsgraph = depsgraph
         self.solids.sync(depsgraph)
+        self.show(depsgraph, Frames.present(self.solids))
+
+    def show(self, depsgraph: Any, frames: Frames) -> None:
+        """From now on rays are cast at these frames."""
+        self._depsgraph = depsgraph
+        self.frames = frames
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
-        """Ranges (n,) of rays from origins (n, 3) along unit vectors (n, 3), at most length (n,).
+        """Ranges (n,) of rays from origins (n, 3) along unit vectors (n, 3), at most length (n,),
+        at the last of the frames.
 
         `sensor` is the session uid, or path, of the object whose own solids the rays pass through.
         """
         return self.cast_met(sensor, bundle, origins, directions, length)[0]
+
+    def cast_met(
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
+        last = np.array([len(self.frames) - 1])
+        seen: Seen = self.see_at(sensor, bundle, origins, directions, length, last)[0]
+        return seen.ranges, seen.met
 
     def cast_at(
         self,
@@ -72,40 +89,60 @@ class RayCaster:
         length: Array,
         frames: Index,
     ) -> Answers:
-        """The ranges (k, n) at each of the frames (m,) that are kept."""
-        ranges = self.cast(sensor, bundle, origins, directions, length)
-        return Answers(ranges[None], np.zeros(len(frames), np.intp))
+        """The ranges (n,) at each of some frames (k,), in order of time."""
+        found = self.see_at(sensor, bundle, origins, directions, length, frames)
+        return Answers(np.stack([seen.ranges for seen in found.table]), found.rows)
 
-    def cast_met(
-        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
-    ) -> tuple[Array, NDArray[np.int64]]:
-        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING.
-
-        Both are the same arrays, not to be written to, as long as nothing changes.
-        """
+    def see_at(
+        self,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        """What the rays meet at each of some frames (k,), in order of time: `Seen`, which nobody
+        may write to."""
         own = self._own_solids(sensor)
-        known = self._bundles.get((sensor, bundle))
-        if (
-            known is None
-            or known.moving is None
-            or known.moving.rows is not own.moving
-            or not known.rays.are(origins, directions, length)
-            or self._watch.is_stale(known)
-        ):
-            known = self._meet_still(sensor, bundle, Rays(origins, directions, length), own)
-            self._meet_moving(known, own.moving)
-            self._watch.cast(known)
-        assert known.moving is not None
-        return known.moving.ranges, known.moving.met
+        known = self._meet_still(sensor, bundle, Rays(origins, directions, length), own)
+        if known.rows is not own.moving or known.seen is None:
+            known.rows, known.hits, known.seen = own.moving, {}, known.still
+            known.versions = np.full(len(own.moving), AWAY)
+        at = self.frames
+        lo, hi = at.lo[frames][:, own.columns], at.hi[frames][:, own.columns]
+        near = ((lo <= known.box[1]) & (hi >= known.box[0])).all(axis=2)
+        versions = np.where(near, at.version[frames][:, own.columns], AWAY)
+        changed = versions != np.concatenate([known.versions[None], versions[:-1]])
+        table, rows = [known.seen], np.zeros(len(frames), np.intp)
+        if changed.any():
+            known.versions = versions[-1]
+            when, which = np.nonzero(changed & (versions != AWAY))
+            hits = self._hits(known, frames[when], own.columns[which])
+            for i in np.flatnonzero(changed.any(axis=1)).tolist():
+                if self._renew(known, own.moving[changed[i]].tolist(), hits, int(frames[i])):
+                    table.append(known.seen)
+                rows[i:] = len(table) - 1
+        return Answers(table, rows)
 
-    def faces_met(
-        self, solid: Solid, origins: Array, directions: Array, ranges: Array
-    ) -> NDArray[np.intp]:
-        """The face (n,) of `solid`, as its tree counts them, that each of these rays meets at its
-        range."""
-        starts, ways, scale = self._into(solid, origins, directions)
-        limits = ranges * scale * LIMIT_SLACK
-        return np.maximum(solid.geometry.meet(self._depsgraph, starts, ways, limits)[1], 0)
+    def _renew(
+        self,
+        bundle: Bundle,
+        rows: list[int],
+        hits: dict[tuple[int, int], tuple[Index, Array, Index]],
+        frame: int,
+    ) -> bool:
+        """What a bundle sees where some solids have changed; False where it sees the same."""
+        dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
+        found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
+        if not found and not dropped:
+            return False
+        bundle.hits.update(found)
+        seen = bundle.still.copy()
+        for row in sorted(bundle.hits):
+            seen.shorten(self.solids.solids[row].number, *bundle.hits[row])
+        bundle.seen = seen
+        return True
 
     def first_met(
         self,
@@ -118,11 +155,16 @@ class RayCaster:
         """Ranges (n,) to the nearest of the solids `rows` as last synced, and its number (n,), or
         NOTHING; remembers nothing."""
         self._depsgraph = depsgraph
-        rays = Rays(origins, directions, length)
-        ranges, met = length.copy(), np.full(len(length), NOTHING, np.int64)
-        if len(ranges):
-            self._meet(rows, rays, rays.box(ranges), ranges, met)
-        return ranges, met
+        seen = self._nothing(length)
+        if len(length):
+            rays = Rays(origins, directions, length)
+            self._meet(rows, rays, rays.box(length), seen)
+        return seen.ranges, seen.met
+
+    def _nothing(self, length: Array) -> Seen:
+        count = len(length)
+        met = np.full(count, NOTHING, np.int64)
+        return Seen(length.copy(), met, np.zeros(count, np.intp))
 
     def _own_solids(self, sensor: Uid) -> _Own:
         state = self.solids.listing, len(self.solids.gone)
@@ -131,9 +173,9 @@ class RayCaster:
             mask = self.solids.owned_by(sensor)
             numbers = frozenset(self.solids.solids[i].number for i in np.flatnonzero(mask))
             moving = self.solids.moving
-            known = _Own(
-                state, numbers, np.flatnonzero(~moving & ~mask), np.flatnonzero(moving & ~mask)
-            )
+            columns = np.flatnonzero(~mask[self.frames.rows])
+            rows = self.frames.rows[columns]
+            known = _Own(state, numbers, np.flatnonzero(~moving & ~mask), rows, columns)
             self._own[sensor] = known
         return known
 
@@ -142,69 +184,49 @@ class RayCaster:
         gone = self.solids.gone
         known = self._bundles.get((sensor, bundle))
         if known is None or known.own != own.numbers or not known.rays.same(rays):
-            met = np.full(len(rays.length), NOTHING, np.int64)
-            ranges = rays.length.copy()
-            place = known.place if known is not None else self._watch.add()
-            box = rays.box(ranges)
-            known = Bundle(rays, own.numbers, ranges, met, box, len(gone), place)
+            still = self._nothing(rays.length)
+            known = Bundle(rays, own.numbers, still, rays.box(rays.length), len(gone))
             self._bundles[sensor, bundle] = known
-            again = np.arange(len(ranges))
+            again = np.arange(len(rays.length))
         elif known.gone_seen < len(gone):
-            again = np.flatnonzero(np.isin(known.met, gone[known.gone_seen :]))
-            known.gone_seen = len(gone)
-            known.moving = None
+            again = np.flatnonzero(np.isin(known.still.met, gone[known.gone_seen :]))
+            known.gone_seen, known.rows = len(gone), None
         else:
             return known
         if len(again):
             part = Rays(rays.origins[again], rays.directions[again], rays.length[again])
-            ranges, met = part.length.copy(), np.full(len(again), NOTHING, np.int64)
-            self._meet(own.still, part, part.box(ranges), ranges, met)
-            known.ranges[again], known.met[again] = ranges, met
-            known.box = rays.box(known.ranges)
+            seen = self._nothing(part.length)
+            self._meet(own.still, part, part.box(part.length), seen)
+            # What was seen before may be in other hands.
+            known.still = still = known.still.copy()
+            still.ranges[again], still.met[again] = seen.ranges, seen.met
+            still.faces[again] = seen.faces
+            known.box = rays.box(still.ranges)
         return known
 
-    def _meet_moving(self, bundle: Bundle, rows: NDArray[np.intp]) -> None:
-        """What the bundle meets now, looked for anew where a solid has changed since the last."""
-        versions = self.solids.version[rows]
-        known = bundle.moving
-        if known is not None and known.rows is rows:
-            changed = rows[versions != known.versions]
-            before = len(known.hits)
-            hits = {row: hit for row, hit in known.hits.items() if row not in changed}
-            dropped = len(hits) < before
-        else:
-            changed, hits, dropped = rows, {}, True
-        found = self._hits(changed, bundle) if len(changed) else {}
-        if known is not None and not found and not dropped:
-            known.versions = versions
-            return
-        hits.update(found)
-        ranges, met = bundle.ranges.copy(), bundle.met.copy()
-        for row, (which, far) in hits.items():
-            self._shorten(row, which, far, ranges, met)
-        ranges.flags.writeable = met.flags.writeable = False
-        bundle.moving = Moving(rows, versions, hits, ranges, met)
-
     def _hits(
-        self, rows: NDArray[np.intp], bundle: Bundle
-    ) -> dict[int, tuple[NDArray[np.intp], Array]]:
-        """By row of those of the solids that a bundle meets: which of its rays do, and how far
-        they go."""
-        found = {}
-        for part in self._near(rows, bundle.rays, bundle.box):
-            crossed = self._crossed(part, bundle.rays, bundle.ranges)[1]
-            for i in np.flatnonzero(crossed.any(axis=1)).tolist():
-                which = np.flatnonzero(crossed[i])
-                row = int(part[i])
-                far = self._far(row, which, bundle.rays, bundle.ranges[which])
-                nearer = far < bundle.ranges[which]
+        self, bundle: Bundle, frames: Index, columns: Index
+    ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
+        """By frame and row, of solids given by frame (p,) and column (p,): which rays of a bundle
+        meet it, how far they go and to which face."""
+        at, found = self.frames, {}
+        size = max(1, PAIRS_AT_ONCE // len(bundle.rays.length))
+        for start in range(0, len(frames), size):
+            frame, column = frames[start : start + size], columns[start : start + size]
+            enter, leave = _slabs(at.lo[frame, column], at.hi[frame, column], bundle.rays)
+            crossed = (leave >= enter) & (enter <= bundle.still.ranges)
+            some = np.flatnonzero(crossed.any(axis=1))
+            inverses = np.linalg.inv(at.matrix[frame[some], column[some]])
+            for i, inverse in zip(some.tolist(), inverses, strict=True):
+                which, row = np.flatnonzero(crossed[i]), int(at.rows[column[i]])
+                limits = bundle.still.ranges[which]
+                far, faces = self._far(row, which, bundle.rays, limits, inverse, int(frame[i]))
+                nearer = far < limits
                 if nearer.any():
-                    found[row] = which[nearer], far[nearer]
+                    found[int(frame[i]), row] = which[nearer], far[nearer], faces[nearer]
         return found
 
-    def _near(
-        self, rows: NDArray[np.intp], rays: Rays, box: tuple[Array, Array]
-    ) -> list[NDArray[np.intp]]:
+    def _near(self, rows: Index, rays: Rays, box: tuple[Array, Array]) -> list[Index]:
         """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
         may compare with each ray."""
         near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
@@ -212,87 +234,72 @@ class RayCaster:
         at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
         return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
 
-    def _crossed(
-        self, rows: NDArray[np.intp], rays: Rays, ranges: Array
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Where each ray enters the box of each solid, and whether it does within its range; both
-        (rows, rays)."""
-        enter, leave = _slabs(self.solids.lo[rows], self.solids.hi[rows], rays)
-        return enter, (leave >= enter) & (enter <= ranges)
-
-    def _meet(
-        self,
-        rows: NDArray[np.intp],
-        rays: Rays,
-        box: tuple[Array, Array],
-        ranges: Array,
-        met: NDArray[np.int64],
-    ) -> None:
-        """Shortens `ranges` in place to the nearest of the solids `rows`; `met` says which."""
+    def _meet(self, rows: Index, rays: Rays, box: tuple[Array, Array], seen: Seen) -> None:
+        """Shortens what is `seen` to the nearest of the solids `rows`, as they are in the list."""
         for part in self._near(rows, rays, box):
-            enter, crossed = self._crossed(part, rays, ranges)
+            enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
+            crossed = (leave >= enter) & (enter <= seen.ranges)
             hit_rows = np.flatnonzero(crossed.any(axis=1))
             nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
             for i in hit_rows[nearest_first].tolist():
-                which = np.flatnonzero(crossed[i] & (enter[i] <= ranges))
+                which = np.flatnonzero(crossed[i] & (enter[i] <= seen.ranges))
                 if len(which):
                     row = int(part[i])
-                    far = self._far(row, which, rays, ranges[which])
-                    self._shorten(row, which, far, ranges, met)
+                    inverse, limits = self.solids.inverse[row], seen.ranges[which]
+                    far, faces = self._far(row, which, rays, limits, inverse, None)
+                    seen.shorten(self.solids.solids[row].number, which, far, faces)
 
-    def _shorten(
+    def _far(
         self,
         row: int,
-        which: NDArray[np.intp],
-        far: Array,
-        ranges: Array,
-        met: NDArray[np.int64],
-    ) -> None:
-        nearer = far < ranges[which]
-        which = which[nearer]
-        ranges[which] = far[nearer]
-        met[which] = self.solids.solids[row].number
-
-    def _far(self, row: int, which: NDArray[np.intp], rays: Rays, limits: Array) -> Array:
-        """How far (k,) the rays `which` (k,) go to a solid; inf where that is beyond the limits."""
+        which: Index,
+        rays: Rays,
+        limits: Array,
+        inverse: Array,
+        frame: int | None,
+    ) -> tuple[Array, Index]:
+        """How far (k,) the rays `which` (k,) go to a solid with this inverse matrix, inf where that
+        is beyond the limits, and to which face; at a frame, or as the solid is in the list."""
         solid = self.solids.solids[row]
-        geometry = solid.geometry
         origins, directions = rays.origins[which], rays.directions[which]
-        if geometry.deforms and not geometry.has_tree:
-            # Who changes shape at each update is met a few times only: a hierarchy would cost more.
-            corners = geometry.plain_triangles()
-            if corners is not None and rays.plane is not None:
-                return self._far_in_plane(solid, corners, rays.plane, origins, directions)
-        starts, ways, scale = self._into(solid, origins, directions)
-        return geometry.meet(self._depsgraph, starts, ways, limits * scale * LIMIT_SLACK)[0] / scale
+        if solid.geometry.deforms:
+            return self._far_to_changing(solid, rays, origins, directions, inverse, frame)
+        geometry = solid.geometry
+        # Building the tree sets its pivot.
+        geometry.tree(self._depsgraph)
+        starts = _turned(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
+        ways = _turned(directions, inverse)
+        scale = np.linalg.norm(ways, axis=1)
+        limits = limits * scale * LIMIT_SLACK
+        far, faces = geometry.meet(self._depsgraph, starts, ways, limits)
+        return far / scale, faces
 
-    def _far_in_plane(
+    def _far_to_changing(
         self,
         solid: Solid,
-        corners: NDArray[np.intp],
-        plane: tuple[Array, Array],
+        rays: Rays,
         origins: Array,
         directions: Array,
-    ) -> Array:
-        """How far (k,) rays that all lie in one plane go to a solid, inf where they miss it."""
-        point, normal = plane
-        matrix, inverse = self.solids.matrix[solid.row], self.solids.inverse[solid.row]
-        offset = float(normal @ (point - matrix[:3, 3]))
-        vertices = solid.geometry.vertices
-        faces = sections.cut(vertices, corners, normal @ matrix[:3, :3], offset)
-        triangles = vertices[corners[:, faces].T].astype(np.float64)
-        turn = inverse[:3, :3].T
-        return sections.meet(triangles, origins @ turn + inverse[:3, 3], directions @ turn)
+        inverse: Array,
+        frame: int | None,
+    ) -> tuple[Array, Index]:
+        surface = solid.geometry.state
+        if frame is not None:
+            surface = self.frames.surface(self.solids, solid.row, frame)
+        corners, face = surface.triangles
+        apex = rays.apex
+        if apex is not None:
+            apex = _turned(apex[None], inverse)[0] + inverse[:3, 3]
+        starts, ways = _turned(origins, inverse) + inverse[:3, 3], _turned(directions, inverse)
+        far, triangle = changing_shapes.meet(surface.points, corners, starts, ways, apex)
+        return far, face[triangle]
 
-    def _into(self, solid: Solid, origins: Array, directions: Array) -> tuple[Array, Array, Array]:
-        """Starts and ways (n, 3) of rays in the space of a solid's tree; lengths of the ways."""
-        # Building the tree sets its pivot.
-        solid.geometry.tree(self._depsgraph)
-        inverse = self.solids.inverse[solid.row]
-        turn = inverse[:3, :3].T
-        starts = origins @ turn + (inverse[:3, 3] - solid.geometry.pivot)
-        ways = directions @ turn
-        return starts, ways, np.linalg.norm(ways, axis=1)
+
+def _turned(vectors: Array, matrix: Array) -> Array:
+    """Vectors (n, 3), turned by a matrix; each the same to the bit whatever others there are."""
+    x, y, z = (vectors[:, i : i + 1] for i in range(3))
+    result: Array = x * matrix[:3, 0] + y * matrix[:3, 1] + z * matrix[:3, 2]
+    return result
 
 
 def _slabs(lo: Array, hi: Array, rays: Rays) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.model import Answers, Index
 from ..instances import Uid
+from .frames import Frames
 from .solids import Solids
 
 Array = NDArray[np.float64]
@@ -25,19 +26,24 @@ class SceneRayCaster:
 
     def __init__(self, scene: Any) -> None:
         self.solids = Solids()
+        self.frames = Frames.present(self.solids)
         self._scene = scene
         self._depsgraph: Any = None
         self._listing = -1
         self._rows: dict[int, list[int]] = {}
 
     def update(self, depsgraph: Any) -> None:
-        self._depsgraph = depsgraph
         self.solids.sync(depsgraph)
+        self.show(depsgraph, Frames.present(self.solids))
         if self._listing != self.solids.listing:
             self._listing = self.solids.listing
             self._rows = {}
             for row, solid in enumerate(self.solids.solids):
                 self._rows.setdefault(solid.key[0], []).append(row)
+
+    def show(self, depsgraph: Any, frames: Frames) -> None:
+        """From now on rays are cast at these frames, of which there is one: the present."""
+        self._depsgraph, self.frames = depsgraph, frames
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array

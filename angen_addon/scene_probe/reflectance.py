@@ -13,6 +13,7 @@ from ...sensor_logic.model import Answers, Array, Index
 from ...sensor_logic.photometry import luminance
 from ..animation import all_animated
 from ..instances import Uid
+from .bundles import Seen
 from .light.surfaces import Surfaces
 from .rays import NOTHING, RayCaster
 from .reference_rays import SceneRayCaster
@@ -43,50 +44,39 @@ class Reflectance:
         origins: Array,
         directions: Array,
         length: Array,
-    ) -> Array:
-        """(n,) from 0 to 1 where a sensor's rays end, in Blender units, after the caster was
-        brought up to date; arguments as of `RayCaster.cast`. 0 where a ray meets nothing."""
+        frames: Index | None = None,
+    ) -> Answers:
+        """(n,) from 0 to 1 where a sensor's rays end, at each of the frames (k,) that are kept, or
+        at the last of them; in Blender units, after the caster was brought up to date; the other
+        arguments as of `RayCaster.cast`. 0 where a ray meets nothing."""
         if self._reference:
             self._rays.update(depsgraph)
         solids = self._rays.solids
         if self._listing != solids.listing:
             self._listing, self._surfaces = solids.listing, Surfaces()
-            self._changing = any(isinstance(owner, COLOURED) for owner in all_animated())
+            self._changing = colours_change()
             self._solids = {solid.number: solid for solid in solids.solids}
         if self._changing:
             self._surfaces = Surfaces()
-        ranges, met = self._rays.cast_met(sensor, bundle, origins, directions, length)
-        found = np.zeros(len(met))
-        for number in np.unique(met[met != NOTHING]).tolist():
-            which = np.flatnonzero(met == number)
-            rays = origins[which], directions[which], ranges[which]
-            found[which] = self._of(depsgraph, self._solids[number], *rays)
+        if frames is None:
+            frames = np.array([len(self._rays.frames) - 1])
+        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+        return Answers([self._of(depsgraph, seen) for seen in found.table], found.rows)
+
+    def _of(self, depsgraph: Any, seen: Seen) -> Array:
+        found = np.zeros(len(seen.met))
+        for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
+            which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry
+            materials = geometry.materials(depsgraph) or [NO_MATERIAL]
+            each = np.array([luminance(self._surfaces.of(uid)[0]) for uid in materials], np.float64)
+            slot: Index = np.zeros(len(which), np.intp)
+            if np.ptp(each) > 0.0:
+                slots = geometry.material_slots(depsgraph)
+                slot = slots[np.clip(seen.faces[which], 0, len(slots) - 1)].astype(np.intp)
+            found[which] = each[np.clip(slot, 0, len(each) - 1)]
         return found
 
-    def see_at(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index,
-    ) -> Answers:
-        """The same at each of the frames (m,) that are kept."""
-        seen = self.see(depsgraph, sensor, bundle, origins, directions, length)
-        return Answers(seen[None], np.zeros(len(frames), np.intp))
 
-    def _of(
-        self, depsgraph: Any, solid: Solid, origins: Array, directions: Array, ranges: Array
-    ) -> Array:
-        """(n,) where these rays meet a solid."""
-        materials = solid.geometry.materials(depsgraph) or [NO_MATERIAL]
-        each = np.array([luminance(self._surfaces.of(uid)[0]) for uid in materials], np.float64)
-        if np.ptp(each) == 0.0:
-            return np.full(len(ranges), each[0])
-        slots = solid.geometry.material_slots(depsgraph)
-        faces = self._rays.faces_met(solid, origins, directions, ranges)
-        slot = slots[np.clip(faces, 0, len(slots) - 1)]
-        found: Array = each[np.clip(slot, 0, len(each) - 1)]
-        return found
+def colours_change() -> bool:
+    """Whether the colours of anything may be animated."""
+    return any(isinstance(owner, COLOURED) for owner in all_animated())

@@ -98,8 +98,10 @@ class Solids:
         self._reshaped: set[int] = set()
         # By mesh, a geometry of this synchronisation that has its present surface.
         self._read_now: dict[int, Geometry] = {}
+        self.reshaped: set[int] = set()
+        self.bends: set[int] = set()
 
-    def note(self, depsgraph: Any, edited: bool) -> None:
+    def note(self, depsgraph: Any, edited: bool, by_frame: bool = True) -> None:
         """Takes down what the depsgraph says has changed; to be called in its handlers.
 
         Frame changes name every object that could have changed. An edit can change anything,
@@ -109,13 +111,17 @@ class Solids:
             self.forget()
         for update in depsgraph.updates:
             changed = update.id
-            if isinstance(changed, OBJECT):
-                original = changed.original
-                uid = original.session_uid
-                self._touched.add(uid)
-                if update.is_updated_geometry:
-                    self._reshaped.add(uid)
-                self._must_list |= _may_instance(original)
+            if not isinstance(changed, OBJECT):
+                continue
+            original = changed.original
+            uid = original.session_uid
+            self._touched.add(uid)
+            self._must_list |= _may_instance(original)
+            if update.is_updated_geometry:
+                for named in (self._reshaped, self.reshaped):
+                    named.add(uid)
+                if by_frame:
+                    self.bends.add(uid)
 
     def forget(self) -> None:
         """Anything may have changed unheard: all is looked at again."""
@@ -136,26 +142,46 @@ class Solids:
     def sync(self, depsgraph: Any) -> None:
         """Brings the solids to the depsgraph's present state."""
         self.syncs += 1
-        # Pointers, for what is evaluated has no session uid: it is 0.
-        listed = [evaluated.as_pointer() for evaluated in depsgraph.objects]
-        if (
-            self._must_list
-            or listed != self._listed
-            or not self._of_instances.isdisjoint(self._touched)
-        ):
-            self._list(depsgraph)
-            self._listed = listed
+        if self.stands(depsgraph):
+            self._follow(depsgraph, len(self._listed))
         else:
-            self._follow(depsgraph, len(listed))
+            self._listed = _pointers(depsgraph)
+            self._list(depsgraph)
         self._touched.clear()
         self._reshaped.clear()
         self._read_now.clear()
         self._unsure = False
 
+    def stands(self, depsgraph: Any) -> bool:
+        """Whether the list is that of the depsgraph: nothing can have come or gone."""
+        if self._must_list or not self._of_instances.isdisjoint(self._touched):
+            return False
+        return self._listed == _pointers(depsgraph)
+
     def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
         """Mask (n,) of the solids that belong to the object `uid`, perhaps in an instance: itself
         and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
+
+    def note_seen(self) -> None:
+        """What was told of changes at this frame is dealt with."""
+        self.reshaped.clear()
+        self._touched.clear()
+
+    def shape_of(self, uid: int) -> Geometry | None:
+        """The shape of an object of the file, where solids have it."""
+        return self._shapes.get(uid)
+
+    def rows_of_shape(self, uid: int) -> list[int]:
+        """The rows of the solids that have it."""
+        return [solid.row for solid in self._by_shape.get(uid, ())]
+
+    def show(self, rows: NDArray[np.intp], matrix: Array, lo: Array, hi: Array) -> None:
+        """Some rows are where they were found to be otherwise than by `sync`."""
+        self.syncs += 1
+        self.matrix[rows], self.lo[rows], self.hi[rows] = matrix, lo, hi
+        self.version[rows] = self.syncs
+        self._note_inverse(rows)
 
     def row_of(self, key: Key) -> int | None:
         """The row of the solid with this key, if there is one."""
@@ -175,7 +201,7 @@ class Solids:
         moved = {s.row: row for row in changed if (s := self._solid_of_row[row])}
         if moved:
             rows = np.array(list(moved), np.intp)
-            self.matrix[rows] = _matrices(world.reshape(count, 16)[list(moved.values())])
+            self.matrix[rows] = matrices_of(world.reshape(count, 16)[list(moved.values())])
             self._note_inverse(rows)
         if changed:
             self._world = world
@@ -192,6 +218,7 @@ class Solids:
             self._place(np.array(both, np.intp))
 
     def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
+        solid.geometry.deforms = solid.geometry.deforms or solid.key[0] in self.bends
         if not self._read(depsgraph, solid.geometry):
             return False
         self._set_moving(solid)
@@ -203,29 +230,22 @@ class Solids:
             self.moving[solid.row] = True
             self.gone.append(solid.number)
 
+    def set_moving(self, rows: NDArray[np.intp]) -> None:
+        """Some rows are seen to change."""
+        for row in rows.tolist():
+            self._set_moving(self.solids[row])
+
     def _note_inverse(self, rows: NDArray[np.intp]) -> None:
         """Takes down which of some rows have an inverse matrix, to be made when asked for."""
-        matrix = self.matrix[rows]
-        with np.errstate(all="ignore"):
-            determinant = np.linalg.det(matrix[:, :3, :3])
-            good = np.isfinite(matrix).all(axis=(1, 2)) & (determinant != 0.0)
-            good &= np.isfinite(determinant)
-        self._invertible[rows] = good
+        self._invertible[rows] = invertible(self.matrix[rows])
         self._not_inverted.update(rows.tolist())
 
     def _place(self, rows: NDArray[np.intp]) -> None:
         """World bounds of some rows. A flattened or NaN one is never hit."""
         self.version[rows] = self.syncs
-        turn = self.matrix[rows, :3, :3]
         shapes = [self.solids[row].geometry for row in rows.tolist()]
         lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
-        with np.errstate(all="ignore"):
-            good = (self._invertible[rows] & np.isfinite(lo).all(axis=1))[:, None]
-            centre = (turn @ ((lo + hi) / 2)[:, :, None])[:, :, 0] + self.matrix[rows, :3, 3]
-            half = (np.abs(turn) @ ((hi - lo) / 2)[:, :, None])[:, :, 0]
-            half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
-        self.lo[rows] = np.where(good, centre - half, np.inf)
-        self.hi[rows] = np.where(good, centre + half, -np.inf)
+        self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], lo, hi)
 
     def _list(self, depsgraph: Any) -> None:
         """Makes the list anew; what was known of solids that stay is kept."""
@@ -270,8 +290,7 @@ class Solids:
             matrix = np.array(instance.matrix_world, np.float64)
             if solid is None:
                 self._numbers += 1
-                late = self.listing > 0 or bool({key[0], owner.session_uid} & self._touched)
-                solid = Solid(key, self._numbers, late)
+                solid = Solid(key, self._numbers, moving=self.listing > 0)
             elif not solid.moving and (
                 reshaped or not np.array_equal(matrix, self.matrix[solid.row])
             ):
@@ -323,6 +342,7 @@ class Solids:
         if uid in shapes:
             return shapes[uid], uid in self._reshaped
         geometry = shapes[uid] = self._shapes.get(uid) or Geometry(original)
+        geometry.deforms = uid in self.bends
         known = uid in self._shapes and uid not in self._reshaped and not self._unsure
         if known:
             self._read_now.setdefault(mesh_shared_by(original), geometry)
@@ -359,6 +379,32 @@ def _made_shape(
     return made[pointer]
 
 
+def _pointers(depsgraph: Any) -> list[int]:
+    # What is evaluated has no session uid: it is 0.
+    return [evaluated.as_pointer() for evaluated in depsgraph.objects]
+
+
+def invertible(matrix: Array) -> NDArray[np.bool_]:
+    """Which matrices (…, 4, 4) have an inverse."""
+    with np.errstate(all="ignore"):
+        determinant = np.linalg.det(matrix[..., :3, :3])
+        good = np.isfinite(matrix).all(axis=(-2, -1)) & (determinant != 0.0)
+        result: NDArray[np.bool_] = good & np.isfinite(determinant)
+    return result
+
+
+def world_bounds(matrix: Array, lo: Array, hi: Array) -> tuple[Array, Array]:
+    """Bounds (…, 3) in the world of what has the bounds `lo`, `hi` (…, 3) before its matrix
+    (…, 4, 4); of what is flattened or not a number, such that nothing is in them."""
+    turn = matrix[..., :3, :3]
+    with np.errstate(all="ignore"):
+        good = (invertible(matrix) & np.isfinite(lo).all(axis=-1))[..., None]
+        centre = (turn @ ((lo + hi) / 2)[..., None])[..., 0] + matrix[..., :3, 3]
+        half = (np.abs(turn) @ ((hi - lo) / 2)[..., None])[..., 0]
+        half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
+    return np.where(good, centre - half, np.inf), np.where(good, centre + half, -np.inf)
+
+
 def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
     """The object's name, and for an instance also that of what brings it forth."""
     if original == owner or made_by_nodes:
@@ -366,7 +412,7 @@ def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
     return f"{original.name} in {owner.name}"
 
 
-def _matrices(flat: NDArray[np.float32]) -> Array:
+def matrices_of(flat: NDArray[np.float32]) -> Array:
     """(n, 4, 4) from what `foreach_get` gives (n, 16), which is column by column."""
     return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
 

@@ -18,8 +18,10 @@ from ...sensor_logic.movement import Movement, pieces_needed, seen_from
 from ...sensor_logic.sweep import Passes, joined, no_passes, passes
 from ...sensor_logic.triangle_tree import TriangleTree
 from ..instances import Uid
-from .geometry import Geometry
-from .solids import Solids
+from .frames import Frames
+from .geometry import Geometry, Surface
+from .rays import RayCaster
+from .reference_rays import SceneRayCaster
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -33,10 +35,9 @@ STANDS = -1
 
 @dataclass(frozen=True)
 class Moment:
-    """The solids at one step, as of the synchronisation `sync`: numbers (n,), the state of their
-    shapes, matrices (n, 4, 4) and world bounds (n, 3)."""
+    """The solids at one step: numbers (n,), their surfaces, matrices (n, 4, 4) and world bounds
+    (n, 3)."""
 
-    sync: int
     numbers: NDArray[np.int64]
     shapes: list[Any]
     matrix: Array
@@ -79,27 +80,34 @@ class Beam:
 class Sweeper:
     """What went through the beams of all switches of a scene."""
 
-    def __init__(self, solids: Solids) -> None:
-        self._solids = solids
-        self._moment: Moment | None = None
+    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+        self._caster = caster
+        self._frames: Frames | None = None
+        self._moments: dict[int, Moment] = {}
         self._listing = -1
         self._numbers = np.zeros(0, np.int64)
         self._moves: tuple[Moment, Moment, Moves] | None = None
         self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
-    def moment(self, frame: int = 0) -> Moment:
+    def moment(self, frame: int) -> Moment:
         """The solids at one of the frames that are kept: what `sweep` gets."""
-        if self._moment is None or self._moment.sync != self._solids.syncs:
-            solids = self._solids
+        solids, frames = self._caster.solids, self._caster.frames
+        if self._frames is not frames:
+            self._frames, self._moments = frames, {}
+        if frame not in self._moments:
             if self._listing != solids.listing:
                 self._listing = solids.listing
                 self._numbers = np.array([s.number for s in solids.solids], np.int64)
                 listed = {s.geometry for s in solids.solids}
                 self._triangles = {g: t for g, t in self._triangles.items() if g in listed}
             shapes = [s.geometry.state for s in solids.solids]
-            arrays = solids.matrix.copy(), solids.lo.copy(), solids.hi.copy()
-            self._moment = Moment(solids.syncs, self._numbers, shapes, *arrays)
-        return self._moment
+            for row in frames.surfaces:
+                shapes[row] = frames.surface(solids, row, frame)
+            matrix, lo, hi = solids.matrix.copy(), solids.lo.copy(), solids.hi.copy()
+            matrix[frames.rows] = frames.matrix[frame]
+            lo[frames.rows], hi[frames.rows] = frames.lo[frame], frames.hi[frame]
+            self._moments[frame] = Moment(self._numbers, shapes, matrix, lo, hi)
+        return self._moments[frame]
 
     def sweep(
         self,
@@ -130,7 +138,7 @@ class Sweeper:
         standing = moves.before[near] == STANDS if stands else np.zeros(len(near), bool)
         found: list[Passes] = []
         for row in [*near[~standing].tolist(), *near[standing].tolist()]:
-            solid = self._solids.solids[row]
+            solid = self._caster.solids.solids[row]
             earlier = int(moves.before[row])
             if stands and earlier == STANDS and not any(found):
                 # What only stands in the beam does not break it.
@@ -139,7 +147,7 @@ class Sweeper:
                 continue
             matrix = _about(centre, now.matrix[row])
             first = matrix if earlier == STANDS else _about(centre, before.matrix[earlier])
-            triangles = self._triangles_of(depsgraph, solid.geometry)
+            triangles = self._triangles_of(depsgraph, solid.geometry, now.shapes[row])
             ways = _ways(Movement(first, matrix), move, points, tolerance)
             found.append(passes(ways, beam.length, triangles, solid.number))
         return joined(found)
@@ -165,7 +173,8 @@ class Sweeper:
         known, earlier = known[other], earlier[other]
         rigid = np.array(
             [
-                self._solids.solids[row].geometry.lasting and before.shapes[was] is now.shapes[row]
+                self._caster.solids.solids[row].geometry.lasting
+                and before.shapes[was] is now.shapes[row]
                 for row, was in zip(known.tolist(), earlier.tolist(), strict=True)
             ],
             bool,
@@ -184,12 +193,15 @@ class Sweeper:
         hi[moved] = np.maximum(before.hi[earlier], now.hi[moved]) + bulge
         return Moves(standing, lo, hi, moved)
 
-    def _triangles_of(self, depsgraph: Any, geometry: Geometry) -> TriangleTree:
-        """The triangles of a shape in its own space, as it is now."""
+    def _triangles_of(self, depsgraph: Any, geometry: Geometry, surface: Surface) -> TriangleTree:
+        """The triangles of a shape in its own space, as it was then."""
         known = self._triangles.get(geometry)
-        if known is None or known[0] is not geometry.state:
-            corners = geometry.vertices[geometry.triangles(depsgraph)].astype(np.float64)
-            known = self._triangles[geometry] = geometry.state, TriangleTree(corners)
+        if known is None or known[0] is not surface:
+            if geometry.deforms:
+                corners = surface.points.T[surface.triangles[0].T].astype(np.float64)
+            else:
+                corners = geometry.vertices[geometry.triangles(depsgraph)].astype(np.float64)
+            known = self._triangles[geometry] = surface, TriangleTree(corners)
         return known[1]
 
 

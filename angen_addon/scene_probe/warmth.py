@@ -18,6 +18,7 @@ from ...sensor_logic.model import Answers, Emission, Index
 from ...sensor_logic.quantities import ZERO_CELSIUS
 from ..animation import is_animated
 from ..instances import Uid
+from .bundles import Seen
 from .rays import NOTHING, RayCaster
 from .reference_rays import SceneRayCaster
 from .solids import Solid, Solids
@@ -38,7 +39,7 @@ class _Patches:
     temperature: Array
     emissivity: Array
     slots: NDArray[np.int32] | None = None
-    state: Any = None
+    faces: Any = None
 
 
 class Warmth:
@@ -66,48 +67,40 @@ class Warmth:
         origins: Array,
         directions: Array,
         length: Array,
-    ) -> Emission:
-        """What a sensor's rays see, in Blender units, after the caster was brought up to date;
+        frames: Index | None = None,
+    ) -> Answers:
+        """The `Emission` that a sensor's rays see at each of the frames (k,) that are kept, or at
+        the last of them; in Blender units, after the caster was brought up to date; the other
         arguments as of `RayCaster.cast`."""
         if self._reference:
             self._rays.update(depsgraph)
         self._follow(depsgraph)
-        ranges, met = self._rays.cast_met(sensor, bundle, origins, directions, length)
-        temperature, emissivity = self._temperature[met], self._emissivity[met]
-        for number in np.unique(met).tolist():
+        if frames is None:
+            frames = np.array([len(self._rays.frames) - 1])
+        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+        ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
+        return Answers([self._emission(depsgraph, s, ambient) for s in found.table], found.rows)
+
+    def _emission(self, depsgraph: Any, seen: Seen, ambient: float) -> Emission:
+        temperature, emissivity = self._temperature[seen.met], self._emissivity[seen.met]
+        for number in np.unique(seen.met).tolist() if self._patches else ():
             patches = self._patches.get(number)
             if patches is not None:
-                which = np.flatnonzero(met == number)
-                rays = origins[which], directions[which], ranges[which]
-                slot = self._slots_met(depsgraph, patches, *rays)
+                which = np.flatnonzero(seen.met == number)
+                slot = self._slots(depsgraph, patches, seen.faces[which])
                 temperature[which] = patches.temperature[slot]
                 emissivity[which] = patches.emissivity[slot]
-        ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
         return Emission(np.where(np.isnan(temperature), ambient, temperature), emissivity, ambient)
 
-    def see_at(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index,
-    ) -> Answers:
-        """What they see at each of the frames (m,) that are kept."""
-        seen = self.see(depsgraph, sensor, bundle, origins, directions, length)
-        return Answers([seen], np.zeros(len(frames), np.intp))
-
-    def _slots_met(
-        self, depsgraph: Any, patches: _Patches, origins: Array, directions: Array, ranges: Array
-    ) -> NDArray[np.intp]:
+    def _slots(self, depsgraph: Any, patches: _Patches, faces: Index) -> Index:
         geometry = patches.solid.geometry
-        faces = self._rays.faces_met(patches.solid, origins, directions, ranges)
         # Faces may come and go with the surface, as under a modifier.
-        if patches.slots is None or patches.state is not geometry.state:
-            patches.slots, patches.state = geometry.material_slots(depsgraph), geometry.state
-        found: NDArray[np.intp] = np.clip(
+        if patches.slots is None or patches.faces is not geometry.state.corners:
+            patches.slots, patches.faces = (
+                geometry.material_slots(depsgraph),
+                geometry.state.corners,
+            )
+        found: Index = np.clip(
             patches.slots[np.clip(faces, 0, len(patches.slots) - 1)],
             0,
             len(patches.temperature) - 1,
@@ -201,3 +194,9 @@ def _by_uid() -> dict[int, Any]:
 
 def _is_animated(owner: Any) -> bool:
     return is_animated(owner, TEMPERATURE) or is_animated(owner, EMISSIVITY)
+
+
+def changes_by_itself(scene: Any) -> bool:
+    """Whether the temperature of anything is animated, or the scene is, which has the ambient."""
+    owners = *bpy.data.objects, *bpy.data.materials
+    return scene.animation_data is not None or any(map(_is_animated, owners))

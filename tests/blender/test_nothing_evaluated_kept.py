@@ -166,7 +166,7 @@ def test_faces_made_by_nodes_are_as_warm_as_their_material(world, addon_part):
     depsgraph = world.update()
     probes.look(depsgraph, None)
     ways = np.array([[0, 0, -1.0]])
-    seen = probes.warmth.see(depsgraph, 0, 0, np.zeros((1, 3)), ways, np.array([5.0]))
+    seen = probes.warmth.see(depsgraph, 0, 0, np.zeros((1, 3)), ways, np.array([5.0]))[0]
     assert seen.temperature[0] == pytest.approx(310.15)
 
 

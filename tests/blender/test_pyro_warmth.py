@@ -25,7 +25,8 @@ def probe(world, addon_part):
             directions /= np.linalg.norm(directions, axis=1)[:, None]
             origins = np.tile(np.array(place, float), (len(directions), 1))
             length = np.full(len(directions), SIGHT)
-            return self.probes.warmth.see(depsgraph, sensor, bundle, origins, directions, length)
+            rays = origins, directions, length
+            return self.probes.warmth.see(depsgraph, sensor, bundle, *rays)[0]
 
     return Probe()
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays that are met all at once, in one plane or one way, against Blender's hierarchy; and what the
-caster remembers of solids that move now and then."""
+"""Rays that are met all at once, from one point or one way, against Blender's hierarchy; and what
+the caster remembers of solids that move now and then."""
 
 import sys
 from pathlib import Path
@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import columns, sections
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import changing_shapes, columns
 from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
 from mathutils.bvhtree import BVHTree
@@ -44,55 +44,60 @@ def met_by(tree, starts, ways, length):
     return np.array([np.inf if distance is None else distance for distance in found])
 
 
-def fan(random, rays=24):
-    """Origins and directions of a fan that looks at the origin from 3 m, anyhow turned."""
-    at = random.normal(size=3)
-    at *= 3.0 / np.linalg.norm(at)
-    ahead = -at / 3.0
-    aside = np.cross(ahead, random.normal(size=3))
-    aside /= np.linalg.norm(aside)
-    angle = np.linspace(-0.5, 0.5, rays)[:, None]
-    ways = np.cos(angle) * ahead + np.sin(angle) * aside
+def rays_at(random, at, spread, count):
+    """Origins and directions of rays from a place, about the way to the origin."""
+    ways = -at / max(np.linalg.norm(at), 1e-9) + spread * random.normal(size=(count, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
     return at + 0.05 * ways, ways
 
 
 @pytest.mark.parametrize("far_off", [0.0, 500.0])
-def test_a_fan_meets_what_its_plane_cuts(far_off):
+@pytest.mark.parametrize(
+    ("distance", "spread", "count"),
+    [
+        (3.0, 0.2, 80),
+        (6.0, 0.02, 300),
+        (1.5, 0.6, 50),
+        (0.0, 1.0, 60),
+        (1.0, 3.0, 60),
+        (3.0, 0.1, 1),
+    ],
+)
+def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, count, far_off):
+    """Far and near, within it and all around; the same triangle as a test of each with each."""
     random = np.random.default_rng(1)
     points, corners = lump()
-    tree = tree_of(points, corners)
-    hits = 0
-    for _ in range(40):
-        origins, ways = fan(random)
-        expected = met_by(tree, origins, ways, np.full(len(ways), 9.0))
-        moved = points.astype(np.float64) + far_off
-        point, normal = sections.plane_of(origins + far_off, ways)
-        faces = sections.cut(moved, corners.T, normal, float(point @ normal))
-        assert 0 < len(faces) < len(corners) / 3
-        got = sections.meet(moved[corners[faces]], origins + far_off, ways)
-        both = np.isfinite(got) & np.isfinite(expected)
+    tree, hits = tree_of(points, corners), 0
+    moved = (points.astype(np.float64) + far_off).T
+    for _ in range(12):
+        at = random.normal(size=3)
+        at *= distance / np.linalg.norm(at)
+        origins, ways = rays_at(random, at, spread, count)
+        expected = met_by(tree, origins, ways, np.full(count, 9.0))
+        apex = changing_shapes.apex_of(origins + far_off, ways)
+        assert apex == pytest.approx(at + far_off, abs=1e-6) or count == 1
+        far, face = changing_shapes.meet(moved, corners.T, origins + far_off, ways, apex)
+        both = np.isfinite(far) & np.isfinite(expected)
         # On the outline a hair's breadth decides.
-        assert (np.isfinite(got) != np.isfinite(expected)).sum() <= 1
-        assert np.abs(got[both] - expected[both]).max(initial=0.0) < TOLERANCE
-        hits += int(both.sum())
-    assert hits > 400
+        assert (np.isfinite(far) != np.isfinite(expected)).sum() <= 1
+        np.testing.assert_allclose(far[both], expected[both], atol=TOLERANCE)
+        hits += both.sum()
+        alone = [changing_shapes.meet(moved, corners.T, o[None] + far_off, w[None], o + far_off)
+                 for o, w in zip(origins, ways, strict=True)]  # fmt: skip
+        assert far.tobytes() == np.concatenate([one[0] for one in alone]).tobytes()
+        assert face[both].tolist() == [
+            int(one[1][0]) for one, b in zip(alone, both, strict=True) if b
+        ]
+    assert hits > 3
 
 
-def test_only_rays_of_one_plane_have_one():
+def test_only_rays_from_one_point_have_one():
     random = np.random.default_rng(2)
-    origins, ways = fan(random)
-    assert sections.plane_of(origins, ways) is not None
-    for rays in (1, 2):
-        assert sections.plane_of(origins[:rays], ways[:rays]) is not None
-    side_by_side = np.linspace(0, 1, 5)[:, None] * [1.0, 0.0, 0.0]
-    _, normal = sections.plane_of(side_by_side, np.tile([0.0, 0.0, -1.0], (5, 1)))
-    assert abs(normal) == pytest.approx([0.0, 1.0, 0.0])
-    tilted = ways.copy()
-    tilted[3] += 1e-4 * np.cross(ways[0], ways[-1])
-    assert sections.plane_of(origins, tilted) is None
-    lifted = origins.copy()
-    lifted[3] += 1e-4 * np.cross(ways[0], ways[-1])
-    assert sections.plane_of(lifted, ways) is None
+    origins, ways = rays_at(random, np.array([1.0, 2.0, 3.0]), 0.3, 9)
+    assert changing_shapes.apex_of(origins, ways) == pytest.approx((1.0, 2.0, 3.0))
+    aside = np.tile([0.0, 0.0, -1.0], (5, 1))
+    assert changing_shapes.apex_of(np.arange(15.0).reshape(5, 3), aside) is None
+    assert changing_shapes.apex_of(random.normal(size=(9, 3)), ways) is None
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -169,7 +174,7 @@ def test_columns_pass_over_what_is_no_place():
     assert got == pytest.approx([1.0])
 
 
-def test_a_fan_sees_a_body_that_changes_shape_without_a_hierarchy(empty_scene):
+def test_a_body_that_changes_shape_is_seen_at_each_frame(empty_scene):
     points, corners = lump()
     mesh = bpy.data.meshes.new("lump")
     mesh.from_pydata(points.tolist(), [], corners.tolist())
@@ -191,7 +196,8 @@ def test_a_fan_sees_a_body_that_changes_shape_without_a_hierarchy(empty_scene):
     hits = 0
     for frame in range(1, 20):
         bpy.context.scene.frame_set(frame)
-        origins, ways = fan(random)
+        at = random.normal(size=3)
+        origins, ways = rays_at(random, at * 3.0 / np.linalg.norm(at), 0.2, 24)
         fast, slow = (
             caster.update(bpy.context.evaluated_depsgraph_get())
             or caster.cast(0, 0, origins, ways, np.full(len(ways), 6.0))
@@ -200,7 +206,7 @@ def test_a_fan_sees_a_body_that_changes_shape_without_a_hierarchy(empty_scene):
         wrong = np.abs(fast - slow) > 2e-5
         assert wrong.sum() <= 1, (frame, fast[wrong], slow[wrong])
         hits += int((slow < 6.0).sum())
-        assert pair[0].solids.solids[0].geometry.has_tree == (frame == 1)
+        assert pair[0].solids.solids[0].geometry.deforms
     assert hits > 150
 
 

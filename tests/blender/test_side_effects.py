@@ -69,6 +69,7 @@ def test_so_does_the_operator(busy):
     assert state_of_the_file(busy) == before
 
 
+@pytest.mark.usefixtures("frame_by_frame")
 def test_so_does_a_run_with_substeps_that_is_closed_early(busy, addon_part):
     busy.scene.angen_substeps = 3
     before = state_of_the_file(busy)
@@ -105,6 +106,7 @@ def test_so_does_a_failing_operator(busy):
     assert state_of_the_file(busy) == before
 
 
+@pytest.mark.usefixtures("frame_by_frame")
 def test_a_run_ends_where_another_scene_is_shown(busy, addon_part):
     """What was recorded is not taken for that scene's."""
     scene, before = busy.scene, state_of_the_file(busy)

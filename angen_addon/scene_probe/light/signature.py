@@ -56,7 +56,7 @@ class LightSignature:
         # What nodes look up in the view layer, the scene and the world.
         self._names: set[str] = set()
 
-    def note(self, depsgraph: Any, edited: bool = False) -> None:
+    def note(self, depsgraph: Any, edited: bool = False, by_frame: bool = False) -> None:
         """Takes down what was evaluated anew; to be called in the handlers of each evaluation:
         later the list is empty. `edited`: by more than a change of frame."""
         if not self._known:

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Frames of the solids that are kept: what moves, as it was at each of them.
+
+While Blender evaluates frame after frame as little as possible is done between: Python there makes
+its caches cold, and the next frame takes two to three times as long. So what moves is copied at
+each frame, and all else is worked out for many frames at once.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Surface, read_surface
+from .solids import Solids, matrices_of, world_bounds
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+# Frames that are kept at once, and bytes that they may take.
+MOST_FRAMES = 256
+MOST_BYTES = 1 << 26
+
+
+class Frames:
+    """k frames of the m solids in `rows` of the list, those that were seen to move: `matrix`
+    (k, m, 4, 4), world bounds `lo`, `hi` (k, m, 3), and `version` (k, m), which is the same number
+    as long as one stays as it is. All other solids are as in the list itself."""
+
+    def __init__(self, rows: Index, matrix: Array, lo: Array, hi: Array, version: Index) -> None:
+        self.rows = rows
+        self.matrix, self.lo, self.hi, self.version = matrix, lo, hi, version
+        self.column = {row: column for column, row in enumerate(rows.tolist())}
+        # By row of a solid whose shape changes, its surface at each frame.
+        self.surfaces: dict[int, list[Surface]] = {}
+
+    @classmethod
+    def present(cls, solids: Solids) -> Frames:
+        """The solids as they were synchronised last, as one frame."""
+        rows = np.flatnonzero(solids.moving)
+        matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
+        return cls(rows, matrix, lo, hi, solids.version[None, rows])
+
+    @classmethod
+    def unchanged(cls, solids: Solids, count: int) -> Frames:
+        """So many frames of the same."""
+        one = cls.present(solids)
+        matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
+        return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
+
+    def __len__(self) -> int:
+        return len(self.version)
+
+    def surface(self, solids: Solids, row: int, frame: int) -> Surface:
+        """The surface of a solid at a frame."""
+        kept = self.surfaces.get(row)
+        surface: Surface = kept[frame] if kept else solids.solids[row].geometry.state
+        return surface
+
+
+class Film:
+    """Takes down frames of a list of solids, as objects in the order of a depsgraph, and works out
+    what they are in the end."""
+
+    def __init__(self, solids: Solids, depsgraph: Any) -> None:
+        self._solids = solids
+        objects = list(depsgraph.objects)
+        self._solid_of = [solids.row_of((o.original.session_uid,)) for o in objects]
+        self._world = self._worlds_now(depsgraph)
+        self._worlds: list[NDArray[np.float32]] = []
+        # What changes its shape: as it was before the first of the frames, and at those at which
+        # Blender named it.
+        self._before: dict[int, Surface] = {}
+        self._shapes: list[dict[int, Surface]] = []
+        self._bytes = 0
+
+    def __len__(self) -> int:
+        return len(self._worlds)
+
+    @property
+    def full(self) -> bool:
+        return len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
+
+    def _worlds_now(self, depsgraph: Any) -> NDArray[np.float32]:
+        world = np.empty(len(self._solid_of) * 16, np.float32)
+        depsgraph.objects.foreach_get("matrix_world", world)
+        return world
+
+    def take(self, depsgraph: Any) -> bool:
+        """Takes down a frame, for whose depsgraph the list stands; False where that has to begin
+        anew, because a solid has other faces than before."""
+        solids, shapes = self._solids, {}
+        for uid in solids.reshaped:
+            geometry = solids.shape_of(uid)
+            if geometry is None:
+                continue
+            surface = read_surface(geometry.original.evaluated_get(depsgraph), True)
+            known = self._before.setdefault(uid, geometry.state)
+            if known is None or not surface.has_faces_of(known):
+                return False
+            geometry.deforms = geometry.deforms or uid in solids.bends
+            shapes[uid] = surface
+        solids.note_seen()
+        world = self._worlds_now(depsgraph)
+        self._worlds.append(world)
+        self._shapes.append(shapes)
+        self._bytes += world.nbytes + sum(surface.points.nbytes for surface in shapes.values())
+        return True
+
+    def develop(self) -> Frames:
+        """The frames since the last time; the list then is as at the last of them."""
+        solids, count = self._solids, len(self)
+        worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
+        changed = (worlds[1:] != worlds[:-1]).any(axis=2)
+        moved = np.flatnonzero(changed.any(axis=0)).tolist()
+        moves = {row: o for o in moved if (row := self._solid_of[o]) is not None}
+        kept, bends = self._surfaces()
+        solids.set_moving(np.array(sorted({*moves, *kept}), np.intp))
+        frames = Frames.unchanged(solids, count)
+        steps = solids.syncs + 1 + np.arange(count)
+        for row, at in moves.items():
+            column = frames.column[row]
+            frames.matrix[:, column] = matrices_of(worlds[1:, at])
+            frames.version[:, column] = np.where(changed[:, at], steps, frames.version[:, column])
+        for row, surfaces in kept.items():
+            column = frames.column[row]
+            newer = np.where(bends[row], steps, 0)
+            frames.version[:, column] = np.maximum(newer, frames.version[:, column])
+            frames.surfaces[row] = surfaces
+        frames.version[:] = np.maximum.accumulate(frames.version, axis=0)
+        self._place(frames, sorted({*moves, *kept}))
+        self._begin_anew(frames)
+        return frames
+
+    def _begin_anew(self, frames: Frames) -> None:
+        solids = self._solids
+        solids.syncs += len(frames)
+        solids.show(frames.rows, frames.matrix[-1], frames.lo[-1], frames.hi[-1])
+        solids.version[frames.rows] = frames.version[-1]
+        for row, surfaces in frames.surfaces.items():
+            solids.solids[row].geometry.take_over(surfaces[-1])
+        self._world = self._worlds[-1]
+        self._worlds, self._shapes, self._before, self._bytes = [], [], {}, 0
+
+    def _surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
+        """By row of those whose shape changes, its surface at each frame, and at which of them it
+        is another than before."""
+        kept: dict[int, list[Surface]] = {}
+        bends: dict[int, NDArray[np.bool_]] = {}
+        for uid, last in self._before.items():
+            each, other = [], np.zeros(len(self), bool)
+            for frame, shapes in enumerate(self._shapes):
+                surface = shapes.get(uid, last)
+                if surface is not last and not surface.same(last):
+                    last, other[frame] = surface, True
+                each.append(last)
+            if other.any():
+                for row in self._solids.rows_of_shape(uid):
+                    kept[row], bends[row] = each, other
+        return kept, bends
+
+    def _place(self, frames: Frames, rows: list[int]) -> None:
+        """The bounds of what moved."""
+        for row in rows:
+            column = frames.column[row]
+            shapes: list[Any] = [self._solids.solids[row].geometry]
+            shapes = list(frames.surfaces.get(row, shapes))
+            lo, hi = np.stack([s.lo for s in shapes]), np.stack([s.hi for s in shapes])
+            bounds = world_bounds(frames.matrix[:, column], lo, hi)
+            frames.lo[:, column], frames.hi[:, column] = bounds

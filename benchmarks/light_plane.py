@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.scene_probe.light import probe
-from angen_sensors.angen_addon.scene_probe.light.kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light.cycles import CyclesLight
 from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
 from mathutils import Vector
 
@@ -49,7 +49,7 @@ def _requests(plane: float, samples: int) -> list[LightRequest]:
     ]
 
 
-def _measured(requests: Sequence[LightRequest], kept: KeptScenes | None = None) -> Any:
+def _measured(requests: Sequence[LightRequest], kept: CyclesLight | None = None) -> Any:
     return probe.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
 
 
@@ -82,7 +82,7 @@ def _times(rounds: int) -> list[list[float]]:
     """Milliseconds a sensor of further updates, as in a run, for each plane."""
     scene = bpy.context.scene
     asked = [_requests(plane, TIMED) for plane in PLANES]
-    kept = [KeptScenes() for _ in PLANES]
+    kept = [CyclesLight() for _ in PLANES]
     taken: list[list[float]] = [[] for _ in PLANES]
     for turn in range(rounds + 1):
         scene.frame_set(FRAME + turn)

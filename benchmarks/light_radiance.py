@@ -227,7 +227,7 @@ def traced(octree: Path, requests: list[LightRequest], bounces: int, divisions: 
     lines = []
     for request in requests:
         normal = -request.matrix[:3, 2]
-        size = face_size(bpy.context.scene, [request.matrix])
+        size = face_size(bpy.context.scene, request.matrix)
         place = request.matrix[:3, 3] + normal * size
         lines.append(" ".join(f"{c:.9g}" for c in (*place, *normal)))
     options = [*QUALITY, "-ab", str(bounces), "-ad", str(divisions)]

@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.scene_probe.light import engine, probe
-from angen_sensors.angen_addon.scene_probe.light.kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light.cycles import CyclesLight
 from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
 
 from .light_speed import number
@@ -38,7 +38,7 @@ def measure(paths: int, quick: bool) -> dict[str, Any]:
     for method in METHODS:
         true, noise = _true(compared, method, paths)
         for few, many in WAYS:
-            found, costs, states = _run(frames, method, few, many)
+            found, costs = _run(frames, method, few, many)
             error = np.array([found[frame] for frame in compared]) / true - 1.0
             rows.append(
                 {
@@ -47,7 +47,6 @@ def measure(paths: int, quick: bool) -> dict[str, Any]:
                     "reference": many,
                     "ms_a_sensor": 1000.0 * sum(costs) / true.shape[1] / len(frames),
                     "ms_further": 1000.0 * float(np.median(costs)) / true.shape[1],
-                    "states": states,
                     "rms": float(np.sqrt(np.mean(error**2))),
                     "median": float(np.median(np.abs(error))),
                     "worst": float(np.abs(error).max()),
@@ -68,25 +67,22 @@ def _requests(method: str, samples: int) -> list[LightRequest]:
     ]
 
 
-def _values(requests: list[LightRequest], kept: KeptScenes) -> Any:
+def _values(requests: list[LightRequest], kept: CyclesLight) -> Any:
     found = probe.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
     return np.array([number(found[r.name]) for r in requests])
 
 
-def _run(
-    frames: list[int], method: str, few: int, many: int
-) -> tuple[dict[int, Any], list[float], int]:
-    """Values by frame, seconds of each update, and how many references were traced."""
-    kept, found, costs = KeptScenes(many), {}, []
+def _run(frames: list[int], method: str, few: int, many: int) -> tuple[dict[int, Any], list[float]]:
+    """Values by frame, and seconds of each update."""
+    kept, found, costs = CyclesLight(many), {}, []
     requests = _requests(method, few)
     for frame in frames:
         bpy.context.scene.frame_set(frame)
         start = time.perf_counter()
         found[frame] = _values(requests, kept)
         costs.append(time.perf_counter() - start)
-    states = kept.states
     kept.close()
-    return found, costs, states
+    return found, costs
 
 
 def _true(frames: list[int], method: str, paths: int) -> tuple[Any, float]:
@@ -95,7 +91,7 @@ def _true(frames: list[int], method: str, paths: int) -> tuple[Any, float]:
     try:
         for turn in range(SEEDS):
             engine.SEED = 2000 + turn
-            kept = KeptScenes()
+            kept = CyclesLight()
             values = []
             for frame in frames:
                 bpy.context.scene.frame_set(frame)

@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.scene_probe.light import engine, probe
-from angen_sensors.angen_addon.scene_probe.light.kept import KeptScenes
+from angen_sensors.angen_addon.scene_probe.light.cycles import CyclesLight
 from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
 from angen_sensors.angen_addon.scene_probe.light.signature import LightSignature
 from angen_sensors.angen_addon.scene_probe.solids import Solids
@@ -102,14 +102,14 @@ def number(sample: Any) -> float:
     return float(lux if percent is None else percent)
 
 
-def _values(requests: Sequence[LightRequest], kept: KeptScenes | None = None) -> Any:
+def _values(requests: Sequence[LightRequest], kept: CyclesLight | None = None) -> Any:
     found = probe.measure(bpy.context.scene, bpy.context.view_layer, requests, kept=kept)
     return np.array([number(found[r.name]) for r in requests])
 
 
 def _timed(requests: Sequence[LightRequest], rounds: int) -> tuple[Any, float]:
     """Values, and the time of a further update [ms] as in a run: the person has moved on."""
-    scene, kept, costs = bpy.context.scene, KeptScenes(), []
+    scene, kept, costs = bpy.context.scene, CyclesLight(), []
     values = _values(requests, kept)
     for number in range(rounds):
         scene.frame_set(FRAME + 1 + number)

@@ -57,7 +57,7 @@ def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> L
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     rays = LightRays(solids)
     rays.update(depsgraph, light_housings(view_layer))
-    places = _places(rays, request, face_size(scene, [request.matrix]))
+    places = _places(rays, request, face_size(scene, request.matrix))
     unit = 100.0 * request.exposure / 4.0 if request.method == "FOUR_WALL" else efficacy
     total = unit * float(np.sum(luminance(direct.light(request))))
     lamps: dict[str, LampShare] = {}

@@ -15,7 +15,7 @@ from .. import state
 from ..instances import Uid
 from ..scene_probe.bodies import Bodies
 from ..scene_probe.frames import Film
-from ..scene_probe.light.kept import KeptScenes
+from ..scene_probe.light.cycles import CyclesLight
 from ..scene_probe.light.probe import LightError, LightRequest, measure_direct, measuring
 from ..scene_probe.light.signature import LightSignature
 from ..scene_probe.rays import RayCaster
@@ -62,7 +62,7 @@ class Probes:
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._direct: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
-        self._light_scenes = KeptScenes()
+        self._light = CyclesLight(told=True)
         state.CACHE.watch(self._lighting)
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
@@ -142,12 +142,14 @@ class Probes:
         how = scene.angen_luminous_efficacy, scene.angen_light_reference
         if self._lighting.changed(view_layer, depsgraph, how):
             self._measured = {}
+            if not self._lighting.only_power_changed:
+                self._light.forget()
         due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != _key(r)]
         if not due:
             return
-        efficacy, self._light_scenes.reference = how
+        efficacy, self._light.reference = how
         try:
-            kept = self._light_scenes if keep else None
+            kept = self._light if keep else None
             found = yield from measuring(scene, view_layer, due, efficacy, kept)
         except LightError as error:
             raise SensorError(str(error)) from None
@@ -155,7 +157,7 @@ class Probes:
 
     def close(self) -> None:
         """Removes from the file what was kept there."""
-        self._light_scenes.close()
+        self._light.close()
 
     def direct(self, depsgraph: Any, asked: Sequence[LightRequest | None]) -> set[str]:
         """Measures by closed forms what they model, also in frame handlers; the names of those

@@ -7,6 +7,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
+from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
@@ -32,7 +34,7 @@ def room(world):
 
 @pytest.fixture
 def scenes():
-    found = part("light.kept").KeptScenes(MANY)
+    found = part("light.cycles").CyclesLight(MANY)
     yield found
     found.close()
 
@@ -88,7 +90,7 @@ def test_lamps_that_change_are_read_as_by_many_paths(room, scenes):
     objects("screen").animation_data_clear()
     for frame in (1, 5, 7, 9, 5):
         bpy.context.scene.frame_set(frame)
-        assert in_a_run(scenes) == pytest.approx(plain(MANY), rel=1e-5)
+        assert in_a_run(scenes) == pytest.approx(plain(MANY), rel=1e-4)
 
 
 def key_lamp(frames=(1, 5), energies=(1.0, 3.0)):
@@ -161,7 +163,7 @@ def test_a_reading_is_the_same_whatever_was_read_before(room, scenes):
     key_lamp(frames=(1, 40), energies=(1.0, 9.0))
     bpy.context.scene.frame_set(30)
     alone = in_a_run(scenes)
-    other = part("light.kept").KeptScenes(MANY)
+    other = part("light.cycles").CyclesLight(MANY)
     for frame in (1, 7, 40, 30):
         bpy.context.scene.frame_set(frame)
         again = in_a_run(other)
@@ -169,16 +171,21 @@ def test_a_reading_is_the_same_whatever_was_read_before(room, scenes):
     assert (again == alone).all()
 
 
-def test_other_sensors_do_not_count(room, scenes):
+@pytest.mark.parametrize("few", [32, FEW])
+def test_other_sensors_do_not_count(room, scenes, few):
+    """Also where it is looked at more closely."""
+    CHANGES["a screen's glow"]()
     scene, layer = bpy.context.scene, bpy.context.view_layer
-    scene.frame_set(20)
-    first = sensors(FEW)[:1]
-    alone = numbers(part("light.probe").measure(scene, layer, first, 1.0, scenes))
-    assert in_a_run(scenes)[0] == alone[0]
+    for frame in (1, 9):
+        scene.frame_set(frame)
+        together = part("light.probe").measure(scene, layer, sensors(few), 1.0, scenes)
+        for alone in sensors(few):
+            found = part("light.probe").measure(scene, layer, [alone], 1.0, scenes)
+            assert found == {alone.name: together[alone.name]}
 
 
 def test_without_more_paths_than_its_own_a_reading_is_as_it_was(room):
-    kept = part("light.kept").KeptScenes(FEW)
+    kept = part("light.cycles").CyclesLight(FEW)
     bpy.context.scene.frame_set(9)
     assert (in_a_run(kept) == plain(FEW)).all()
     kept.close()
@@ -237,17 +244,6 @@ def test_the_dark_has_no_noise_of_the_light_before(room, scenes, darken):
     found, few = in_a_run(scenes)[0], plain(FEW)[0] or 0.0
     assert 0.0 <= (found or 0.0) < 1e-3 * day
     assert (found or 0.0) == pytest.approx(few, rel=0.1, abs=0.0)
-
-
-def test_corrections_fit_the_light():
-    """As much as in the reference where there is as much light or more; below, in proportion."""
-    corrected = part("light.reference").corrected
-    light, few = np.array([0.0, 1.0, 4.0, 5.0, 1.0]), np.array([4.0, 4.0, 4.0, 4.0, 0.0])
-    many = np.array([2.0, 2.0, 2.0, 2.0, np.nan])
-    assert corrected(light, few, many).tolist() == [0.0, 0.5, 2.0, 3.0, 1.0]
-    random = np.random.default_rng(0)
-    light, few, many = random.exponential(1.0, (3, 1000))
-    assert (corrected(light, few, many) >= 0.0).all()
 
 
 def key_nodes():
@@ -309,7 +305,7 @@ def test_a_reference_holds_nothing_of_the_frame_it_was_made_at(room, scenes, cha
     change()
     bpy.context.scene.frame_set(9)
     alone = in_a_run(scenes)
-    other = part("light.kept").KeptScenes(MANY)
+    other = part("light.cycles").CyclesLight(MANY)
     for frame in (1, 4, 9):
         bpy.context.scene.frame_set(frame)
         again = in_a_run(other)
@@ -323,32 +319,6 @@ def test_lamps_with_nodes_are_read_as_by_many_paths(room, scenes):
     for frame in (1, 3, 5):
         bpy.context.scene.frame_set(frame)
         assert in_a_run(scenes) == pytest.approx(plain(MANY), rel=1e-5)
-
-
-def made(monkeypatch):
-    """How many scenes of references are made."""
-    reference, found = part("light.reference").ReferenceScene, []
-    enter = reference.__enter__
-    monkeypatch.setattr(reference, "__enter__", lambda self: found.append(enter(self)) or self)
-    return found
-
-
-def test_lamps_that_nobody_sees_cost_nothing(room, scenes, monkeypatch):
-    key_lamp((1, 20), (1.0, 9.0))
-    objects("point").hide_viewport = True
-    for frame in (1, 5, 9):
-        bpy.context.scene.frame_set(frame)
-        in_a_run(scenes)
-    assert scenes.states == 1
-
-
-def test_more_pictures_than_are_kept_do_not_trace_many_paths_again(room, scenes, monkeypatch):
-    found, scene, layer = made(monkeypatch), bpy.context.scene, bpy.context.view_layer
-    requests = [request(f"of {FEW + n}", facing((0, 1, 0)), samples=FEW + n) for n in range(6)]
-    for frame in (1, 5, 9):
-        scene.frame_set(frame)
-        part("light.probe").measure(scene, layer, requests, 1.0, scenes)
-    assert len(found) == 12 and scenes.states == 6
 
 
 def light_sensor(world, name, at=(0, 0, 0)):
@@ -371,45 +341,64 @@ MOVES = {
 }
 
 
+def pictures(world, last):
+    """A run's readings by sensor, and how many pictures of each sort it took by frame."""
+    recording, found = Recording(), {}
+    for progress in simulate(world.scene, world.sensors(), 1, last, recording):
+        sort = "reference" if "reference" in progress.doing else "other"
+        found.setdefault(progress.frame, []).append(sort)
+    read = {name: world.series(recording, name, "illuminance_lux") for name in recording.tracks}
+    # At its end each frame is told without a picture.
+    return read, {frame: sorts[:-1] for frame, sorts in found.items()}
+
+
 @pytest.mark.parametrize("how", MOVES)
-def test_a_sensor_that_moves_makes_no_references(room, monkeypatch, how):
+def test_a_sensor_that_moves_makes_no_references(room, how):
     """They would be of use but once, and take the others' with them."""
     bpy.context.scene.angen_light_reference = 64
     light_sensor(room, "still", (0.5, 0, 0))
-    found = made(monkeypatch)
-    still = room.series(room.run(1, 20), "still", "illuminance_lux")
-    assert len(found) == 2
-    found.clear()
+    alone, taken = pictures(room, 20)
+    references = [frame for frame, sorts in taken.items() for s in sorts if s == "reference"]
     MOVES[how](room, light_sensor(room, "moves"))
-    recording = room.run(1, 20)
-    assert len(found) == 2
-    assert room.series(recording, "still", "illuminance_lux") == still
+    read, taken = pictures(room, 20)
+    assert [f for f, sorts in taken.items() for s in sorts if s == "reference"] == references
+    assert read["still"] == alone["still"]
     bpy.context.scene.angen_light_reference = 0
-    plain_run = room.series(room.run(1, 20), "moves", "illuminance_lux")
-    assert room.series(recording, "moves", "illuminance_lux") == plain_run
+    assert pictures(room, 20)[0]["moves"] == read["moves"]
 
 
-def test_a_reference_stands_at_the_first_frame(room, scenes, monkeypatch):
-    """While it is rendered, and afterwards; nothing of that reaches the user's scene."""
-    picture, frames = part("light.picture").Picture, []
-    pixels = picture.pixels
+def switch_power():
+    key_lamp((1, 4, 8, 12), (1.0, 0.0, 5.0, 2.0))
+    data = objects("area").data
+    for frame, colour in ((1, (1, 1, 1)), (12, (0.2, 0.4, 1))):
+        data.color = colour
+        data.keyframe_insert("color", frame=frame)
 
-    def spied(self):
-        found = pixels(self)
-        frames.append(self._scene.frame_current)
-        return found
 
-    monkeypatch.setattr(picture, "pixels", spied)
-    key_lamp((1, 20), (1.0, 9.0))
-    for frame in (9, 17):
-        frames.clear()
-        bpy.context.scene.frame_set(frame)
-        place = objects("screen").location.copy()
-        in_a_run(scenes)
-        assert frames == [frame, 1, 1]
-        assert bpy.context.scene.frame_current == frame
-        bpy.context.view_layer.update()
-        assert objects("screen").location == place
+@pytest.mark.parametrize("reference", [0, 64])
+def test_a_lamp_that_is_switched_or_dimmed_costs_no_picture(room, reference):
+    objects("screen").animation_data_clear()
+    switch_power()
+    bpy.context.scene.angen_light_reference = reference
+    light_sensor(room, "still", (0.5, 0, 0)).angen_sensor.update_rate = 24.0
+    read, taken = pictures(room, 12)
+    assert len(set(read["still"])) > 9
+    assert all(taken.pop(1)) and not any(taken.values())
+    for frame in (1, 4, 6, 12):
+        again = Recording()
+        list(simulate(room.scene, room.sensors(), frame, frame, again))
+        (alone,) = room.series(again, "still", "illuminance_lux")
+        assert read["still"][frame - 1] == alone
+
+
+def test_how_far_a_reference_is_is_told(room):
+    """A part of its paths at a time: whoever waits can leave at each."""
+    bpy.context.scene.angen_light_reference = 8192
+    light_sensor(room, "still", (0.5, 0, 0))
+    run = simulate(room.scene, room.sensors(), 1, 1, Recording())
+    told = [progress.doing for progress in run if "reference" in progress.doing]
+    shares = [int(text.rsplit(" ", 3)[-3]) for text in told]
+    assert len(told) >= 8 and shares == sorted(shares) and shares[-1] > 80
 
 
 def test_a_zone_within_a_group_is_what_goes_through_frames(room):
@@ -418,24 +407,22 @@ def test_a_zone_within_a_group_is_what_goes_through_frames(room):
     outer.nodes.new("GeometryNodeGroup").node_tree = inner
     modifier = objects("screen").modifiers.new("nodes", "NODES")
     modifier.node_group = outer
-    with_it = part("light.reference").ReferenceScene
-    shown = []
+    simulated, found = part("light.frozen").Simulated, []
     for zone in (False, True):
         if zone:
             inner.nodes.new("GeometryNodeSimulationOutput")
-        with with_it(bpy.context.scene, bpy.context.view_layer) as made_of:
-            shown.append("screen" in made_of.scene.objects)
-    assert shown == [True, False]
+        found.append(objects("screen") in simulated())
+    assert found == [False, True]
 
 
 def test_a_sun_that_does_not_reach_a_room_does_not_disturb_it(room, scenes):
-    """Its shadow rays are most of all: with the other lamps in one, few paths would find these."""
+    """By its own power it would have most shadow rays, and few paths would find the other lamps."""
     true = plain(MANY)
     sun = lamp(room, "SUN", at=(0, 0, 9), energy=300.0)
     bpy.context.scene.frame_set(1)
     error = np.abs(in_a_run(scenes) / true - 1)
     assert error.max() < 0.02
-    assert np.abs(plain(MANY) / true - 1).max() > 4 * error.max()
+    assert np.abs(plain(MANY) / true - 1).max() < 0.02
     sun.data.energy = 0.0
     assert in_a_run(scenes) == pytest.approx(true, rel=0.02)
 
@@ -450,7 +437,7 @@ def test_suns_lamps_and_glowing_things_add_up(room):
     lamp(room, "SUN", at=(0, 0, 9), energy=2.0, angle=0.1)
     bpy.context.scene.frame_set(1)
     true = plain(16 * MANY)
-    scenes = part("light.kept").KeptScenes(8 * MANY)
+    scenes = part("light.cycles").CyclesLight(8 * MANY)
     assert in_a_run(scenes) == pytest.approx(true, rel=0.03)
     scenes.close()
     for off in ("point", "area", "sun"):
@@ -471,30 +458,23 @@ def test_a_portal_needs_a_world(room, scenes):
     assert (in_a_run(scenes) > 0.0).all()
 
 
-@pytest.mark.parametrize("few", [32, 256])
-def test_what_departs_far_from_the_reference_is_looked_at_more_closely(room, monkeypatch, few):
-    """By few paths 16 times as many are still fewer than the reference's, or are as many."""
+@pytest.mark.parametrize(("few", "bias"), [(64, 0.06), (256, 0.03)])
+def test_what_departs_far_is_looked_at_more_closely(room, monkeypatch, few, bias):
+    """Those that find too little of what is new are not: the fewer the paths, the more of them."""
     CHANGES["a screen's glow"]()
-    layer, engine, kept = bpy.context.view_layer, part("light.engine"), part("light.kept")
-    closer, looked = kept.KeptScenes._closer, []
+    layer, engine, cycles = bpy.context.view_layer, part("light.engine"), part("light.cycles")
 
     def read(paths, scenes=None):
         found = part("light.probe").measure(bpy.context.scene, layer, sensors(paths), 1.0, scenes)
         return numbers(found)
 
     def read_in_a_run():
-        scenes = kept.KeptScenes(MANY)
+        scenes = cycles.CyclesLight(MANY)
         try:
             return read(few, scenes)
         finally:
             scenes.close()
 
-    monkeypatch.setattr(engine, "SEED", 0)
-    monkeypatch.setattr(
-        kept.KeptScenes, "_closer", lambda self, *asked: looked.append(0) or closer(self, *asked)
-    )
-    read_in_a_run()
-    assert not looked
     for frame in range(1, 10):
         bpy.context.scene.frame_set(frame)
     monkeypatch.setattr(engine, "SEED", 77)
@@ -503,31 +483,7 @@ def test_what_departs_far_from_the_reference_is_looked_at_more_closely(room, mon
     for engine.SEED in range(8):
         errors += list(read_in_a_run() / true - 1)
         with monkeypatch.context() as never:
-            never.setattr(kept, "departs", lambda light, few: False)
+            never.setattr(cycles, "CLOSER", 1)
             otherwise += list(read_in_a_run() / true - 1)
-    assert looked
     assert rms(errors) < 0.8 * rms(otherwise)
-    assert abs(np.mean(errors)) < 0.03
-
-
-@pytest.mark.parametrize("few", [32, 256])
-def test_many_that_depart_share_a_picture_and_read_the_same(room, monkeypatch, few):
-    """However many depart, scenes are handed to Cycles once and not again at each update."""
-    CHANGES["a screen's glow"]()
-    kept, made = part("light.kept"), []
-    layer, scene = bpy.context.view_layer, bpy.context.scene
-    enter = kept.LightScene.__enter__
-    monkeypatch.setattr(kept, "departs", lambda light, few: True)
-    monkeypatch.setattr(kept.LightScene, "__enter__", lambda s: made.append(0) or enter(s))
-    found = {}
-    for at_most in (3, 2):
-        monkeypatch.setattr(kept, "AT_MOST", at_most)
-        scenes, found[at_most] = kept.KeptScenes(MANY), []
-        for frame in (1, 2, 3):
-            scene.frame_set(frame)
-            before = len(made)
-            taken = part("light.probe").measure(scene, layer, sensors(few), 1.0, scenes)
-            found[at_most].append(numbers(taken))
-            assert frame == 1 or len(made) == before
-        scenes.close()
-    assert (np.array(found[3]) == np.array(found[2])).all()
+    assert abs(np.mean(errors)) < bias

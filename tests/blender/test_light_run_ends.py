@@ -14,7 +14,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))
-from light_stage import lamp, material, part, plate, sky
+from light_stage import lamp, material, plate, sky
 
 UPDATES = 60
 # Not images: Blender puts an empty "Render Result" into files that it saves and undoes.
@@ -60,7 +60,7 @@ def half_way(world):
     run = simulate(world.scene, world.sensors(), 1, 48, recording)
     while recording.frame_end < 3:
         next(run)
-    assert len(bpy.data.scenes) > 3
+    assert len(bpy.data.scenes) == 2
     return run, recording
 
 
@@ -68,9 +68,11 @@ def test_what_takes_long_is_told_before_and_can_be_left(room):
     """Each picture is a step of its own: whoever asked can stop between two, and nothing stays."""
     before = held()
     doing = [progress.doing for progress in simulate(room.scene, room.sensors(), 1, 2, Recording())]
-    # Two methods; few and many paths, and the suns and what glows each by themselves.
-    assert doing[:5] == ["Cycles takes the scene in", *["the light's reference, 64 paths"] * 4]
-    assert doing.count("Cycles takes the scene in") >= 2 and doing[-1] == ""
+    told = list(dict.fromkeys(doing))
+    assert told[0] == "Cycles takes the scene in" and doing[-1] == ""
+    assert any(text.startswith("the light's reference") for text in told)
+    # Two methods, for each of which the first frame is traced and then the present one.
+    assert doing.count("Cycles takes the scene in") == 1 and len(doing) > 6
     for steps in range(1, len(doing)):
         run = simulate(room.scene, room.sensors(), 1, 2, Recording())
         for _ in range(steps):
@@ -144,9 +146,8 @@ def test_undo_after_a_run_to_a_step_made_amid(room):
     assert held() == before
 
 
-def test_doors_that_open_views_make_one_reference_a_state(world, monkeypatch):
-    """Not one each time, and no more scenes are kept than a few."""
-    kept, reference = part("light.kept"), part("light.reference").ReferenceScene
+def test_doors_that_open_views_need_no_further_reference(world):
+    """However many of them open and shut, and in whatever order."""
     room = world.box((8, 8, 4), name="room")
     room.data.materials.append(material(0.7, name="paint"))
     lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)
@@ -159,17 +160,9 @@ def test_doors_that_open_views_make_one_reference_a_state(world, monkeypatch):
     sensor = world.sensor("LIGHT", "walls", clip_start=0.3, clip_end=2.0, **settings)
     sensor.rotation_euler = (math.pi / 2, 0, 0)
     world.scene.angen_light_reference = 32
-    made, most = [], []
-    enter, light = reference.__enter__, kept.KeptScenes.light
-
-    def spied(self, *asked):
-        found = yield from light(self, *asked)
-        most.append(len(bpy.data.scenes))
-        return found
-
-    monkeypatch.setattr(reference, "__enter__", lambda self: made.append(0) or enter(self))
-    monkeypatch.setattr(kept.KeptScenes, "light", spied)
-    world.run(1, UPDATES)
-    states = len({tuple(column) for column in turns.T.tolist()})
-    assert len(most) > UPDATES / 2 and len(made) == 2 * states
-    assert max(most) == 1 + 4 * kept.AT_MOST
+    scenes, frames = [], set()
+    for progress in simulate(world.scene, world.sensors(), 1, UPDATES, Recording()):
+        scenes.append(len(bpy.data.scenes))
+        if "reference" in progress.doing:
+            frames.add(progress.frame)
+    assert frames == {1} and max(scenes) == 2

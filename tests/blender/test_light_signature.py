@@ -280,7 +280,7 @@ def two_and_a_meter():
 
 @pytest.fixture
 def kept(room):
-    scenes = part("light.kept").KeptScenes()
+    scenes = part("light.cycles").CyclesLight()
     yield scenes
     scenes.close()
 

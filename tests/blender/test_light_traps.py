@@ -39,7 +39,7 @@ def read(reference=MANY, layer=None):
     """Readings of both methods, in a run."""
     scene, layer = bpy.context.scene, layer or bpy.context.view_layer
     layer.update()
-    kept = part("light.kept").KeptScenes(reference)
+    kept = part("light.cycles").CyclesLight(reference)
     asked = [
         request("lux", facing((0, 1, 0), (0.3, -1, 0.2)), samples=FEW),
         request("walls", facing((1, 0, 0), (-0.7, 1, 0)), method="FOUR_WALL", samples=FEW),
@@ -278,13 +278,13 @@ if bpy.app.version >= (4, 5):
 
 
 @pytest.mark.parametrize("change", LOOKED_AT)
-@pytest.mark.parametrize("reference", [0, 32])
+@pytest.mark.parametrize("reference", [0, 128])
 def test_what_nodes_look_at_is_followed_in_runs(room, change, reference):
     """A run reads what a measurement reads that knows nothing of the frames before."""
     objects("screen").animation_data_clear()
     change()
     room.scene.angen_light_reference = reference
-    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
+    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 64, "update_rate": 24.0}
     room.sensor("LIGHT", "meter", **settings).location = (0.3, -1, 0.2)
     run = room.series(room.run(1, 9), "meter", "illuminance_lux")
     alone = room.series(room.run(9, 9), "meter", "illuminance_lux")
@@ -296,12 +296,12 @@ def test_whole_frames_after_sub_frames(room):
     """Kept scenes stand where new ones do."""
     key(objects("point").data, "energy", (1.0, 40.0))
     scene, layer = room.scene, bpy.context.view_layer
-    kept = part("light.kept").KeptScenes(MANY)
+    kept = part("light.cycles").CyclesLight(MANY)
     asked = [request("lux", facing((0, 1, 0), (0.3, -1, 0.2)), samples=FEW)]
     for frame in (3.25, 3.75, 4.0, 3.5, 3.0, 3.0):
         scene.frame_set(int(frame), subframe=frame % 1)
         found = part("light.probe").measure(scene, layer, asked, 1.0, kept)
-        fresh = part("light.kept").KeptScenes(MANY)
+        fresh = part("light.cycles").CyclesLight(MANY)
         assert found == part("light.probe").measure(scene, layer, asked, 1.0, fresh), frame
         fresh.close()
     kept.close()

@@ -56,15 +56,12 @@ def test_each_view_looks_where_it_should(world, wall):
     radiances[wall] = 1.0
     walls(world, *radiances)
     world.update()
-    asked = request(matrix=UPRIGHT)
-    kept = part("light.kept").KeptScenes()
-    module = part("light.four_walls")
-    together = {0: module.Seen(asked, ())}
-    batch = part("light.kept").Batch(
-        world.scene, bpy.context.view_layer, module.Views, together, 64
-    )
-    (found,), _ = part("light.picture").finished(kept.light(batch))
-    kept.close()
+    asked = request(matrix=UPRIGHT, method="FOUR_WALL", samples=64)
+    light = part("light.cycles").CyclesLight()
+    light.look(world.scene, bpy.context.view_layer)
+    found, _ = part("light.cycles_scene").finished(light.light([asked]))
+    light.close()
+    found = found[asked.name]
     assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
 
 

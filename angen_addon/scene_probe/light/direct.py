@@ -65,7 +65,7 @@ class Direct:
         normal = -matrix[:3, 2]
         if request.method == "FOUR_WALL":
             return self._walls(request, self.reflected(name, matrix[:3, 3], normal))
-        place = matrix[:3, 3] + normal * face_size(self._scene, [matrix])
+        place = matrix[:3, 3] + normal * face_size(self._scene, matrix)
         return self.direct(name, place, normal) + self.reflected(name, place, normal)
 
     def direct(self, bundle: Hashable, place: Array, normal: Array) -> Array:
@@ -144,7 +144,7 @@ class Direct:
             length = float(hits.ranges[i])
             normal, colour, _ = hits.surface(i)
             normal = -normal if float(normal @ ways[i]) > 0.0 else normal
-            place = starts[i] + ways[i] * length + normal * face_size(self._scene, [matrix])
+            place = starts[i] + ways[i] * length + normal * face_size(self._scene, matrix)
             here = self.direct((request.name, i), place, normal)
             found[i] = colour / math.pi * (here + reflected)
         return found

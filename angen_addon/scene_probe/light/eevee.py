@@ -58,10 +58,10 @@ def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array
     which cannot bake."""
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples))
-    size = EEVEE_FACE * face_size(scene, [request.matrix for request in requests])
     cameras, probes = [], []
     material = white(light_scene.own)
     for request in requests:
+        size = EEVEE_FACE * face_size(scene, request.matrix)
         mesh = light_scene.own(bpy.data.meshes.new(".angen_light"))
         mesh.from_pydata(face(request.matrix, size).tolist(), [], [(0, 1, 2, 3)])
         mesh.materials.append(material)
@@ -113,7 +113,7 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
     with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
         render.filepath = str(Path(folder, "view"))
         bpy.ops.render.render(write_still=True, scene=scene.name)
-        pictures = [exr.read_rgb(Path(folder, f"view{name}.exr")) for name in names]
+        pictures = [exr.read_layers(Path(folder, f"view{name}.exr"))[""] for name in names]
     for obj in objects:
         # The next render of views must find cameras of its own by their names.
         bpy.data.objects.remove(obj)

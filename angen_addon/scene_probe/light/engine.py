@@ -13,6 +13,10 @@ import bpy
 # Unbiased for what homes hold: after so many bounces between white walls 1e-3 of the light is left.
 BOUNCES = 128
 SEED = 0
+# Light paths of any number and order have the same random numbers where they are told to be part
+# of so many. Before Blender knew parts, they have where no more than 256 are traced at once.
+SEQUENCE = 1 << 20
+AT_ONCE, AT_ONCE_BEFORE = 1024, 256
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 # Its compilation of shaders alone can take this long with a software renderer.
 PATIENCE_S = 120
@@ -45,9 +49,27 @@ def set_up(scene: Any, engine: str) -> None:
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.blur_glossy = 0.0
     cycles.pixel_filter_type = "BOX"
+    cycles.sampling_pattern = "TABULATED_SOBOL"
     cycles.use_auto_tile = False
     cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = BOUNCES
     cycles.transmission_bounces = cycles.transparent_max_bounces = BOUNCES
+
+
+def at_once(scene: Any) -> int:
+    """So many light paths a pixel are traced at once. The sums of parts are rounded: it must not
+    change from run to run."""
+    return AT_ONCE if hasattr(scene.cycles, "use_sample_subset") else AT_ONCE_BEFORE
+
+
+def trace(scene: Any, start: int, count: int) -> None:
+    """So many light paths a pixel are traced next, from that number on."""
+    cycles = scene.cycles
+    cycles.sample_offset = start
+    if hasattr(cycles, "use_sample_subset"):
+        cycles.samples, cycles.use_sample_subset = SEQUENCE, True
+        cycles.sample_subset_length = count
+    else:
+        cycles.samples = count
 
 
 def why_no_eevee() -> str:

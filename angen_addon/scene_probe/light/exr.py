@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads the plain OpenEXR files that the sensors' renders write: scan lines, not compressed.
+"""Reads the plain OpenEXR files that the sensors' renders write: scan lines of 32-bit floats, not
+compressed, in one part.
 
 Loading them as images would leave traces in the user's file.
 """
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 MAGIC = 0x01312F76
 # Flags of tiled, deep and multi-part files.
 OTHER_KINDS = 0x1A00
-TYPES = {0: "<u4", 1: "<f2", 2: "<f4"}
+FLOAT = 2
 
 
-def read_rgb(path: Path) -> NDArray[np.float64]:
-    """Pixels (height, width, 3). Raises ValueError where it is not such a file."""
+def read_layers(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Pixels (height, width, 3) by the name of the layer and pass, such as "ViewLayer.Combined";
+    those of a file without layers by "". Raises ValueError where it is not such a file."""
     data = path.read_bytes()
     magic, version = struct.unpack_from("<II", data)
     if magic != MAGIC or version & OTHER_KINDS:
@@ -30,16 +32,19 @@ def read_rgb(path: Path) -> NDArray[np.float64]:
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1
     channels = _channels(header["channels"])
-    pixels = {name: np.empty((height, width)) for name, _ in channels}
-    at += 8 * height
-    for _ in range(height):
-        row, _ = struct.unpack_from("<ii", data, at)
-        at += 8
-        for name, kind in channels:
-            values = np.frombuffer(data, kind, width, at)
-            pixels[name][row - y0] = values
-            at += values.nbytes
-    return np.stack([pixels[name] for name in "RGB"], axis=-1)
+    if any(kind != FLOAT for _, kind in channels):
+        raise ValueError(f"{path.name} has channels that are not 32-bit floats")
+    # After a table of offsets, each row has its number, its size, and the channels one by one.
+    row = 8 + 4 * width * len(channels)
+    rows = np.frombuffer(data, np.uint8, height * row, at + 8 * height).reshape(height, row)[:, 8:]
+    planes = np.ascontiguousarray(rows).view("<f4").reshape(height, len(channels), width)
+    found: dict[str, NDArray[np.float64]] = {}
+    for number, (name, _) in enumerate(channels):
+        layer, _, channel = name.rpartition(".")
+        if channel in "RGB":
+            pixels = found.setdefault(layer, np.empty((height, width, 3)))
+            pixels[..., "RGB".index(channel)] = planes[:, number]
+    return found
 
 
 def _header(data: bytes, at: int) -> tuple[dict[str, bytes], int]:
@@ -54,12 +59,12 @@ def _header(data: bytes, at: int) -> tuple[dict[str, bytes], int]:
     return found, at + 1
 
 
-def _channels(data: bytes) -> list[tuple[str, str]]:
+def _channels(data: bytes) -> list[tuple[str, int]]:
     found, at = [], 0
     while data[at] != 0:
         name, at = _text(data, at)
         (kind,) = struct.unpack_from("<i", data, at)
-        found.append((name.rpartition(".")[2], TYPES[kind]))
+        found.append((name, kind))
         at += 16
     return found
 

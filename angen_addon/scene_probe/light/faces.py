@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .nodes import Nodes
-from .picture import CORNERS, Picture, Seen, add_squares, share_out
+from .picture import CORNERS, Picture, Seen
 
 Array = NDArray[np.float64]
+# Pixels of a request; of their radiance, the light on a white face.
+COUNT, FACTOR = 1, math.pi
 # The face is this large, and stands this far off its origin, in metres: off the wall that the
 # sensor sits on. Where coordinates are coarser, as many of their steps.
 FACE = 1e-3
@@ -24,42 +26,35 @@ AHEAD = 0.5
 APART = 4.0
 
 
-def batches(requests: Sequence[Any], scene: Any) -> list[dict[int, Seen]]:
-    """The requests by their pixels in a picture; in as many pictures as they need."""
-    near = APART * face_size(scene, [request.matrix for request in requests])
-
-    def are_mixed_up(one: Seen, other: Seen) -> bool:
-        a, b = one.request.matrix, other.request.matrix
-        apart = float(np.abs(a[:3, 3] - b[:3, 3]).max())
-        return apart < near and not np.array_equal(a, b)
-
-    return share_out([Seen(request) for request in requests], 1, are_mixed_up)
+def lids(request: Any, walls: Any) -> tuple[int, ...]:
+    """A face sees as far as there is something."""
+    return ()
 
 
-class Faces:
-    """The faces of one batch of requests in a light scene, of so many light paths a request."""
-
-    def __init__(self, light_scene: Any, together: dict[int, Seen], samples: int) -> None:
-        self._pixels = list(together)
-        size = face_size(light_scene.scene, [s.request.matrix for s in together.values()])
-        corners, rays = [], {}
-        for pixel, seen in together.items():
-            square, back = face(seen.request.matrix, size), seen.request.matrix[:3, 2]
-            corners.append(square)
-            rays[pixel] = square - AHEAD * size * back, np.tile(back, (len(CORNERS), 1))
-        add_squares(light_scene, corners, {}, white(light_scene.own))
-        self._picture = Picture(light_scene, rays, max(1, samples))
-
-    def light(self) -> list[Array]:
-        """W/m² (3,) of linear Rec. 709 on the −Z face of each request."""
-        pixels = self._picture.pixels()
-        return [math.pi * pixels[pixel] for pixel in self._pixels]
+def collide(scene: Any, walls: Any, one: Seen, other: Seen) -> bool:
+    """Whether the faces of two requests could be mixed up."""
+    a, b = one.request.matrix, other.request.matrix
+    near = APART * max(face_size(scene, a), face_size(scene, b))
+    return bool(np.abs(a[:3, 3] - b[:3, 3]).max() < near) and not np.array_equal(a, b)
 
 
-def face_size(scene: Any, matrices: Sequence[Array]) -> float:
-    """Side of a face, and its distance off its origin, in Blender units."""
+def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
+    """Of each pixel, where the rays through its corners start (4, 3), and their directions."""
+    size, back = face_size(scene, request.matrix), request.matrix[:3, 2]
+    return [(face(request.matrix, size) - AHEAD * size * back, np.tile(back, (len(CORNERS), 1)))]
+
+
+def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
+    """Adds what the pixels look at."""
+    poses = [seen.request.matrix for seen in together]
+    corners = [face(pose, face_size(scene, pose)) for pose in poses]
+    picture.add_squares(corners, {}, white(picture.own))
+
+
+def face_size(scene: Any, matrix: Array) -> float:
+    """Side of a face at a pose, and its distance off its origin, in Blender units."""
     metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
-    farthest = max(float(np.abs(matrix[:3, 3]).max()) for matrix in matrices)
+    farthest = float(np.abs(matrix[:3, 3]).max())
     return max(FACE / metres, STEPS * float(np.spacing(np.float32(farthest))))
 
 

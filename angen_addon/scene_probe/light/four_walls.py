@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .nodes import Nodes
-from .picture import CORNERS, Picture, Seen, add_squares, share_out
-from .ways import Ways
+from .picture import CORNERS, Picture, Seen
+from .still_walls import StillWalls
 
 Array = NDArray[np.float64]
 WALLS = 4
+# Pixels of a request, and what their radiance is multiplied with.
+COUNT, FACTOR = WALLS, 1.0
 NEAREST_CLIP = 1e-6
 WIDEST = math.radians(170.0)
 # In so narrow a view, what is on its axis and its edges is taken to be all over it.
@@ -28,39 +30,43 @@ OVERLAP = 1.01
 SAME_LENGTH = 1e-3
 
 
-def batches(requests: Sequence[Any], ways: Ways) -> list[dict[int, Seen]]:
-    """The requests by their first pixels in a picture; in as many pictures as they need."""
+def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
+    """The views (0 … 3) that may reach their far clip plane, and need a lid there."""
+    if request.field_of_view > NARROW:
+        return tuple(range(WALLS))
+    length = request.clip_end - max(request.clip_start, NEAREST_CLIP)
+    views = enumerate(_views(request))
+    return tuple(n for n, view in views if not _is_closed(request, view, length, walls))
 
-    def collide(one: Seen, other: Seen) -> bool:
-        return _meets_lid(one, other, ways) or _meets_lid(other, one, ways)
 
-    return share_out([Seen(r, _open_views(r, ways)) for r in requests], WALLS, collide)
+def collide(scene: Any, walls: StillWalls, one: Seen, other: Seen) -> bool:
+    """Whether a view of one request may meet the lid of one of the other, no wall before it: where
+    paths go through one more surface, Cycles draws other random numbers."""
+    return _meets_lid(one, other, walls) or _meets_lid(other, one, walls)
 
 
-class Views:
-    """The views of one batch of requests in a light scene, of so many light paths a request."""
+def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
+    """Of each pixel, where the rays through its corners start (4, 3), and their directions."""
+    start, found = max(request.clip_start, NEAREST_CLIP), []
+    for view in _views(request):
+        ways = _rays(request, view)
+        found.append((request.matrix[:3, 3] + start * ways, ways))
+    return found
 
-    def __init__(self, light_scene: Any, together: dict[int, Seen], samples: int) -> None:
-        self._first = list(together)
-        if any(seen.lids for seen in together.values()):
-            _add_lids(light_scene, list(together.values()))
-        rays = {}
-        for first, seen in together.items():
-            request = seen.request
-            start = max(request.clip_start, NEAREST_CLIP)
-            for wall, view in enumerate(_views(request)):
-                ways = _rays(request, view)
-                rays[first + wall] = request.matrix[:3, 3] + start * ways, ways
-            if request.field_of_view > WIDEST:
-                light_scene.notes.append(
-                    f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most"
-                )
-        self._picture = Picture(light_scene, rays, max(1, math.ceil(samples / WALLS)))
 
-    def light(self) -> list[Array]:
-        """Linear radiance (4, 3) of the views along −Z, −X, +Z, +X of each request."""
-        pixels = self._picture.pixels()
-        return [pixels[first : first + WALLS] for first in self._first]
+def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
+    """Adds a square at the far clip plane of each open view, from which only the world is seen."""
+    corners, reaches = [], []
+    for seen in together:
+        request = seen.request
+        for wall in seen.lids:
+            ways = _rays(request, _views(request)[wall], OVERLAP)
+            corners.append(request.matrix[:3, 3] + request.clip_end * ways)
+            reaches.append((request.clip_end - max(request.clip_start, NEAREST_CLIP)) * ways)
+        if request.field_of_view > WIDEST:
+            picture.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
+    if corners:
+        picture.add_squares(corners, {"angen_reach": reaches}, _lid(picture.own))
 
 
 def _views(request: Any) -> list[Array]:
@@ -69,67 +75,41 @@ def _views(request: Any) -> list[Array]:
     return [np.stack(axes, axis=1) for axes in ((x, y, -z), (-z, y, -x), (-x, y, z), (z, y, x))]
 
 
+def _slope(request: Any) -> float:
+    return math.tan(min(request.field_of_view, WIDEST) / 2)
+
+
 def _rays(request: Any, view: Array, enlarged: float = 1.0) -> Array:
     """Vectors (4, 3) from the sensor to the corners of its view a metre ahead."""
-    half = math.tan(min(request.field_of_view, WIDEST) / 2) * enlarged
+    half = _slope(request) * enlarged
     return np.array([view @ (half * a, half * b, 1.0) for a, b in 2 * CORNERS - 1])
 
 
-def _axis_and_edges(request: Any, view: Array) -> Array:
-    """Vectors (5, 3) along which a view is looked through, a metre ahead."""
-    return np.vstack([view[:, 2], _rays(request, view)])
+def _is_closed(request: Any, view: Array, length: float, walls: StillWalls) -> bool:
+    """Whether still walls close a narrow view within a length, as far as its axis and its edges
+    tell."""
+    ways = np.vstack([view[:, 2], _rays(request, view)])
+    starts = request.matrix[:3, 3] + max(request.clip_start, NEAREST_CLIP) * ways
+    return walls.are_between(starts, ways, length)
 
 
-def _open_views(request: Any, ways: Ways) -> tuple[int, ...]:
-    """The walls that may be farther away than the far clip plane."""
-    if request.field_of_view > NARROW:
-        return tuple(range(WALLS))
-    start = max(request.clip_start, NEAREST_CLIP)
-    found = []
-    for wall, view in enumerate(_views(request)):
-        rays = _axis_and_edges(request, view)
-        starts = request.matrix[:3, 3] + start * rays
-        if not ways.are_closed(starts, rays, request.clip_end - start):
-            found.append(wall)
-    return tuple(found)
-
-
-def _meets_lid(beam: Seen, other: Seen, ways: Ways) -> bool:
-    """Whether a view of `beam` may meet the lid at the end of one of `other`, no wall before it.
-
-    Where paths go through one more surface, Cycles draws other random numbers.
-    """
+def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
+    """Whether a view of `beam` may meet the lid of one of `other`."""
     if not other.lids:
         return False
     one, two = beam.request, other.request
-    slopes = [math.sqrt(2) * math.tan(min(r.field_of_view, WIDEST) / 2) for r in (one, two)]
-    start, size = max(one.clip_start, NEAREST_CLIP), OVERLAP * slopes[1] * two.clip_end
+    wide, size = math.sqrt(2) * _slope(one), OVERLAP * math.sqrt(2) * _slope(two) * two.clip_end
     beams, ends = _views(one), _views(two)
     ahead = np.array([view[:, 2] for view in beams])
-    lids = np.array([ends[wall][:, 2] * two.clip_end for wall in other.lids])
-    lids += two.matrix[:3, 3] - one.matrix[:3, 3]
-    along = np.clip(lids @ ahead.T, 0.0, one.clip_end)
-    apart = np.linalg.norm(lids[:, None, :] - along[:, :, None] * ahead, axis=2)
-    for end, number in np.argwhere(apart <= slopes[0] * (along + size) + size):
-        rays = _axis_and_edges(one, beams[number])
-        starts = one.matrix[:3, 3] + start * rays
-        if one.field_of_view > NARROW or not ways.are_closed(
-            starts, rays, float(along[end, number]) - size - start
-        ):
+    far = np.array([ends[wall][:, 2] * two.clip_end for wall in other.lids])
+    far += two.matrix[:3, 3] - one.matrix[:3, 3]
+    along = np.clip(far @ ahead.T, 0.0, one.clip_end)
+    apart = np.linalg.norm(far[:, None, :] - along[:, :, None] * ahead, axis=2)
+    for end, number in np.argwhere(apart <= wide * (along + size) + size):
+        length = float(along[end, number]) - size - max(one.clip_start, NEAREST_CLIP)
+        if one.field_of_view > NARROW or not _is_closed(one, beams[number], length, walls):
             return True
     return False
-
-
-def _add_lids(light_scene: Any, together: Sequence[Seen]) -> None:
-    """A square at the far clip plane of each open view, from which only the world is seen."""
-    corners, reaches = [], []
-    for seen in together:
-        request = seen.request
-        for wall in seen.lids:
-            rays = _rays(request, _views(request)[wall], OVERLAP)
-            corners.append(request.matrix[:3, 3] + request.clip_end * rays)
-            reaches.append((request.clip_end - max(request.clip_start, NEAREST_CLIP)) * rays)
-    add_squares(light_scene, corners, {"angen_reach": reaches}, _lid(light_scene.own))
 
 
 def _lid(own: Any) -> Any:

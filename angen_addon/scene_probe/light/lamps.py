@@ -82,10 +82,7 @@ def lamps_of(depsgraph: Any, view_layer: Any) -> list[Lamp]:
 
 def _lamp(seen: Any, matrix: Array) -> Lamp:
     data = seen.data
-    power = np.array(data.color, np.float64) * data.energy * 2.0 ** getattr(data, "exposure", 0.0)
-    if getattr(data, "use_temperature", False):
-        power = power * np.array(data.temperature_color)
-    power = power * _strength(data)
+    power = data.energy * tint_of(data) * _strength(data)
     if data.type == "AREA" and getattr(data.cycles, "is_portal", False):
         power = power * 0.0
     size = getattr(data, "size", 0.0)
@@ -107,6 +104,12 @@ def _lamp(seen: Any, matrix: Array) -> Lamp:
         bool(getattr(data, "normalize", True)),
         bool(data.use_shadow),
     )
+
+
+def tint_of(data: Any) -> Array:
+    """(3,): what a lamp's energy is multiplied with, beside what its nodes do."""
+    tint = np.array(data.color, np.float64) * 2.0 ** getattr(data, "exposure", 0.0)
+    return tint * np.array(data.temperature_color) if getattr(data, "use_temperature", 0) else tint
 
 
 def emission_of(data: Any) -> Any | None:

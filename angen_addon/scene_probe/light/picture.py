@@ -10,21 +10,16 @@ is the same to the bit whatever other sensors there are.
 from __future__ import annotations
 
 import hashlib
-import tempfile
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import exr
-from .colour import to_rec709
 from .nodes import Nodes
-from .scene import quietly
 
 Array = NDArray[np.float64]
 # Pixels a side. Cycles visits the empty ones too; fewer would make names collide more often.
@@ -33,31 +28,21 @@ SIDE = 16
 SHEET = (0.0, 0.0, -1e5)
 # Its camera is that much above it: as near as single precision allows there, for the sake of fog.
 ABOVE = 1.0 / 32.0
+# Where pictures are that are not rendered now.
+SHOWN, AWAY = (0.0, 0.0, 0.0), (0.0, 0.0, -2e5)
 CORNERS = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 UNSEEN_BY = ("diffuse", "glossy", "transmission", "shadow", "volume_scatter")
-
-
-T = TypeVar("T")
-# Yields before each picture, in words what takes long, else nothing; the result comes last.
-Steps = Generator[str, None, T]
-
-
-def finished(steps: Steps[T]) -> T:
-    """The result, with no break."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
+# First row and column of pixels, and those behind the last.
+Part = tuple[int, int, int, int]
+WHOLE: Part = (0, 0, SIDE, SIDE)
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A request; of four walls, those (0 … 3) whose views reach their far clip plane: they need
-    a lid there."""
+    """A request; of four walls, those (0 … 3) whose views need a lid at their far clip plane."""
 
     request: Any
-    lids: tuple[int, ...] = ()
+    lids: tuple[int, ...]
 
 
 def pixel_of(name: str, count: int) -> int:
@@ -87,73 +72,91 @@ def share_out(
 
 
 class Picture:
-    """A picture of a light scene. `rays`: by pixel, where the rays through the corners of its
-    square start (4, 3), and their directions (4, 3), not normalised; corners as `CORNERS`."""
+    """The pixels of some requests in a light scene, `count` of each, by the first of them.
 
-    def __init__(
-        self, light_scene: Any, rays: dict[int, tuple[Array, Array]], samples: int
+    `method`: the module that says what they look at. What is made for them is seen only while the
+    picture is `shown`.
+    """
+
+    def __init__(self, light_scene: Any, method: Any, together: dict[int, Seen]) -> None:
+        self.count: int = method.COUNT
+        self.first = np.array(list(together))
+        # Rows and columns of the pixels (requests, count).
+        self.places = np.divmod(self.first[:, None] + np.arange(self.count), SIDE)
+        self.notes: list[str] = []
+        self.made: list[Any] = []
+        self._light_scene = light_scene
+        self.collection = self.own(bpy.data.collections.new(".angen_light"))
+        corners, starts, ways = [], [], []
+        for first, seen in together.items():
+            rays = method.rays(light_scene.scene, seen.request)
+            for number, (places, directions) in enumerate(rays):
+                row, column = divmod(first + number, SIDE)
+                middle = np.array([column - SIDE / 2, SIDE / 2 - 1 - row])
+                corners.append(np.c_[CORNERS + middle, np.zeros(4)] + SHEET)
+                starts.append(places)
+                ways.append(directions)
+        vectors = {"angen_place": starts, "angen_way": ways}
+        self.add_squares(corners, vectors, _portal(self.own))
+        method.furnish(self, light_scene.scene, list(together.values()))
+        # Shown by this, which is moved away: that costs Cycles less than what comes and goes.
+        self._holder = self.own(bpy.data.objects.new(".angen_light", None))
+        self._holder.instance_type = "COLLECTION"
+        self._holder.instance_collection = self.collection
+        light_scene.scene.collection.objects.link(self._holder)
+        self._shown = True
+
+    def own(self, datablock: Any) -> Any:
+        """Takes charge of what is made for the picture."""
+        self.made.append(self._light_scene.own(datablock))
+        return datablock
+
+    def show(self, shown: bool) -> None:
+        if shown != self._shown:
+            self._holder.location = SHOWN if shown else AWAY
+            self._shown = shown
+
+    def parts(self, at_most: int) -> list[Part]:
+        """Parts of the picture with so many used pixels at most, or one request each."""
+        if self.first.size * self.count <= at_most:
+            return [WHOLE]
+        rows, columns = (found.tolist() for found in np.divmod(self.first, SIDE))
+        return [
+            (row, column, row + 1, column + self.count)
+            for row, column in zip(rows, columns, strict=True)
+        ]
+
+    def part_of(self, request: int) -> Part:
+        """The part with one request, by its number."""
+        row, column = divmod(int(self.first[request]), SIDE)
+        return row, column, row + 1, column + self.count
+
+    def add_squares(
+        self, corners: list[Array], vectors: dict[str, list[Array]], material: Any
     ) -> None:
-        scene = self._scene = light_scene.scene
-        scene.camera = _camera(light_scene)
-        corners = []
-        for pixel in rays:
-            row, column = divmod(pixel, SIDE)
-            middle = np.array([column - SIDE / 2, SIDE / 2 - 1 - row])
-            corners.append(np.c_[CORNERS + middle, np.zeros(4)] + SHEET)
-        vectors = {
-            "angen_place": [places for places, _ in rays.values()],
-            "angen_way": [ways for _, ways in rays.values()],
-        }
-        add_squares(light_scene, corners, vectors, _portal(light_scene.own))
-        scene.cycles.samples = samples
-        render, settings = scene.render, scene.render.image_settings
-        render.resolution_x = render.resolution_y = SIDE
-        if hasattr(settings, "media_type"):
-            settings.media_type = "IMAGE"
-        settings.file_format = "OPEN_EXR"
-        settings.color_mode, settings.color_depth, settings.exr_codec = "RGB", "32", "NONE"
-
-    def pixels(self) -> Array:
-        """Linear radiance (n, 3) of all pixels, row by row from the top."""
-        with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
-            self._scene.render.filepath = str(Path(folder, "views"))
-            # Named as an argument, a scene is put to the frame of the user's.
-            own = {"scene": self._scene, "view_layer": self._scene.view_layers[0]}
-            with quietly(), bpy.context.temp_override(**own):
-                bpy.ops.render.render(write_still=True)
-            picture = exr.read_rgb(Path(folder, "views.exr"))
-        return to_rec709(picture).reshape(SIDE * SIDE, 3)
+        """Adds squares with vectors at their corners, which only camera rays see."""
+        mesh = self.own(bpy.data.meshes.new(".angen_light"))
+        faces = np.arange(4 * len(corners)).reshape(-1, 4).tolist()
+        mesh.from_pydata(np.concatenate(corners).tolist(), [], faces)
+        for name, found in vectors.items():
+            attribute = mesh.attributes.new(name, "FLOAT_VECTOR", "POINT")
+            attribute.data.foreach_set("vector", np.concatenate(found).astype(np.float32).ravel())
+        mesh.materials.append(material)
+        squares = self.own(bpy.data.objects.new(".angen_light", mesh))
+        for rays in UNSEEN_BY:
+            setattr(squares, f"visible_{rays}", False)
+        self.collection.objects.link(squares)
 
 
-def _camera(light_scene: Any) -> Any:
+def camera(own: Any) -> Any:
     """Sees the sheet and nothing else, upright: its first row of pixels is the picture's."""
-    own = light_scene.own
     data = own(bpy.data.cameras.new(".angen_light"))
     data.type = "ORTHO"
     data.ortho_scale = SIDE
     data.clip_start, data.clip_end = ABOVE / 2, ABOVE * 1.5
-    camera = own(bpy.data.objects.new(".angen_light", data))
-    camera.matrix_world = Matrix.Translation((SHEET[0], SHEET[1], SHEET[2] + ABOVE))
-    light_scene.scene.collection.objects.link(camera)
-    return camera
-
-
-def add_squares(
-    light_scene: Any, corners: list[Array], vectors: dict[str, list[Array]], material: Any
-) -> None:
-    """Adds squares with vectors at their corners, which only camera rays see."""
-    own = light_scene.own
-    mesh = own(bpy.data.meshes.new(".angen_light"))
-    faces = np.arange(4 * len(corners)).reshape(-1, 4).tolist()
-    mesh.from_pydata(np.concatenate(corners).tolist(), [], faces)
-    for name, found in vectors.items():
-        attribute = mesh.attributes.new(name, "FLOAT_VECTOR", "POINT")
-        attribute.data.foreach_set("vector", np.concatenate(found).astype(np.float32).ravel())
-    mesh.materials.append(material)
-    squares = own(bpy.data.objects.new(".angen_light", mesh))
-    for rays in UNSEEN_BY:
-        setattr(squares, f"visible_{rays}", False)
-    light_scene.scene.collection.objects.link(squares)
+    made = own(bpy.data.objects.new(".angen_light", data))
+    made.matrix_world = Matrix.Translation((SHEET[0], SHEET[1], SHEET[2] + ABOVE))
+    return made
 
 
 def _portal(own: Any) -> Any:

@@ -18,14 +18,11 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import LightSample
 from ....sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
 from ..solids import Solids
-from . import eevee, engine, faces, four_walls
+from . import eevee, engine
+from .cycles import CyclesLight
+from .cycles_scene import Steps, finished
 from .direct import Direct
-from .faces import Faces
-from .four_walls import Views
-from .kept import Batch, KeptScenes, Takes
-from .picture import Seen, Steps, finished
 from .scene import LightScene, quietly
-from .ways import Ways
 
 Array = NDArray[np.float64]
 # A sensor farther from the origin than this many metres stands on a grid, in single precision,
@@ -73,7 +70,7 @@ def measuring(
     view_layer: Any,
     requests: Iterable[LightRequest],
     efficacy: float = EFFICACY,
-    kept: KeptScenes | None = None,
+    kept: CyclesLight | None = None,
 ) -> Steps[dict[str, LightSample]]:
     """The light of each request, by name. What it reads does not depend on the other requests.
 
@@ -97,64 +94,41 @@ def measuring(
         known = samples.get(request.name)
         if known is None or known.note:
             # What the closed forms do not model, Cycles measures.
-            engine = "CYCLES" if request.engine == "DIRECT" else request.engine
+            by = "CYCLES" if request.engine == "DIRECT" else request.engine
             # One that moves would take the others' pictures from them.
             apart = kept is not None and kept.refers(request.samples) and not request.steady
-            key = engine, request.method, request.samples, apart
+            key = by, request.method, request.samples, apart
             groups.setdefault(key, []).append(request)
-    for (engine, _, count, _), group in sorted(groups.items()):
-        if engine == "CYCLES":
-            found, notes = yield from _by_cycles(scene, view_layer, group, count, kept)
-        else:
-            yield "light by EEVEE"
-            with quietly():
-                found, notes = _by_eevee(scene, view_layer, group, count)
-        for request in group:
-            before = samples.get(request.name)
-            handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
-            note = "; ".join(handed_over + notes)
-            samples[request.name] = _sample(request, found[request.name], efficacy, note)
+    lights = kept or CyclesLight()
+    try:
+        if any(by == "CYCLES" for by, *_ in groups):
+            lights.look(scene, view_layer)
+        for (by, *_), group in sorted(groups.items()):
+            if by == "CYCLES":
+                found, notes = yield from lights.light(group)
+            else:
+                yield "light by EEVEE"
+                with quietly():
+                    found, notes = _by_eevee(scene, view_layer, group)
+            for request in group:
+                before = samples.get(request.name)
+                handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
+                note = "; ".join(handed_over + notes)
+                samples[request.name] = _sample(request, found[request.name], efficacy, note)
+    finally:
+        if kept is None:
+            lights.close()
     return samples
 
 
-def _by_cycles(
-    scene: Any,
-    view_layer: Any,
-    group: list[LightRequest],
-    count: int,
-    kept: KeptScenes | None,
-) -> Steps[tuple[dict[str, Array], list[str]]]:
-    """What requests of one method find, by name, and notes."""
-    takes: type[Takes]
-    pictures: list[dict[int, Seen]]
-    if group[0].method == "FOUR_WALL":
-        takes, pictures = Views, four_walls.batches(group, Ways(scene, view_layer))
-    else:
-        takes, pictures = Faces, faces.batches(group, scene)
-    scenes = kept or KeptScenes()
-    found: dict[str, Array] = {}
-    notes: list[str] = []
-    try:
-        for together in pictures:
-            batch = Batch(scene, view_layer, takes, together, count)
-            colours, noted = yield from scenes.light(batch)
-            names = (seen.request.name for seen in together.values())
-            found.update(zip(names, colours, strict=True))
-            notes += noted
-    finally:
-        if kept is None:
-            scenes.close()
-    return found, notes
-
-
 def _by_eevee(
-    scene: Any, view_layer: Any, group: list[LightRequest], count: int
+    scene: Any, view_layer: Any, group: list[LightRequest]
 ) -> tuple[dict[str, Array], list[str]]:
-    """The same by EEVEE."""
+    """What requests of one method and number of samples find by EEVEE, by name, and notes."""
     with LightScene(scene, view_layer) as light_scene:
         engine.set_up(light_scene.scene, "EEVEE")
         way = eevee.four_walls if group[0].method == "FOUR_WALL" else eevee.faces
-        light = way(light_scene, group, count)
+        light = way(light_scene, group, group[0].samples)
         if light_scene.scene.world is not None:
             light_scene.notes.append(THROUGH_WALLS)
         return dict(zip((r.name for r in group), light, strict=True)), light_scene.notes

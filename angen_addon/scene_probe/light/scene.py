@@ -16,6 +16,7 @@ import bpy
 
 from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
+from ...animation import is_animated
 from ...quiet import standard_output_silenced
 from .frozen import Simulated, frozen
 from .instances import Instances
@@ -64,8 +65,8 @@ class LightScene:
         self._images = {image.session_uid for image in bpy.data.images}
         self.notes: list[str] = []
         self.scene: Any = None
-        # Whether some of it stands where its originals did when it was made.
-        self.has_frozen = False
+        # What stands where its originals did when it was made.
+        self.frozen: list[Any] = []
 
     @property
     def view_layer(self) -> Any:
@@ -76,17 +77,18 @@ class LightScene:
         self._made.append(datablock)
         return datablock
 
-    def disown(self, datablock: Any) -> None:
+    def disown(self, *datablocks: Any) -> None:
         """Removes what was made by `own` and is of no use any more."""
-        self._made.remove(datablock)
-        bpy.data.batch_remove([datablock])
+        for datablock in datablocks:
+            self._made.remove(datablock)
+        bpy.data.batch_remove(datablocks)
 
     def __enter__(self) -> LightScene:
         with ExitStack() as undo:
             undo.callback(self.close)
             # Not a copy: that would bring every setting of the user's along.
             self.scene = self.own(bpy.data.scenes.new(".angen_light"))
-            self.scene.camera = self._user_scene.camera
+            self._begin()
             self.follow()
             self._show()
             self._world()
@@ -108,11 +110,24 @@ class LightScene:
         # A run may end because another file was opened: then they are gone already.
         bpy.data.batch_remove([d for d in made if _alive(d)])
 
-    def follow(self) -> None:
-        """Takes over the moment, and what else of the scene drivers and nodes look at."""
+    def _begin(self) -> None:
+        """Sets up the new scene."""
+        self.scene.camera = self._user_scene.camera
+
+    def follow(self, first_frame: bool = False) -> None:
+        """Takes over the moment, and what else of the scene drivers and nodes look at.
+
+        `first_frame`: the moment of the scene's first frame, without what is known of the present
+        one alone.
+        """
         user, scene = self._user_scene, self.scene
         _take_over(user, scene, "frame_start", "frame_end")
-        self._stand_at_moment(user)
+        # A whole frame too: setting its number alone leaves the sub-frame as it was.
+        frame = float(user.frame_start) if first_frame else user.frame_float
+        if scene.frame_float != frame:
+            scene.frame_float = frame
+        for made in self.frozen if first_frame else ():
+            made.hide_render = True
         _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
         _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
         for of, to, path in (
@@ -121,18 +136,12 @@ class LightScene:
         ):
             before = own_properties(to)
             for key, value in own_properties(of).items():
-                if before.get(key) != value and self._is_seen(
-                    f'{path}["{bpy.utils.escape_identifier(key)}"]'
-                ):
+                escaped = bpy.utils.escape_identifier(key)
+                if first_frame and is_animated(user, f'{path}["{escaped}"]'):
+                    if key in before:
+                        del to[key]
+                elif before.get(key) != value:
                     to[key] = value
-
-    def _is_seen(self, path: str) -> bool:
-        """Whether a custom property of the user's scene or view layer is to be seen here."""
-        return True
-
-    def _stand_at_moment(self, user: Any) -> None:
-        # A whole frame too: setting its number alone leaves the sub-frame as it was.
-        _take_over(user, self.scene, "frame_float")
 
     def _show(self) -> None:
         """Puts in what the viewport shows, whatever is hidden in renders."""
@@ -149,18 +158,24 @@ class LightScene:
         shown.hide_viewport = True
         self.scene.collection.children.link(shown)
 
-    def _stand_ins(self, obj: Any) -> list[Any]:
+    def _stand_ins(self, obj: Any) -> Iterator[Any]:
         """What is to be seen for an object."""
-        if self._leads_nowhere(obj):
-            return []
-        if not must_be_frozen(obj, self._simulated):
-            return [obj]
-        self.has_frozen = True
-        return frozen(obj, self._user_layer.depsgraph, self.own)
+        if is_portal(obj) and self._user_scene.world is None:
+            # It would lead nowhere, and Blender 5.2 crash.
+            return
+        made = [obj]
+        if must_be_frozen(obj, self._simulated):
+            made = frozen(obj, self._user_layer.depsgraph, self.own)
+            self.frozen += made
+        for seen in made:
+            if seen.type != "LIGHT" or is_portal(seen):
+                yield seen
+            elif (lamp := self._lamp(seen, seen is not obj)) is not None:
+                yield lamp
 
-    def _leads_nowhere(self, obj: Any) -> bool:
-        """A portal to no world: Blender 5.2 crashes with one."""
-        return is_portal(obj) and self._user_scene.world is None
+    def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
+        """What is to be seen for a lamp; `is_own`: it was made for this scene. None: nothing."""
+        return lamp
 
     def _world(self) -> None:
         """Bounds the time that Cycles spends on looking where the world is bright."""

@@ -14,6 +14,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from .lamps import tint_of
+from .scene import MARK, shown_objects
 from .values import (
     lamp_values,
     looked_up,
@@ -52,6 +54,9 @@ class LightSignature:
         self._count = 0
         self._known: dict[int, bytes] = {}
         self._digest = b""
+        self._powers = b""
+        # Whether all but the power of lamps was as before when this was last asked.
+        self.only_power_changed = False
         self._empties_matter = False
         # What nodes look up in the view layer, the scene and the world.
         self._names: set[str] = set()
@@ -83,11 +88,13 @@ class LightSignature:
         scene = view_layer.id_data
         world = scene.world.session_uid if scene.world else 0
         names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
-        digest.update(repr((self._count, world, asked, names)).encode())
+        apart, other = _powers(view_layer)
+        digest.update(repr((self._count, world, asked, names, other)).encode())
         self._objects(digest, view_layer, depsgraph)
-        new = digest.digest()
-        differs, self._digest = new != self._digest, new
-        return differs
+        before = self._digest, self._powers
+        self._digest, self._powers = digest.digest(), repr(apart).encode()
+        self.only_power_changed = self._digest == before[0]
+        return (self._digest, self._powers) != before
 
     def _compare(self, original: Any, found: Any) -> None:
         key, digest = original.as_pointer(), _digest(found)
@@ -137,8 +144,8 @@ class LightSignature:
             self._names |= names_looked_up(datablock)
             return found
         if isinstance(datablock, bpy.types.Light):
-            # An embedded tree is told of by itself too.
-            return lamp_values(datablock)
+            # Their power is looked at at each update. An embedded tree is told of by itself too.
+            return lamp_values(datablock, power=False)
         if isinstance(datablock, (bpy.types.Material, bpy.types.World)):
             tree = datablock.node_tree
             return values(datablock), self._values_of(tree) if tree else ()
@@ -163,6 +170,23 @@ class LightSignature:
                     seen = instance.object.session_uid, instance.show_self
                     digest.update(repr(seen).encode())
                     digest.update(np.array(instance.matrix_world, np.float32).tobytes())
+
+
+def _powers(view_layer: Any) -> tuple[list[Any], list[Any]]:
+    """Power of the lamps that are shown, and of those that others too, such as instances, have."""
+    shown: dict[Any, int] = {}
+    for obj in shown_objects(view_layer):
+        if obj.type == "LIGHT":
+            shown[obj.data] = shown.get(obj.data, 0) + 1
+    apart: list[Any] = []
+    other: list[Any] = []
+    for data in bpy.data.lights:
+        if MARK in data:
+            continue
+        power = data.session_uid, data.energy, *tint_of(data)
+        is_apart = data.users - data.use_fake_user == shown.get(data)
+        (apart if is_apart else other).append(power)
+    return apart, other
 
 
 def _digest(found: Any) -> bytes | None:

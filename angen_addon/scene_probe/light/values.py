@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from functools import cache
 from typing import Any
 
@@ -43,6 +44,8 @@ OF_OBJECT = (
     "visible_transmission",
     "visible_volume_scatter",
 )
+# What light is linear in.
+POWER = {"color", "energy", "exposure", "temperature", "temperature_color", "use_temperature"}
 CHANGING_IMAGES = {"MOVIE", "SEQUENCE"}
 
 
@@ -90,16 +93,18 @@ def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
     return found, looks_at_objects
 
 
-def values(struct: Any) -> list[Any]:
+def values(struct: Any, without: Container[str] = ()) -> list[Any]:
     """The plain values of a datablock or a node."""
     made_of: Any = type(struct)
-    return [_flat(getattr(struct, name)) for name in _names(made_of)]
+    return [_flat(getattr(struct, name)) for name in _names(made_of) if name not in without]
 
 
-def lamp_values(lamp: Any) -> list[Any]:
-    """All values of a lamp's data: its own, Cycles' and the user's, and those of its nodes."""
+def lamp_values(lamp: Any, power: bool = True) -> list[Any]:
+    """All values of a lamp's data: its own, with or without its power, Cycles' and the user's, and
+    those of its nodes."""
     nodes = tree_values(lamp.node_tree)[0] if lamp.node_tree else None
-    return [values(lamp), values(lamp.cycles), own_properties(lamp), nodes]
+    own = values(lamp, set() if power else POWER)
+    return [own, values(lamp.cycles), own_properties(lamp), nodes]
 
 
 def own_properties(owner: Any) -> dict[str, Any]:

@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light by Cycles: one scene for all sensors, kept as long as nothing but frames changes.
+
+To hand a home over to Cycles takes longer than its light paths. A scene that is kept is handed over
+once; afterwards Cycles takes over what changed, to the same bits. It forgets a scene as soon as
+another one is rendered: so there is but one, also for the reference, which is the same scene at
+its first frame.
+
+The reference takes noise out of a run: a control variate. Its picture by the update's own few light
+paths, with the same random numbers, errs much as the update's picture does; by many paths it hardly
+errs. Their difference corrects the update's picture. Whatever moved since the first frame, it adds
+no bias: what moved only makes the two errors less alike. Where it is darker than in the reference,
+the difference is taken in proportion: a closed box reads nothing, whatever day it was at the first
+frame. Such a ratio has a bias of the second order in the errors.
+
+Where the light departs far from the reference's, that reading goes on to several times the paths,
+and is corrected by what as many miss in the reference. As its few paths say themselves whether it
+departs, those that find too little of what is new are not found out: readings near that limit are
+biased a little low.
+
+Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates;
+Cochran, Sampling Techniques, chapter 6, on ratio estimates;
+Rousselle, Jarosz, Novák, Image-space control variates for rendering, 2016, on pictures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import faces, four_walls
+from .colour import to_rec709
+from .cycles_scene import CyclesScene, Steps
+from .frozen import Simulated
+from .picture import Picture, Seen, share_out
+from .scene import contents
+from .still_walls import StillWalls
+
+Array = NDArray[np.float64]
+METHODS: dict[str, Any] = {"FOUR_WALL": four_walls, "ILLUMINANCE": faces}
+# So many times the light paths are traced where a reference tells too little: where more of the
+# light than this share has come or gone since the first frame.
+CLOSER, ALIKE = 16, 0.1
+CLOSELY, REFERENCE = "a closer look at the light", "the light's reference"
+NOWHERE = np.zeros(0)
+# Where the light scene stands: at the present frame, the first one, or one of an earlier update.
+PRESENT, FIRST, EARLIER = "present", "first", "earlier"
+# So many pictures and references are kept.
+PICTURES, REFERENCES = 64, 256
+# Whose drivers can look at a frame; those of lamps do not matter.
+DRIVEN = (
+    "armatures",
+    "curves",
+    "materials",
+    "meshes",
+    "node_groups",
+    "objects",
+    "shape_keys",
+    "worlds",
+)
+
+
+@dataclass
+class _Asked:
+    """Requests that share a picture, by their first pixels; the light paths of a pixel: `few` at an
+    update, `many` in the reference, or 0 without one."""
+
+    method: Any
+    together: dict[int, Seen]
+    few: int
+    many: int
+
+    @property
+    def near(self) -> int:
+        """Where it is looked at more closely."""
+        return min(CLOSER * self.few, self.many)
+
+    @cached_property
+    def pixels(self) -> Hashable:
+        bits = tuple((pixel, _bits(seen.request)) for pixel, seen in self.together.items())
+        return self.method.__name__, bits
+
+
+class CyclesLight:
+    """What Cycles finds, of one update after the other; `close` it before other code can change
+    the scene.
+
+    `reference`: light paths a reading of the reference; there is none where that is not more than
+    the reading's own, and none for what is asked only once: of a sensor that is not `steady`.
+    `told`: whether `forget` is called where more than the power of lamps has changed; else
+    everything may have at each update.
+    """
+
+    def __init__(self, reference: int = 0, told: bool = False) -> None:
+        self.reference = reference
+        self._told = told
+        self._simulated = Simulated()
+        self._user: tuple[Any, Any]
+        self._contents: Hashable = None
+        self._scene: CyclesScene | None = None
+        self._stands: str = EARLIER
+        self._pictures: dict[Hashable, Picture] = {}
+        # The requests that share pictures, by all that were asked.
+        self._together: dict[Hashable, list[dict[int, Seen]]] = {}
+        # What the light paths of pictures found at this update, and in the references.
+        self._found: dict[Hashable, Array] = {}
+        self._references: dict[Hashable, list[Array]] = {}
+        self._looks_at_frame: bool | None = None
+
+    def look(self, scene: Any, view_layer: Any) -> None:
+        """To be called at each update: the scene is as it is evaluated now."""
+        self._simulated.look_again()
+        now = contents(scene, view_layer, self._simulated)
+        if self._scene is not None and (
+            now != self._contents or self._scene.frozen or self._asks_for_frame()
+        ):
+            self._close_scene()
+        self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
+        if not self._told:
+            self.forget()
+
+    def forget(self) -> None:
+        """What light paths found is of another state of the scene."""
+        self._found.clear()
+
+    def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Array], list[str]]]:
+        """What each of some requests of one method and number of paths finds, by name: linear
+        Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m²; and notes."""
+        method, samples = METHODS[requests[0].method], requests[0].samples
+        few = max(1, math.ceil(samples / method.COUNT))
+        many = 0
+        if self.refers(samples) and all(r.steady for r in requests) and not self._asks_for_frame():
+            many = math.ceil(self.reference / method.COUNT)
+        found: dict[str, Array] = {}
+        notes: list[str] = []
+        for together in self._shared_out(method, requests):
+            asked = _Asked(method, together, few, many)
+            light = yield from self._light(asked)
+            found.update(zip((seen.request.name for seen in together.values()), light, strict=True))
+            notes += self._picture(asked).notes
+        return found, notes
+
+    def _shared_out(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
+        """The requests of each picture, by their first pixels."""
+        key = method.__name__, *map(_bits, requests)
+        if key not in self._together:
+            while len(self._together) >= PICTURES:
+                self._together.pop(next(iter(self._together)))
+            walls = StillWalls(*self._user, self._simulated)
+            collide = partial(method.collide, self._user[0], walls)
+            wanted = [Seen(request, method.lids(request, walls)) for request in requests]
+            self._together[key] = share_out(wanted, method.COUNT, collide)
+        return self._together[key]
+
+    def refers(self, samples: int) -> bool:
+        """Whether readings of so many light paths have a reference."""
+        return self.reference > samples
+
+    def close(self) -> None:
+        self._close_scene()
+        self._references.clear()
+        self._simulated = Simulated()
+        self._looks_at_frame = None
+
+    def _close_scene(self) -> None:
+        scene, self._scene = self._scene, None
+        self._pictures.clear()
+        self._together.clear()
+        self._found.clear()
+        if scene is not None:
+            scene.close()
+
+    def _light(self, asked: _Asked) -> Steps[Array]:
+        """(requests, …): the light of requests that share a picture."""
+        if not asked.many:
+            own = yield from self._own(asked)
+            return _light_of(asked, own, self._stand(PRESENT).weights())
+        by_few, by_more, by_many = yield from self._reference(asked)
+        own = yield from self._own(asked)
+        weights = self._stand(PRESENT).weights()
+        far = _departs(own, by_few, weights)
+        better = _corrected(own, by_few, by_many)
+        for one in np.flatnonzero(far).tolist():
+            more = yield from self._closer(asked, own, one)
+            better[:, one] = _corrected(more, by_more[:, one], by_many[:, one])
+        return _light_of(asked, better, weights)
+
+    def _own(self, asked: _Asked) -> Steps[Array]:
+        """(groups, requests, pixels, 3): what an update's own few light paths find."""
+        if asked.pixels not in self._found:
+            scene = self._stand(PRESENT)
+            total = yield from scene.traced(self._picture(asked), 0, asked.few)
+            self._found[asked.pixels] = total / asked.few
+        return self._found[asked.pixels]
+
+    def _closer(self, asked: _Asked, own: Array, one: int) -> Steps[Array]:
+        """(groups, pixels, 3): what more light paths find for the request of that number."""
+        key = asked.pixels, one
+        if key not in self._found:
+            scene = self._stand(PRESENT)
+            tracing = scene.traced(self._picture(asked), asked.few, asked.near, CLOSELY, one)
+            more = yield from tracing
+            self._found[key] = (asked.few * own[:, one] + more[:, one]) / asked.near
+        return self._found[key]
+
+    def _reference(self, asked: _Asked) -> Steps[list[Array]]:
+        """(groups, requests, pixels, 3): what few, more and many light paths find at the first
+        frame; the few are the first ones of the many."""
+        scene = self._stand(PRESENT)
+        key = asked.pixels, asked.few, asked.many, self._contents, scene.groups.state
+        if key not in self._references:
+            scene = self._stand(FIRST)
+            total, at, found = np.zeros(1), 0, []
+            for stop in (asked.few, asked.near, asked.many):
+                tracing = scene.traced(self._picture(asked), at, stop, REFERENCE, of=asked.many)
+                total = total + (yield from tracing)
+                found.append(total / stop)
+                at = stop
+            while len(self._references) >= REFERENCES:
+                self._references.pop(next(iter(self._references)))
+            self._references[key] = found
+        return self._references[key]
+
+    def _stand(self, where: str) -> CyclesScene:
+        """The light scene, at that frame."""
+        if self._scene is not None and self._scene.frozen and self._stands == FIRST != where:
+            # What was frozen was hidden, and would come back in another order.
+            self._close_scene()
+        if self._scene is None:
+            self._scene, self._stands = CyclesScene(*self._user, self._simulated), PRESENT
+        if self._stands != where:
+            self._scene.follow(first_frame=where == FIRST)
+            self._stands = where
+        return self._scene
+
+    def _picture(self, asked: _Asked) -> Picture:
+        assert self._scene is not None
+        made = self._pictures.pop(asked.pixels, None)
+        if made is None:
+            made = self._scene.picture(asked.method, asked.together)
+        self._pictures[asked.pixels] = made
+        while len(self._pictures) > PICTURES:
+            self._scene.drop(self._pictures.pop(next(iter(self._pictures))))
+        return made
+
+    def _asks_for_frame(self) -> bool:
+        """Whether a driver asks the user's scene for its frame: no other scene can stand at the
+        first one for it. Nothing but frames changes as long as scenes are kept."""
+        if self._looks_at_frame is None:
+            self._looks_at_frame = any(
+                _asks_for_frame(curve)
+                for group in DRIVEN
+                for datablock in getattr(bpy.data, group)
+                for owner in (datablock, getattr(datablock, "node_tree", None))
+                for curve in getattr(getattr(owner, "animation_data", None), "drivers", ())
+            )
+        return self._looks_at_frame
+
+
+def _asks_for_frame(curve: Any) -> bool:
+    return any(
+        target.id_type == "SCENE" and target.data_path.startswith("frame_")
+        for variable in curve.driver.variables
+        for target in variable.targets
+    )
+
+
+def _sum(passes: Array, weights: Array) -> Array:
+    """(requests, pixels, 3) of (groups, requests, pixels, 3) and the weights (groups, 3)."""
+    return np.einsum("grpc,gc->rpc", passes, weights)
+
+
+def _light_of(asked: _Asked, passes: Array, weights: Array) -> Array:
+    light = asked.method.FACTOR * to_rec709(_sum(passes, weights))
+    return light if asked.method.COUNT > 1 else light[:, 0]
+
+
+def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
+    """(requests,) Whether the light (groups, requests, pixels, 3) is so unlike the reference's that
+    its errors may be too, such as where somebody stands close to the sensor or its lamp."""
+    change = np.einsum("grpc,gc->r", np.abs(own - few), np.abs(weights))
+    return np.asarray(change > ALIKE * np.einsum("grpc,gc->r", few, np.abs(weights)))
+
+
+def _corrected(light: Array, few: Array, many: Array) -> Array:
+    """What few paths found, with what many find beyond few in the reference; never negative."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(light < few, light / few, 1.0)
+        more = share * (many - few)
+    # What is no number is left out where it is read.
+    return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _bits(request: Any) -> tuple[Hashable, ...]:
+    return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()

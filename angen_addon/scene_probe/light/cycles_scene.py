@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A light scene that Cycles renders again and again, and what it finds in each light group.
+
+No render lasts long: many light paths are traced a part at a time, so that whoever waits can be
+told how far they are, and can leave.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import engine, exr
+from .frozen import Simulated
+from .groups import LightGroups
+from .picture import SIDE, WHOLE, Part, Picture, Seen, camera
+from .scene import LightScene, is_portal, quietly, shown_objects
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+# Yields before each picture, in words what takes long, else nothing; the result comes last.
+Steps = Generator[str, None, T]
+FIRST_PICTURE = "Cycles takes the scene in"
+# Paths in all that a picture begins with, and the seconds that it should last: more pixels are
+# rendered at once, or fewer, by the time that the last picture took.
+PATHS, LONGEST_S, SHORTEST_S = 1 << 15, 0.4, 0.15
+# What the groups leave of the whole is a difference of single-precision sums: less is nothing.
+ROUNDING = 1e-5
+
+
+def finished(steps: Steps[T]) -> T:
+    """The result, with no break."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
+
+
+class CyclesScene(LightScene):
+    """Stands at the user's present frame, but while a reference is traced. Lamps and the world are
+    in light groups."""
+
+    def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
+        super().__init__(scene, view_layer, simulated)
+        self._paths_at_once = PATHS
+        self._is_new = True
+        self._pictures: list[Picture] = []
+        lamps = [o for o in shown_objects(view_layer) if o.type == "LIGHT" and not is_portal(o)]
+        self._lamps = [lamp.data for lamp in lamps]
+        self.groups: LightGroups
+        with quietly():
+            self.__enter__()
+
+    def _begin(self) -> None:
+        scene = self.scene
+        engine.set_up(scene, "CYCLES")
+        render, settings = scene.render, scene.render.image_settings
+        render.use_persistent_data = True
+        render.resolution_x = render.resolution_y = SIDE
+        if hasattr(settings, "media_type"):
+            settings.media_type = "MULTI_LAYER_IMAGE"
+        if hasattr(settings, "use_exr_interleave"):
+            settings.use_exr_interleave = True
+        settings.file_format = "OPEN_EXR_MULTILAYER"
+        settings.color_depth, settings.exr_codec = "32", "NONE"
+        scene.camera = camera(self.own)
+        scene.collection.objects.link(scene.camera)
+        self.groups = LightGroups(self, self._lamps)
+
+    def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
+        return self.groups.add(lamp if is_own else self.own(lamp.copy()))
+
+    def _world(self) -> None:
+        super()._world()
+        world = self.scene.world
+        if world is not None:
+            original = self._user_scene.world
+            if world == original:
+                world = self.scene.world = self.own(world.copy())
+            self.groups.add_world(world, original)
+
+    def follow(self, first_frame: bool = False) -> None:
+        super().follow(first_frame)
+        self.groups.follow()
+
+    def picture(self, method: Any, together: dict[int, Seen]) -> Picture:
+        """A new picture of requests by their first pixels."""
+        with quietly():
+            made = Picture(self, method, together)
+        self._pictures.append(made)
+        return made
+
+    def drop(self, picture: Picture) -> None:
+        self._pictures.remove(picture)
+        self.disown(*picture.made)
+
+    def weights(self) -> Array:
+        """(groups, 3): the present brightness of each group, and of what is in none."""
+        return np.concatenate([self.groups.weights(), np.ones((1, 3))])
+
+    def traced(
+        self,
+        picture: Picture,
+        first: int,
+        last: int,
+        doing: str = "",
+        only: int | None = None,
+        of: int = 0,
+    ) -> Steps[Array]:
+        """The light paths `first` … `last` of each pixel: sums (groups, requests, pixels, 3) of
+        their radiance; of the request of that number `only`, if told. `of` so many paths, it is
+        told how far they are."""
+        total = np.zeros((1, SIDE * SIDE, 3))
+        for other in self._pictures:
+            other.show(other is picture)
+        at_once = engine.at_once(self.scene)
+        for start in range(first, last, at_once):
+            count = min(at_once, last - start)
+            parts = picture.parts(self._paths_at_once // count)
+            for part in parts if only is None else [picture.part_of(only)]:
+                far = f": {100 * start // of} % done" if of else ""
+                yield FIRST_PICTURE if self._is_new else doing + far
+                began, was_new = time.perf_counter(), self._is_new
+                total = total + count * self._render(start, count, part)
+                if not was_new:
+                    self._learn(time.perf_counter() - began)
+        pixels = picture.first[:, None] + np.arange(picture.count)
+        return total[:, pixels]
+
+    def _learn(self, seconds: float) -> None:
+        if seconds > LONGEST_S:
+            self._paths_at_once = max(1, self._paths_at_once // 2)
+        elif seconds < SHORTEST_S:
+            self._paths_at_once = min(PATHS, 2 * self._paths_at_once)
+
+    def _render(self, start: int, count: int, part: Part) -> Array:
+        """(groups, all pixels, 3)"""
+        engine.trace(self.scene, start, count)
+        render, (row, column, end_row, end_column) = self.scene.render, part
+        render.use_border = part != WHOLE
+        render.border_min_x, render.border_max_x = column / SIDE, end_column / SIDE
+        render.border_min_y, render.border_max_y = 1 - end_row / SIDE, 1 - row / SIDE
+        with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
+            render.filepath = str(Path(folder, "views"))
+            # Named as an argument, a scene is put to the frame of the user's.
+            own = {"scene": self.scene, "view_layer": self.view_layer}
+            with quietly(), bpy.context.temp_override(**own):
+                bpy.ops.render.render(write_still=True)
+            layers = exr.read_layers(Path(folder, "views.exr"))
+        self._is_new = False
+        passes = {name.rpartition(".")[2]: pixels for name, pixels in layers.items()}
+        whole = passes["Combined"]
+        found = [passes[f"Combined_{name}"] for name in self.groups.names]
+        left = whole - sum(found, np.zeros_like(whole))
+        left[np.abs(left) < ROUNDING * np.abs(whole)] = 0.0
+        return np.array([*found, left]).reshape(len(found) + 1, SIDE * SIDE, 3)

@@ -14,6 +14,7 @@ from .bounds import Bounds, Held
 # rays, PART, which measures it. The light sensor has a program and a page of its own.
 PARTS = (
     "home",
+    "day",
     "rays",
     "pir",
     "pir_pyroelectric",

@@ -20,8 +20,13 @@ SENSORS = {
     "Pad": SensorFacts("Pad", "PRESSURE", "living room"),
     "Percent": SensorFacts("Percent", "LIGHT", "hall"),
     "Lux": SensorFacts("Lux", "LIGHT", "hall"),
+    "Tof": SensorFacts(
+        "Tof", "DISTANCE", "hall", {"horizontal_fov": 0.5, "range_min": 0.04, "range_max": 3.6}
+    ),
+    "Front door": SensorFacts("Front door", "CONTACT", "hall"),
 }
 ROWS = [
+    (0.0, "Front door", "open", "0"),
     (0.0, "Lux", "illuminance_lux", "0.1"),
     (0.0, "Lux", "lit", "0"),
     (0.0, "PIR hall", "moved", "0"),
@@ -32,11 +37,16 @@ ROWS = [
     (0.0, "Percent", "lit", "0"),
     (0.0, "Percent", "luminance_percent", "45.8848627"),
     (0.0, "Switch", "open", "0"),
+    (0.0, "Tof", "distance_m", "3.6"),
+    (0.0, "Tof", "near", "0"),
     (0.0, AWKWARD, "moved", "0"),
     (0.0, "pir-hall", "moved", "1"),
     (2.833333, "PIR hall", "moved", "1"),
     (3.000001, "Switch", "open", "1"),
     (3.625, "PIR hall", "moved", "0"),
+    (3.75, "Tof", "distance_m", "0.8125"),
+    (3.75, "Tof", "near", "1"),
+    (3.8, "Front door", "open", "1"),
     (4.0, "Pad", "partners", 'Anna;Box "1"'),
     (4.0, "Pad", "force_n", "700.5"),
     (5.0, "pir-hall", "moved", "0"),

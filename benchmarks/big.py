@@ -5,7 +5,7 @@ Seven motion detectors hang in a hall of 30 × 30 m whose hilly ground has so ma
 triangles: as one mesh, of triangles or of quads, as 1000 meshes, as 1000 objects of one mesh, and
 as 1000 instances of one collection. A box walks through. Each scene has a process of its own. Told
 are seconds, and MB of memory at most beside what Blender itself takes for the scene: for the start
-of a run (a run of its first frame alone), for a run of 48 frames, for the digest of the scene that a
+of a run (a run of its first frame alone), for one of 48 frames, for the digest of the scene that a
 recording keeps, and for all together. Then the parts of a start by themselves: to list and read the
 surfaces, to cast the rays of seven detectors with all tilts, which builds the trees that they need,
 and to cast as many again.

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Surface, read_surface
-from .solids import Solids, matrices_of, world_bounds
+from .matrices import matrices_of, world_bounds
+from .solids import Solids
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

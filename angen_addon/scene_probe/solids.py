@@ -17,12 +17,9 @@ from numpy.typing import NDArray
 from ..instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
 from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
 from .made_by_nodes import MadeByNodes
+from .matrices import invertible, matrices_of, world_bounds
 
 Array = NDArray[np.float64]
-# A box is padded by this many units, and by the rounding of single precision at its distance, so
-# that a flat object's box still catches the rays that hit it.
-PADDING = 1e-5
-RELATIVE_PADDING = 1e-6
 
 Key = tuple[int, ...]
 # To be looked up once: at each evaluation it is asked of everything that changed.
@@ -249,10 +246,8 @@ class Solids:
 
     def _list(self, depsgraph: Any) -> None:
         """Makes the list anew; what was known of solids that stay is kept."""
-        before = self._by_key
-        self._by_key = {}
-        self.solids = []
-        self.instanced = set()
+        before, self._by_key = self._by_key, {}
+        self.solids, self.instanced = [], set()
         made: dict[int, MadeByNodes] = {}
         shapes: dict[int, Geometry] = {}
         paths = Paths()
@@ -384,37 +379,11 @@ def _pointers(depsgraph: Any) -> list[int]:
     return [evaluated.as_pointer() for evaluated in depsgraph.objects]
 
 
-def invertible(matrix: Array) -> NDArray[np.bool_]:
-    """Which matrices (…, 4, 4) have an inverse."""
-    with np.errstate(all="ignore"):
-        determinant = np.linalg.det(matrix[..., :3, :3])
-        good = np.isfinite(matrix).all(axis=(-2, -1)) & (determinant != 0.0)
-        result: NDArray[np.bool_] = good & np.isfinite(determinant)
-    return result
-
-
-def world_bounds(matrix: Array, lo: Array, hi: Array) -> tuple[Array, Array]:
-    """Bounds (…, 3) in the world of what has the bounds `lo`, `hi` (…, 3) before its matrix
-    (…, 4, 4); of what is flattened or not a number, such that nothing is in them."""
-    turn = matrix[..., :3, :3]
-    with np.errstate(all="ignore"):
-        good = (invertible(matrix) & np.isfinite(lo).all(axis=-1))[..., None]
-        centre = (turn @ ((lo + hi) / 2)[..., None])[..., 0] + matrix[..., :3, 3]
-        half = (np.abs(turn) @ ((hi - lo) / 2)[..., None])[..., 0]
-        half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
-    return np.where(good, centre - half, np.inf), np.where(good, centre + half, -np.inf)
-
-
 def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
     """The object's name, and for an instance also that of what brings it forth."""
     if original == owner or made_by_nodes:
         return str(owner.name)
     return f"{original.name} in {owner.name}"
-
-
-def matrices_of(flat: NDArray[np.float32]) -> Array:
-    """(n, 4, 4) from what `foreach_get` gives (n, 16), which is column by column."""
-    return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
 
 
 def _is_own_surface(instance: Any, original: Any, owner: Any) -> bool:

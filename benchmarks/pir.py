@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from angen_sensors.sensor_logic.kind import RAYS
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
 from angen_sensors.sensor_logic.model import Update
 
@@ -135,17 +136,7 @@ def _reading(
     def noise() -> np.random.Generator:
         return np.random.default_rng((seed, number))
 
-    # Neither contacts nor light are asked for.
-    update = Update(
-        number,
-        number / rate,
-        SENSOR,
-        room.cast,
-        noise,
-        noise,
-        None,  # type: ignore[arg-type]
-        None,  # type: ignore[arg-type]
-    )
+    update = Update(number, number / rate, SENSOR, {RAYS: room.cast}, noise, noise)
     return model.update(parameters, update).active
 
 

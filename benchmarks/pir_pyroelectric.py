@@ -15,6 +15,7 @@ from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.sensors import Sensor, all_sensors
+from angen_sensors.sensor_logic import kind
 from angen_sensors.sensor_logic.kinds.pir.model import MotionDetector
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.model import Emission, Update
@@ -78,17 +79,11 @@ def run(scene: Scene, parameters: PirParameters, rate: float) -> tuple[list[Any]
     seconds = scene.walker.seconds(scene.length)
     for k in range(int((REST_BEFORE + seconds + REST_AFTER) * rate)):
         scene.time = k / rate - REST_BEFORE
-        update = Update(
-            k, k / rate, SENSOR, scene.cast, _none, _none, _none, _none, scene.warmth
-        )  # fmt: skip
+        update = Update(k, k / rate, SENSOR, {kind.RAYS: scene.cast, kind.WARMTH: scene.warmth})
         readings.append(detector.update(parameters, update))
         if readings[-1].active:
             latency = min(latency, max(scene.time, 0.0))
     return readings, latency
-
-
-def _none() -> Any:
-    raise AssertionError("not asked for")
 
 
 def peak(readings: list[Any]) -> float:

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.simulation import simulate
 from angen_sensors.angen_addon.sensors import all_sensors
+from angen_sensors.sensor_logic.kind import RAYS
 from angen_sensors.sensor_logic.kinds.optical_switch.model import (
     OpticalSwitchParameters,
     SlottedSwitch,
@@ -76,8 +77,7 @@ def _update(number: int, edge: _Edge) -> Update:
     def noise() -> np.random.Generator:
         return np.random.default_rng(number)
 
-    # Neither contacts nor light are asked for.
-    return Update(number, 0.0, POSE, edge.cast, noise, noise, None, None)  # type: ignore[arg-type]
+    return Update(number, 0.0, POSE, {RAYS: edge.cast}, noise, noise)
 
 
 def _aperture(rays: int, edges: int) -> dict[str, Any]:

@@ -155,9 +155,9 @@ def contact(asked: Question, which: Index | None = None) -> Answers:
 
 
 def light(asked: Question, which: Index | None = None) -> Answers:
-    """The light on a sensor, once it was measured, of one update at a time."""
-    (_,) = asked.steps
-    return Answers([asked.probes.light(asked.runner.sensor.name)], np.zeros(1, np.intp))
+    """The light on a sensor, once it was measured: the same at all the steps."""
+    found = asked.probes.light(asked.runner.sensor.name)
+    return Answers([found], np.zeros(len(asked.steps), np.intp))
 
 
 ANSWERS: dict[str, Callable[..., Answers]] = {

@@ -50,8 +50,9 @@ class Kept:
 
 @dataclass
 class Alike:
-    """Steps at which the scene is the same: the `dates` of the updates of pads at which the same
-    presses on them, of which the first tells of all; the steps at which the motion is `needed`."""
+    """Steps at which the scene is the same: the `dates` of the updates of a pad or light sensor at
+    all of which it is told the same, of which the first tells of all; the steps at which the motion
+    is `needed`."""
 
     dates: dict[SensorRunner, Dates] = field(default_factory=dict)
     needed: set[int] = field(default_factory=set)
@@ -139,14 +140,18 @@ class Stage:
             yield from self.sense(window, depsgraph)
 
     def _alike(self, window: Window, steps: list[int]) -> Alike:
-        """Of steps at which the scene is the same: the updates of pads with such a frame before
-        and after, at all of which the same presses on them."""
+        """Of steps at which the scene is the same: the updates of light sensors; and of pads with
+        such a frame before and after, at all of which the same presses on them."""
         frame, first, last = self._clock.substeps, steps[0], steps[-1]
+        if first == last:
+            return Alike({}, {first})
         found = Alike()
-        for runner, dates in window.dates if window.pads else ():
+        for runner, dates in window.dates:
+            due = dates.between(first, last)
+            if runner.sensor.kind.asks_light and len(due.steps):
+                found.dates[runner] = due
             if not runner.sensor.kind.asks_forces:
                 continue
-            due = dates.between(first, last)
             whole = due.steps - due.steps % frame
             at = np.flatnonzero((whole - frame >= first) & (whole + frame <= last))
             if len(at) > 1:

@@ -41,7 +41,7 @@ TIMELESS_CONSTRAINTS = {
 }  # fmt: skip
 # In names of kinds of nodes: those whose result may depend on the frame. A marker can choose
 # another camera.
-TIMED_NODES = ("Time", "Simula", "Bake", "ActiveCamera", "Sequence", "Movie")
+TIMED_NODES = ("Time", "Simula", "Bake", "ActiveCamera", "Sequence", "Movie", "Sound", "Solver")
 # What no sensor reads that needs these alone of the scene, unless a driver does.
 SHADING = (bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World)
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
@@ -141,13 +141,12 @@ def _spans_of(owner: Any, shading: bool) -> Array:
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in found if _counts(owner, curve, shading)]
-    strips = [
-        s for track in animation.nla_tracks if track.is_solo or not track.mute for s in track.strips
-    ]
     parts = [busy_spans.of_curve(curve) for curve in curves]
-    if strips:
+    tracks = animation.nla_tracks
+    if len(tracks):
         # The action is one of the strips then: it may have no effect before its keys and after.
-        parts += [busy_spans.of_strips(strips), *(busy_spans.reach_of(curve) for curve in found)]
+        playing = [s for track in tracks if track.is_solo or not track.mute for s in track.strips]
+        parts += [busy_spans.of_strips(playing), *(busy_spans.reach_of(curve) for curve in found)]
     if animation.use_tweak_mode:
         parts.append(busy_spans.ALWAYS)
     return busy_spans.joined(parts)

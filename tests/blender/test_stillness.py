@@ -74,6 +74,7 @@ def nodes_of(world: Any, obj: Any, *kinds: str) -> tuple[Any, list[Any]]:
 @scene(skips=True)
 def pauses_between_linear_keys(world: Any, _: Path) -> None:
     key_height(world, watched(world), REST)
+    world.pir("sweeping", update_rate=10.0, vertical_fov=0.6, hold_time=0.3, blocking_time=0.2)
 
 
 @scene(skips=True)
@@ -149,6 +150,10 @@ def settings_of_a_sensor(world: Any, _: Path) -> None:
 def noise_of_a_sensor(world: Any, _: Path) -> None:
     watched(world)
     world.bpy.data.objects["switch"].angen_sensor.optical_switch.noise_sigma = 0.01
+    world.pir("noisy", noise_sigma=0.01)
+    lux = world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", engine="DIRECT")
+    lux.angen_sensor.light.noise_sigma = 0.5
+    world.link("lamp", world.bpy.data.lights.new("lamp", "POINT"), (0, 0.2, -1))
 
 
 @scene(skips=True)
@@ -456,6 +461,28 @@ def a_lamp_of_materials_and_world(world: Any, _: Path) -> None:
     for frame, value in ((1, 10.0), (20, 10.0), (25, 40.0)):
         lamp.energy = value
         lamp.keyframe_insert("energy", frame=frame)
+
+
+@scene(skips=True)
+def a_wall_that_glows(world: Any, _: Path) -> None:
+    glowing(world).inputs["Emission Strength"].keyframe_insert("default_value", frame=20)
+    strength = glowing(world).inputs["Emission Strength"]
+    strength.default_value = 9.0
+    strength.keyframe_insert("default_value", frame=24)
+
+
+def glowing(world: Any) -> Any:
+    """The shader of a wall that glows before a light sensor with few paths."""
+    bpy = world.bpy
+    material = bpy.data.materials.get("glow") or bpy.data.materials.new("glow")
+    if not material.users:
+        material.use_nodes = True
+        world.wall(1.0).data.materials.append(material)
+        given = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 4, "update_rate": 2.0}
+        world.sensor("LIGHT", "lux", **given)
+        world.scene.angen_light_reference = 0
+        material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
+    return material.node_tree.nodes["Principled BSDF"]
 
 
 @scene(skips=False)

@@ -42,8 +42,10 @@ class Row:
 
     def by(self, fault: str, time: int | None = None) -> Row:
         """The same with a fault more, perhaps at another time (microseconds)."""
-        change = self.change if time is None else replace(self.change, time=time)
-        return replace(self, change=change, faults=(*self.faults, fault))
+        change = self.change
+        if time is not None:
+            change = Change(time, change.channel, change.value, change.frame)
+        return Row(change, self.origin, (*self.faults, fault), self.is_first)
 
 
 @dataclass(frozen=True)

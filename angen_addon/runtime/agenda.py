@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.kind import CROSSINGS, RAYS, WARMTH
+from ...sensor_logic.kind import CROSSINGS, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
 from ..scene_probe.zones import has_simulation_zone
 from .sensor_runner import Dates, SensorRunner
@@ -27,7 +27,7 @@ SIMULATED_MODIFIERS = {
 }
 # What is kept of frames, so that models can be answered later; all else is looked for in the scene
 # itself, at its frame.
-KEPT = {RAYS, WARMTH, CROSSINGS}
+KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
 # Steps that are planned at once, to bound memory.
 WINDOW = 1 << 16
 

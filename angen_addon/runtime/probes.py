@@ -102,19 +102,30 @@ class Probes:
         """Whether the frames that are kept are to be sensed now."""
         return self._film is None or self._film.full
 
-    def keep(self, depsgraph: Any) -> bool:
+    @property
+    def follows(self) -> bool:
+        """Whether the frames to come are those of solids that are listed."""
+        return self._film is not None and not self.must_list
+
+    @property
+    def must_list(self) -> bool:
+        """Whether things may have come or gone since they were listed."""
+        return self._solids.must_list
+
+    def keep(self, depsgraph: Any, watched: Any) -> bool:
         """As `look`, but a frame is only taken down, until `develop`; False where those before have
-        to be sensed first."""
+        to be sensed first. `watched` is the depsgraph of the scene or of what moves in it, which
+        tells the frames."""
         solids = self._solids
-        stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
-        if self._film is not None and stands and self._film.take(depsgraph):
+        if self._film is not None and self._film.take(watched):
             return True
         if self._film is not None and len(self._film):
             return False
         # What is listed anew is sensed alone: instances may be gone at the next frame.
+        stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
         self.caster.update(depsgraph)
-        self._film = Film(solids, depsgraph) if stands else None
-        if self._film is not None and not self._film.take(depsgraph):
+        self._film = Film(solids, watched) if stands else None
+        if self._film is not None and not self._film.take(watched):
             self._film = None
             solids.forget()
             self.caster.update(depsgraph)

@@ -21,6 +21,7 @@ from .. import handlers, outputs, state
 from ..sensors import Sensor, SensorError, check, check_names, report_steps, simulated
 from . import stillness
 from .agenda import Agenda
+from .moving_scene import moving_scene
 from .sensor_runner import PendingUpdates, SensorRunner
 from .stage import Stage
 from .time_base import clock_of, evaluated_depsgraph
@@ -104,11 +105,17 @@ class _Run:
                 self._moving = still.why
                 agenda = Agenda(scene, self._runners, self._first, self._last)
                 batches = alone and not driven and not agenda.steps_through
-                stage = Stage(scene, self._runners, batches)
+                frame = self._frame(self._first)
+                moving = moving_scene(scene, self._runners, still, frame) if batches else None
                 try:
-                    yield from self._over_frames(stage, agenda, still, alone, driven)
+                    stage = Stage(scene, self._runners, batches, moving)
+                    try:
+                        yield from self._over_frames(stage, agenda, still, alone, driven)
+                    finally:
+                        stage.close()
                 finally:
-                    stage.close()
+                    if moving is not None:
+                        moving.close()
             self._recording.frame_end = self._frame_end
         except ReferenceError as error:
             raise SensorError(

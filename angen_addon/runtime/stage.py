@@ -18,6 +18,7 @@ from ..scene_probe.reflectance import colours_change
 from ..scene_probe.warmth import changes_by_itself
 from ..sensors import SensorError
 from .agenda import Window
+from .moving_scene import MovingScene
 from .probes import Probes
 from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
 from .time_base import clock_of, evaluated_depsgraph
@@ -68,7 +69,13 @@ class Stage:
     light sensors until their light was measured. `batches`: whether frames may be kept, to be
     sensed later, many at once."""
 
-    def __init__(self, scene: Any, runners: Sequence[SensorRunner], batches: bool = False) -> None:
+    def __init__(
+        self,
+        scene: Any,
+        runners: Sequence[SensorRunner],
+        batches: bool = False,
+        moving: MovingScene | None = None,
+    ) -> None:
         self.scene = scene
         self.runners = list(runners)
         self._clock = clock_of(scene)
@@ -82,6 +89,7 @@ class Stage:
         coloured = any(sensor.kind.asks_for(REFLECTANCE, sensor.parameters) for sensor in sensors)
         changes = (warm and changes_by_itself(scene)) or (coloured and colours_change())
         self._batches = batches and not changes
+        self._moving = moving if self._batches else None
         self._pads: list[PendingUpdates] = []
         self._kept = Kept()
 
@@ -99,6 +107,9 @@ class Stage:
         """Others had their turn, and may have edited the scene."""
         # What was edited must not be taken for what changes at a frame.
         evaluated_depsgraph()
+        if self.probes.must_list:
+            # What moves may be something else now.
+            self._moving = None
         self.probes.note_edits()
 
     def go(self, step: int) -> Any:
@@ -111,17 +122,17 @@ class Stage:
         """Brings the scene to the first of some steps, at the others of which it is the same, and
         takes down what is asked of it there; where it is not `fresh`, it is as at the step before.
         Yields what can be read by then; what light sensors ask is in `lit`. Raises SensorError."""
-        depsgraph = self.go(steps[0]) if fresh else evaluated_depsgraph()
         looked = [step for step in steps if step in window.looked]
+        depsgraph, watched = self._evaluate(window, steps[0], looked, fresh)
         if not looked:
             return
         if not self._batches:
             self.probes.look(depsgraph, None)
-        elif not self.probes.keep(depsgraph):
+        elif not self.probes.keep(depsgraph, watched):
             # Things came or went: what was before is sensed while it is still there.
             yield from self.sense(window, self.go(self._kept.last))
             depsgraph = self.go(steps[0])
-            self.probes.keep(depsgraph)
+            self.probes.keep(depsgraph, watched)
         before = self._kept.last
         self._kept.steps.append(looked[0])
         self._kept.last = looked[-1]
@@ -138,6 +149,19 @@ class Stage:
         waited = time.monotonic() - self._kept.since > TELL_EVERY
         if not self._batches or self.probes.full or self.lit or waited:
             yield from self.sense(window, depsgraph)
+
+    def _evaluate(
+        self, window: Window, step: int, looked: list[int], fresh: bool
+    ) -> tuple[Any, Any]:
+        """Brings the scene to a step, or if nothing more is asked there only what moves: the
+        scene's depsgraph, and that whose frames are kept."""
+        if self._moving is None:
+            depsgraph = self.go(step) if fresh else evaluated_depsgraph()
+            return depsgraph, depsgraph
+        asked = any(at in window.read or at in window.motion for at in looked)
+        whole = asked or not self.probes.follows
+        depsgraph = self.go(step) if whole else evaluated_depsgraph()
+        return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step))
 
     def _alike(self, window: Window, steps: list[int]) -> Alike:
         """Of steps at which the scene is the same: the updates of light sensors; and of pads with

@@ -62,11 +62,12 @@ PURE_NAMES = {
 class Stillness:
     """`busy` (n, 2): spans of time in which something may change, in order and apart, as F-curves
     count time; `reasons`: why nothing can be skipped, in words; `stretch`: frames of theirs in one
-    of the scene (Time Stretching)."""
+    of the scene (Time Stretching); `timed`: whether anything but keys may follow the frame."""
 
     busy: Array
     reasons: tuple[str, ...] = ()
     stretch: float = 1.0
+    timed: bool = False
 
     @property
     def why(self) -> str:
@@ -107,14 +108,15 @@ def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillnes
         *_of_nodes(shading),
     ]
     reasons += _of_films(shading)
-    parts = []
+    parts, timed = [], bool(reasons)
     for owner in owners:
         spans = _spans_of(owner, shading)
         if np.isinf(spans).any():
             reasons.append(f"keys of '{owner.name}' go on without end (modifiers, extrapolation)")
         parts.append(spans)
     stretch = np.float32(scene.render.frame_map_old) / np.float32(scene.render.frame_map_new)
-    return Stillness(busy_spans.joined(parts), tuple(dict.fromkeys(reasons)), float(stretch))
+    every = tuple(dict.fromkeys(reasons))
+    return Stillness(busy_spans.joined(parts), every, float(stretch), timed)
 
 
 def _is_evaluated(owner: Any, scene: Any) -> bool:

@@ -27,7 +27,7 @@ EVERY_CELL = np.arange(CELLS * CELLS + 1)
 EDGE = 0.01
 LEAST_SIZE = 1e-2
 BORDER = 1e-6
-SQUARES = 6
+SQUARES = 3
 # Cosine: rays within this of their middle are in one picture, others in several.
 WIDE = 0.35
 # Share of the largest size there is: nearer than this to the picture's eye nothing is drawn.

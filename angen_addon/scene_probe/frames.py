@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .geometry import Surface, read_surface
 from .matrices import matrices_of, world_bounds
-from .solids import Solids
+from .solids import Solids, pointers_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -67,7 +67,10 @@ class Film:
     def __init__(self, solids: Solids, depsgraph: Any) -> None:
         self._solids = solids
         objects = list(depsgraph.objects)
-        self._solid_of = [solids.row_of((o.original.session_uid,)) for o in objects]
+        uids = [evaluated.original.session_uid for evaluated in objects]
+        self._uids = set(uids)
+        self._listed = pointers_of(depsgraph)
+        self._solid_of = [solids.row_of((uid,)) for uid in uids]
         self._world = self._worlds_now(depsgraph)
         self._worlds: list[NDArray[np.float32]] = []
         # What changes its shape: as it was before the first of the frames, and at those at which
@@ -89,11 +92,13 @@ class Film:
         return world
 
     def take(self, depsgraph: Any) -> bool:
-        """Takes down a frame, for whose depsgraph the list stands; False where that has to begin
-        anew, because a solid has other faces than before."""
+        """Takes down a frame; False where the list has to be made anew: things came or went, or one
+        has other faces than before."""
         solids, shapes = self._solids, {}
+        if not solids.settled or pointers_of(depsgraph) != self._listed:
+            return False
         for uid in solids.reshaped:
-            geometry = solids.shape_of(uid)
+            geometry = solids.shape_of(uid) if uid in self._uids else None
             if geometry is None:
                 continue
             surface = read_surface(geometry.original.evaluated_get(depsgraph), True)

@@ -89,7 +89,7 @@ class Solids:
         self.instanced: set[int] = set()
         # What instances, what is in an instanced collection, and what is instanced otherwise.
         self._of_instances: set[int] = set()
-        self._must_list = True
+        self.must_list = True
         self._unsure = False
         self._touched: set[int] = set()
         self._reshaped: set[int] = set()
@@ -113,7 +113,7 @@ class Solids:
             original = changed.original
             uid = original.session_uid
             self._touched.add(uid)
-            self._must_list |= _may_instance(original)
+            self.must_list |= _may_instance(original)
             if update.is_updated_geometry:
                 for named in (self._reshaped, self.reshaped):
                     named.add(uid)
@@ -123,7 +123,7 @@ class Solids:
     def forget(self) -> None:
         """Anything may have changed unheard: all is looked at again."""
         self.edits += 1
-        self._must_list = True
+        self.must_list = True
         self._unsure = True
 
     @property
@@ -142,7 +142,7 @@ class Solids:
         if self.stands(depsgraph):
             self._follow(depsgraph, len(self._listed))
         else:
-            self._listed = _pointers(depsgraph)
+            self._listed = pointers_of(depsgraph)
             self._list(depsgraph)
         self._touched.clear()
         self._reshaped.clear()
@@ -151,9 +151,12 @@ class Solids:
 
     def stands(self, depsgraph: Any) -> bool:
         """Whether the list is that of the depsgraph: nothing can have come or gone."""
-        if self._must_list or not self._of_instances.isdisjoint(self._touched):
-            return False
-        return self._listed == _pointers(depsgraph)
+        return self.settled and self._listed == pointers_of(depsgraph)
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing was told of that has to be listed anew."""
+        return not self.must_list and self._of_instances.isdisjoint(self._touched)
 
     def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
         """Mask (n,) of the solids that belong to the object `uid`, perhaps in an instance: itself
@@ -326,7 +329,7 @@ class Solids:
         self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
         self._world = np.empty(len(objects) * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", self._world)
-        self._must_list = False
+        self.must_list = False
         self.listing += 1
 
     def _shape(
@@ -353,7 +356,7 @@ class Solids:
         changed."""
         mesh = mesh_shared_by(geometry.original)
         first = self._read_now.setdefault(mesh, geometry) if mesh else geometry
-        if first is not geometry:
+        if first is not geometry and not geometry.deforms:
             return geometry.share(first)
         return geometry.read(geometry.original.evaluated_get(depsgraph))
 
@@ -374,8 +377,8 @@ def _made_shape(
     return made[pointer]
 
 
-def _pointers(depsgraph: Any) -> list[int]:
-    # What is evaluated has no session uid: it is 0.
+def pointers_of(depsgraph: Any) -> list[int]:
+    """What tells whether its objects are the same: what is evaluated has no session uid."""
     return [evaluated.as_pointer() for evaluated in depsgraph.objects]
 
 

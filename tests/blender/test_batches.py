@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Frames that are kept and sensed many at once read to the bit what frame by frame reads."""
+
+import bpy
+import numpy as np
+import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage
+from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import frames
+
+
+@pytest.fixture
+def read(world, monkeypatch):
+    """What a run reads whose batches have so many frames, in a scene of what moves alone or not."""
+
+    def run(most, alone=False):
+        monkeypatch.setattr(frames, "MOST_FRAMES", most)
+        monkeypatch.setattr(stage, "TELL_EVERY", 1e9)
+        least = 0 if alone else 10**9
+        monkeypatch.setattr(moving_scene, "LEAST_OBJECTS", least)
+        return world.run().tracks
+
+    return run
+
+
+def sensors_about(world, **settings):
+    """A scan that takes its tilts in turn, one with all at once, one that feels warmth, a distance
+    sensor and two switches, of different rates, about the origin."""
+    fan = {"rays": 24, "vertical_fov": 0.6, "vertical_step": 0.2, "range_max": 4.0}
+    placed = [
+        world.pir("turns", update_rate=10.0, **fan),
+        world.pir("all", update_rate=24.0, sweep="ALL", **fan),
+        world.sensor("PIR", "warm", model="PYROELECTRIC", update_rate=24.0, zone_rays=4),
+        world.sensor("DISTANCE", "far", update_rate=7.0),
+        world.switch("beam", update_rate=3.0, range_max=4.0, threshold=2.0, aperture_rays=3),
+        world.switch("swept", update_rate=2.0, range_max=4.0, threshold=2.0, swept=True),
+    ]
+    for i, sensor in enumerate(placed):
+        sensor.location = (0.1 * i - 0.2, -2.0, 0.1)
+        sensor.rotation_euler = (np.pi / 2, 0.0, 0.0)
+    return placed
+
+
+def body(world, name="body", at=(0, 0, 0)):
+    obj = world.box((0.6, 0.5, 0.9), at, name)
+    obj.angen_warmth.use_temperature, obj.angen_warmth.temperature = True, 33.0
+    return obj
+
+
+def walks(world, obj, far=1.5):
+    world.key(obj, "location", {1: (-far, 0, 0), 30: (far, 0.4, 0), 48: (0, 0, 0)}, "LINEAR")
+
+
+def goes_by(world):
+    walks(world, body(world))
+
+
+def is_mirrored_and_turned(world):
+    obj = body(world)
+    obj.scale = (-1.0, 0.7, 1.2)
+    world.key(obj, "rotation_euler", {1: (0, 0, 0), 48: (1.0, 2.0, 6.0)}, "LINEAR")
+
+
+def bends(world):
+    obj = body(world)
+    obj.shape_key_add(name="Basis")
+    for vertex, point in zip(obj.data.vertices, obj.shape_key_add(name="wide").data, strict=True):
+        point.co = vertex.co * 1.8
+    for frame, value in ((1, 0.0), (20, 1.0), (40, 0.2)):
+        key = obj.data.shape_keys.key_blocks["wide"]
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    walks(world, obj)
+
+
+def gets_more_faces(world):
+    obj = body(world)
+    array = obj.modifiers.new("array", "ARRAY")
+    array.relative_offset_displace[0] = 1.4
+    world.key(obj, 'modifiers["array"].count', {1: 1, 12: 3, 30: 2}, "CONSTANT")
+
+
+def comes_and_goes(world):
+    one, two = body(world, "one"), body(world, "two", (0.9, 0.4, 0))
+    walks(world, one)
+    world.key(one, "hide_viewport", {1: False, 9: True, 22: False}, "CONSTANT")
+    world.key(two, "hide_viewport", {1: True, 9: False, 22: True}, "CONSTANT")
+
+
+def is_instanced(world):
+    inner = bpy.data.collections.new("inner")
+    inner.objects.link(bpy.data.objects.new("seat", body(world, "seat", (0, 9, 0)).data))
+    holder = world.link("holder", None, (0, 0, 0))
+    holder.instance_type, holder.instance_collection = "COLLECTION", inner
+    walks(world, holder)
+
+
+def carries_the_sensors(world):
+    walks(world, body(world))
+    cart = world.link("cart", None, (0, 0, 0))
+    world.key(cart, "location", {1: (0, 0, 0), 40: (0.5, 0.3, 0)}, "LINEAR")
+    for name in ("turns", "beam"):
+        bpy.data.objects[name].parent = cart
+
+
+def changes_what_sensors_are(world):
+    walks(world, body(world))
+    pir = bpy.data.objects["turns"]
+    world.key(pir, "angen_sensor.enabled", {1: True, 14: False, 26: True}, "CONSTANT")
+    world.key(bpy.data.objects["all"], "angen_sensor.pir.range_max", {1: 4.0, 40: 1.5}, "LINEAR")
+
+
+def begins_late(world):
+    walks(world, body(world))
+    world.box((4, 0.1, 3), (0, 1.0, 0), "wall")
+    late = body(world, "late", (0.5, 0.2, 0))
+    world.key(late, "location", {33: (0.5, 0.2, 0), 40: (0.5, 0.2, 2.5)}, "CONSTANT")
+
+
+def is_of_letters(world):
+    curve = bpy.data.curves.new("letters", "FONT")
+    curve.body, curve.extrude = "HHH", 0.2
+    letters = world.link("letters", curve, (0, 0, 0))
+    letters.rotation_euler = (np.pi / 2, 0.0, 0.0)
+    walks(world, letters)
+
+
+SCENES = (
+    goes_by, is_mirrored_and_turned, bends, gets_more_faces, comes_and_goes, is_instanced,
+    carries_the_sensors, changes_what_sensors_are, begins_late,
+    is_of_letters,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(("substeps", "stretch"), [(1, 100), (3, 50)])
+def test_batches_of_any_size_read_the_same(world, read, scene, substeps, stretch):
+    world.scene.frame_end = 48
+    world.scene.angen_substeps = substeps
+    world.scene.render.frame_map_new = stretch
+    sensors_about(world)
+    scene(world)
+    one = read(1)
+    moved = sum(sum(one[name].active) for name in ("turns", "all", "warm"))
+    assert moved > 3, "nothing that could be read otherwise"
+    for most in (2, 5, 256):
+        assert read(most) == one
+    # What looks at the scene as a whole is not taken out of it.
+    before = len(bpy.data.scenes)
+    assert read(256, alone=True) == one
+    assert len(bpy.data.scenes) == before
+
+
+def test_what_moves_is_looked_at_alone_where_nothing_else_can_matter(world, monkeypatch):
+    """The user's scene is evaluated at the first frames only; a driver keeps it in use."""
+    sensors_about(world)
+    goes_by(world)
+    for i in range(25):
+        world.box((0.1, 0.1, 0.1), (i, 5, 0), f"still {i}")
+    seen = []
+
+    def note(scene, _):
+        seen.append(scene == world.scene)
+
+    def evaluated():
+        seen.clear()
+        bpy.app.handlers.frame_change_post.append(note)
+        monkeypatch.setattr(stage.Stage, "__init__", counting)
+        try:
+            world.run()
+        finally:
+            bpy.app.handlers.frame_change_post.remove(note)
+        return sum(seen)
+
+    init, made = stage.Stage.__init__, []
+
+    def counting(self, scene, runners, batches=False, moving=None):
+        made.append(moving)
+        init(self, scene, runners, batches, moving)
+
+    monkeypatch.setattr("bl_ext.user_default.angen_sensors.angen_addon.handlers."
+                        "others_follow_frames", lambda: False)  # fmt: skip
+    assert evaluated() < 12 and made[-1] is not None
+    world.scene.objects["still 3"].driver_add("location", 2).driver.expression = "1.0"
+    assert evaluated() > 40 and made[-1] is None
+
+
+def test_a_run_that_is_left_keeps_what_it_looked_at(world, monkeypatch):
+    sensors_about(world)
+    goes_by(world)
+    whole = world.run().tracks["all"]
+    monkeypatch.setattr(frames, "MOST_FRAMES", 7)
+    from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
+    from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+
+    recording = Recording()
+    run = simulate(world.scene, world.sensors(), 1, 48, recording)
+    for _ in range(3):
+        next(run)
+    run.close()
+    track = recording.tracks["all"]
+    assert 7 < len(track) < 48 and recording.frame_end == track.frames[len(track) - 1]
+    assert list(track.active) == list(whole.active)[: len(track)]

@@ -99,6 +99,8 @@ class Live:
 
     def catch_up(self, scene: Any, view_layer: Any) -> None:
         """Senses at the present frame after an edit. Not in a handler."""
+        # What was removed since Blender evaluated last is still listed, and freed.
+        view_layer.update()
         hold = self._held or bool(self.readings)
         state.CACHE.running = True
         try:
@@ -263,6 +265,7 @@ class Live:
     def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
         """Measures the light at the present frame as a run does, of so many sensors at most, those
         that are selected first."""
+        view_layer.update()
         waiting = sorted(self._lit.values(), key=lambda taken: not taken.runner.sensor.selected)
         lit = waiting[:at_most]
         for taken in lit:

@@ -76,6 +76,8 @@ def _later() -> None:
     if scene is None or state.CACHE.running or not wanted(scene):
         return
     try:
+        # What was removed since Blender evaluated last is still listed, and freed.
+        context.view_layer.update()
         _field(scene).follow(scene, context.view_layer, context.view_layer.depsgraph)
     except Exception:
         _give_up(scene)

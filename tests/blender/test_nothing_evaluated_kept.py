@@ -213,3 +213,19 @@ def test_every_verb_ends_well(file, verb):
         check=False,
     )
     assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_what_was_removed_a_moment_ago_is_not_looked_at(world, addon_part):
+    """Until Blender evaluates the scene again it lists what was removed, whose memory is free: a
+    timer that looked at it brought Blender down."""
+    world.wall(0.3, "wall")
+    world.switch()
+    world.scene.frame_set(2)
+    live = addon_part("angen_addon.live").live_of(world.scene)
+    assert "wall" in {solid.name for solid in live.caster.solids.solids}
+    walls = [world.wall(0.5 + n, f"later {n}") for n in range(8)]
+    world.update()
+    for wall in [bpy.data.objects["wall"], *walls]:
+        bpy.data.objects.remove(wall)
+    live.catch_up(world.scene, bpy.context.view_layer)
+    assert [solid.name for solid in live.caster.solids.solids] == []

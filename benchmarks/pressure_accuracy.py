@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from mathutils import Quaternion, Vector
 
-from . import pressure_mujoco
+from .pressure_rows import G, Row, at_rest, row, total, validity
 from .pressure_scenes import (
-    Followed,
     box,
     carried,
     compound,
@@ -30,8 +29,6 @@ from .pressure_scenes import (
 from .pressure_table import legs_exactly
 from .progress import progress
 
-G = 9.81
-Row = dict[str, Any]
 PAD = 0.01
 PILES = 100
 
@@ -43,60 +40,6 @@ def measure(quick: bool) -> list[Row]:
         progress("pressure", done, len(cases), case.__name__)
         rows += case()
     return rows
-
-
-def row(
-    group: str,
-    scene: str,
-    followed: Followed,
-    exact: Mapping[str, float],
-    first: int | None = None,
-    mujoco: bool = False,
-) -> Row:
-    """Pads against their exact forces in newtons, from frame index `first` on."""
-    found: list[float] = []
-    errors: list[tuple[float, float]] = []
-    for name, force in exact.items():
-        track = followed.tracks[name]
-        start = len(track.force) // 2 if first is None else first
-        valid = [f for f, v in zip(track.force, track.valid, strict=True) if v]
-        late = [f for f, v in zip(track.force[start:], track.valid[start:], strict=True) if v]
-        found.append(float(np.mean(late)) if late else math.nan)
-        worst = max((abs(f - force) for f in late), default=math.nan)
-        errors.append((worst / force, worst))
-        assert all(math.isfinite(f) for f in valid)
-    engine = pressure_mujoco.pad_forces() if mujoco else None
-    against = None
-    if engine is not None:
-        pairs = zip(exact, found, strict=True)
-        against = max(abs(value - engine[name]) / exact[name] for name, value in pairs)
-    return {
-        "group": group,
-        "scene": scene,
-        "exact": [*exact.values()],
-        "measured": found,
-        "unit": "N",
-        "error": max(error for error, _ in errors),
-        "error_newtons": max(newtons for _, newtons in errors),
-        "mujoco": against,
-        **_validity(followed),
-    }
-
-
-def _validity(followed: Followed) -> Row:
-    """Updates that are valid, of all; the first has no frame before it and cannot be."""
-    tracks = followed.tracks.values()
-    return {
-        "valid": sum(sum(track.valid) for track in tracks),
-        "updates": sum(len(track.valid) - 1 for track in tracks),
-        "problems": sorted(set().union(*(t.problems for t in tracks)) - {NOT_YET}),
-        "residual": max(
-            (r for t in tracks for r, v in zip(t.residual, t.valid, strict=True) if v), default=0.0
-        ),
-    }
-
-
-NOT_YET = "three frames in a row are not known"
 
 
 def resting() -> Iterator[Row]:
@@ -124,19 +67,6 @@ def ground(fps: int = 24, last: int = 48, half: float = 0.15, **settings: Any) -
     floor(**settings)
     pad("pad", (half, half, PAD / 2), (0, 0, PAD / 2), **settings)
     return scene
-
-
-def foundation(
-    legs: Sequence[tuple[float, float]], half: float, loads: Sequence[Any]
-) -> list[float]:
-    """Forces on square legs (half width `half`) of one rigid thing, an elastic foundation: the
-    pressure is linear over their areas. `loads`: (newtons, x, y)."""
-    rows = np.array([(1.0, x, y) for x, y in legs])
-    inner = len(legs) * half**2 / 3.0
-    moments = rows.T @ rows + np.diag([0.0, inner, inner])
-    push = np.sum([(w, w * x, w * y) for w, x, y in loads], axis=0)
-    forces: list[float] = (rows @ np.linalg.solve(moments, push)).tolist()
-    return forces
 
 
 LEGS = [(-0.5, -0.3), (0.5, -0.3), (-0.5, 0.3), (0.5, 0.3)]
@@ -201,25 +131,6 @@ def sitters() -> Iterator[Row]:
         yield total(f"70 kg on a chair, {say}: sum of the legs", followed, 76 * G)
 
 
-def total(scene: str, followed: Followed, exact: float) -> Row:
-    """The sum over all pads."""
-    tracks = list(followed.tracks.values())
-    half = len(tracks[0].force) // 2
-    sums = np.sum([track.force[half:] for track in tracks], axis=0)
-    worst = float(np.abs(sums - exact).max())
-    return {
-        "group": "sitter",
-        "scene": scene,
-        "exact": [exact],
-        "measured": [float(sums.mean())],
-        "unit": "N",
-        "error": worst / exact,
-        "error_newtons": worst,
-        "mujoco": None,
-        **_validity(followed),
-    }
-
-
 def drop(height: float, bounce: float, fps: int) -> Row:
     """2 kg, from rest to rest: the impulse is the weight's over the whole time. A reading stands
     for the time half a frame about it; the first of them, at the release, is not known."""
@@ -238,7 +149,7 @@ def drop(height: float, bounce: float, fps: int) -> Row:
         "error": abs(impulse / exact - 1.0),
         "peak": max(force),
         "mujoco": None,
-        **_validity(followed),
+        **validity(followed),
     }
 
 
@@ -302,7 +213,7 @@ def lift() -> Iterator[Row]:
             "error": rms / (5 * G),
             "error_newtons": rms,
             "mujoco": None,
-            **_validity(followed),
+            **validity(followed),
         }
 
 
@@ -355,13 +266,13 @@ def piles(count: int = PILES) -> Iterator[Row]:
     for seed in range(count):
         scene, bodies = _pile(random.Random(seed))
         followed = follow(scene, bodies)
-        validity = _validity(followed)
-        invalid += validity["updates"] - validity["valid"]
-        updates += validity["updates"]
-        problems |= set(validity["problems"])
-        residual = max(residual, validity["residual"])
+        found = validity(followed)
+        invalid += found["updates"] - found["valid"]
+        updates += found["updates"]
+        problems |= set(found["problems"])
+        residual = max(residual, found["residual"])
         weight = sum(body.rigid_body.mass for body in bodies) * G
-        still = _at_rest(followed, 1.0 / scene.render.fps)
+        still = at_rest(followed, 1.0 / scene.render.fps)
         tracks = list(followed.tracks.values())
         before = judged
         for index in np.flatnonzero(still).tolist():
@@ -402,21 +313,6 @@ def _pile(chance: random.Random) -> tuple[Any, list[Any]]:
         body.rigid_body.angular_damping, body.rigid_body.linear_damping = 0.9, 0.3
         bodies.append(body)
     return scene, bodies
-
-
-def _at_rest(followed: Followed, dt: float) -> Any:
-    """Mask of the frames in which no body moves, before and after, by 10 mm/s, nor its rim."""
-    count = min(len(track.force) for track in followed.tracks.values())
-    still = np.ones(count, bool)
-    still[0] = False
-    for poses in followed.poses.values():
-        points = poses[:, :3, :] @ np.array(
-            [[0, 0.1, 0, 0], [0, 0, 0.1, 0], [0, 0, 0, 0.1], [1] * 4]
-        )
-        speed = np.linalg.norm(np.diff(points, axis=0), axis=1).max(axis=1) / dt
-        slow = speed < 0.01
-        still[1:] &= slow[: count - 1] & slow[1:count]
-    return still
 
 
 QUICK: Sequence[Callable[[], Iterator[Row]]] = (resting, one_table, one_drop)

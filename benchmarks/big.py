@@ -3,12 +3,12 @@
 
 Seven motion detectors hang in a hall of 30 × 30 m whose hilly ground has so many millions of
 triangles: as one mesh, of triangles or of quads, as 1000 meshes, as 1000 objects of one mesh, and
-as 1000 instances of one collection. A box walks through. Each scene has a process of its own. Told
-are seconds, and MB of memory at most beside what Blender itself takes for the scene: for the start
-of a run (a run of its first frame alone), for one of 48 frames, for the digest of the scene that a
-recording keeps, and for all together. Then the parts of a start by themselves: to list and read the
-surfaces, to cast the rays of seven detectors with all tilts, which builds the trees that they need,
-and to cast as many again.
+as 1000 instances of one collection; or as one mesh that changes at every frame. A box walks
+through. Each scene has a process of its own. Told are seconds, and MB of memory at most beside what
+Blender itself takes for the scene: for the start of a run (a run of its first frame alone), for one
+of 48 frames, for the digest of the scene that a recording keeps, and for all together. Then the
+parts of a start by themselves: to list and read the surfaces, to cast the rays of seven detectors
+with all tilts, which builds the trees that they need, and to cast as many again.
 """
 
 from __future__ import annotations
@@ -102,12 +102,27 @@ def instances(triangles: int) -> None:
         holder.instance_type, holder.instance_collection = "COLLECTION", collection
 
 
+def one_that_bends(triangles: int) -> None:
+    """Its ground heaves by a shape key."""
+    ground = _link("ground", hills(triangles, SIZE_M))
+    ground.shape_key_add(name="flat")
+    high = ground.shape_key_add(name="high")
+    points = np.empty(3 * len(ground.data.vertices), np.float32)
+    ground.data.vertices.foreach_get("co", points)
+    points[2::3] += 0.2
+    high.data.foreach_set("co", points)
+    for frame, value in ((1, 0.0), (FRAMES, 1.0)):
+        high.value = value
+        high.keyframe_insert("value", frame=frame)
+
+
 SCENES: dict[str, Callable[[int], None]] = {
     "one mesh": one_mesh,
     "one mesh of quads": one_of_quads,
     "1000 meshes": many_meshes,
     "1000 objects of a mesh": one_shared,
     "1000 instances": instances,
+    "one mesh that bends": one_that_bends,
 }
 
 

@@ -111,7 +111,7 @@ class Film:
         world = self._worlds_now(depsgraph)
         self._worlds.append(world)
         self._shapes.append(shapes)
-        self._bytes += world.nbytes + sum(surface.points.nbytes for surface in shapes.values())
+        self._bytes += world.nbytes + sum(surface.bytes for surface in shapes.values())
         return True
 
     def develop(self) -> Frames:

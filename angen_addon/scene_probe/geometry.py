@@ -36,6 +36,7 @@ class Surface:
     corners: NDArray[np.int32]
     faces: int
     _triangles: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
+    _tree: RayTree | None = None
 
     def __post_init__(self) -> None:
         self.lo, self.hi = _bounds(self.points) if self.faces else NOWHERE
@@ -44,6 +45,27 @@ class Surface:
     def plain(self) -> bool:
         """Whether all faces are triangles."""
         return len(self.corners) == 3 * self.faces
+
+    @property
+    def large(self) -> bool:
+        """Whether it has too many triangles to be asked one by one, or for a tree of Blender's."""
+        return len(self.corners) - 2 * self.faces >= LARGE
+
+    @property
+    def bytes(self) -> int:
+        """What it takes to keep it, with what will be made of it."""
+        return self.points.nbytes * (4 if self.large else 1)
+
+    def meet(self, starts: Array, ways: Array) -> tuple[Array, NDArray[np.intp]]:
+        """How far (n,) rays go, in lengths of their ways, to the nearest face of a large surface,
+        inf where there is none; and which (n,) that is."""
+        corners, face = (self.corners.reshape(-1, 3), None) if self.plain else self.triangles
+        if self._tree is None:
+            by_triangle = corners if face is None else corners.T
+            points = np.ascontiguousarray(self.points.T)
+            self._tree = RayTree(points, np.ascontiguousarray(by_triangle, np.int32))
+        far, met = self._tree.meet(starts, ways, np.full(len(starts), np.inf))
+        return far / np.linalg.norm(ways, axis=1), met if face is None else face[met]
 
     @property
     def triangles(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -150,8 +172,7 @@ class Geometry:
 
     def _is_large(self) -> bool:
         """Whether it has too many triangles for a tree of Blender's."""
-        known = self._surface
-        return known is not None and len(known.corners) - 2 * known.faces >= LARGE
+        return self._surface is not None and self._surface.large
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""

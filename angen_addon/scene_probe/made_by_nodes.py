@@ -58,3 +58,19 @@ class MadeByNodes(Geometry):
 
     def materials(self, depsgraph: Any) -> list[int]:
         return self._materials
+
+
+def made_shape(
+    depsgraph: Any, seen: Any, made: dict[int, MadeByNodes], last: Geometry | None
+) -> MadeByNodes:
+    """The shape of an instance of what nodes made, shared by all instances of the same mesh in this
+    listing; `last`, where it is as it was then."""
+    pointer = seen.data.as_pointer()
+    if pointer not in made:
+        found = MadeByNodes(seen)
+        if isinstance(last, MadeByNodes) and found.same(last):
+            found = last
+        else:
+            found.finish(seen, depsgraph)
+        made[pointer] = found
+    return made[pointer]

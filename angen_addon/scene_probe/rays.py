@@ -286,11 +286,13 @@ class RayCaster:
         surface = solid.geometry.state
         if frame is not None:
             surface = self.frames.surface(self.solids, solid.row, frame)
+        starts, ways = _turned(origins, inverse) + inverse[:3, 3], _turned(directions, inverse)
+        if surface.large:
+            return surface.meet(starts, ways)
         corners, face = surface.triangles
         apex = rays.apex
         if apex is not None:
             apex = _turned(apex[None], inverse)[0] + inverse[:3, 3]
-        starts, ways = _turned(origins, inverse) + inverse[:3, 3], _turned(directions, inverse)
         far, triangle = changing_shapes.meet(surface.points, corners, starts, ways, apex)
         return far, face[triangle]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
 from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
-from .made_by_nodes import MadeByNodes
+from .made_by_nodes import MadeByNodes, made_shape
 from .matrices import invertible, matrices_of, world_bounds
 
 Array = NDArray[np.float64]
@@ -281,7 +281,7 @@ class Solids:
             geometry: Geometry
             if made_by_nodes:
                 last = solid.geometry if solid is not None else None
-                geometry = _made_shape(depsgraph, seen, made, last)
+                geometry = made_shape(depsgraph, seen, made, last)
                 reshaped = geometry is not last
             else:
                 geometry, reshaped = self._shape(depsgraph, original, shapes)
@@ -359,22 +359,6 @@ class Solids:
         if first is not geometry and not geometry.deforms:
             return geometry.share(first)
         return geometry.read(geometry.original.evaluated_get(depsgraph))
-
-
-def _made_shape(
-    depsgraph: Any, seen: Any, made: dict[int, MadeByNodes], last: Geometry | None
-) -> MadeByNodes:
-    """The shape of an instance of what nodes made, shared by all instances of the same mesh in this
-    listing; `last`, where it is as it was then."""
-    pointer = seen.data.as_pointer()
-    if pointer not in made:
-        found = MadeByNodes(seen)
-        if isinstance(last, MadeByNodes) and found.same(last):
-            found = last
-        else:
-            found.finish(seen, depsgraph)
-        made[pointer] = found
-    return made[pointer]
 
 
 def pointers_of(depsgraph: Any) -> list[int]:

@@ -35,7 +35,7 @@ def test_ranges_are_those_of_blenders_own_ray_cast(world, ground, turn, scale):
     assert ranges["FAST"] == pytest.approx(ranges["SCENE"], abs=5e-5)
 
 
-def test_a_bump_that_grows_is_seen_and_explained(world, ground, addon_part):
+def test_a_bump_that_grows_is_seen(world, ground, each_caster):
     """A shape key that lifts the ground under the detector at frame 24."""
     ground.shape_key_add(name="flat")
     high = ground.shape_key_add(name="high")

@@ -170,7 +170,7 @@ class Live:
 
     def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
         """The number of the update to make now and whether it follows the one before."""
-        uid = runner.sensor.uid
+        uid = runner.uid
         number = runner.schedule.last_update(step)
         last = self._last_update.get(uid)
         if number == last and not self._is_ahead(runner.sensor):
@@ -208,7 +208,7 @@ class Live:
         self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
     ) -> bool:
         """Whether the sensor's binary output changed."""
-        name, uid = runner.sensor.name, runner.sensor.uid
+        name, uid = runner.sensor.name, runner.uid
         self._lit.pop(name, None)
         try:
             taken = runner.take(number, step, depsgraph, self._probes)
@@ -289,7 +289,7 @@ class Live:
 
     def _finish(self, runner: SensorRunner, step: int) -> bool:
         """Shows what waited for this frame, if it is the next one; the same."""
-        taken = self._waiting.pop(runner.sensor.uid, None)
+        taken = self._waiting.pop(runner.uid, None)
         return taken is not None and step == taken.steps[0] + 1 and self._show(taken)
 
     def _show_again(self) -> list[bool]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..sensor_logic.kind import Field
 from ..sensor_logic.model import Reading
 from ..sensor_logic.recording import Recording
 from . import outputs, state
@@ -72,8 +73,9 @@ class Playhead:
         self._nothing = NOT_YET if scene.angen_live else LIVE_IS_OFF
         self._old = self._live.why_old(scene) if self._live is not None else ""
 
-    def of(self, sensor: Sensor) -> Told:
-        told = self._recorded(sensor) if self._is_recorded else self._lively(sensor)
+    def of(self, sensor: Sensor, quantity: Field) -> Told:
+        """`quantity`: what the sensor's reading is."""
+        told = self._recorded(sensor) if self._is_recorded else self._lively(sensor, quantity)
         if sensor.holders or not outputs.output_curves(sensor.object):
             return told
         keys = Reading(sensor.settings.active, sensor.settings.value, {})
@@ -95,14 +97,14 @@ class Playhead:
         age = self.seconds(self.frame - read_at)
         return Told(RECORDED, reading, read_at, age, fields.get("problem", ""))
 
-    def _lively(self, sensor: Sensor) -> Told:
+    def _lively(self, sensor: Sensor, quantity: Field) -> Told:
         live = self._live
         if live is None:
             return Told(NOTHING, old=self._nothing)
         problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
         old = self._old or live.why_unlit(sensor)
         published = live.readings.get(sensor.name)
-        if published is None or published.reading.fields.get(sensor.reading.name) is None:
+        if published is None or published.reading.fields.get(quantity.name) is None:
             # What was read as another kind, or by another method, is in another unit.
             return Told(NOTHING, problem=problem, old=old or NOT_YET)
         age = self.seconds(self.frame - published.frame)

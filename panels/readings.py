@@ -14,6 +14,7 @@ from ..angen_addon.playhead import Playhead, Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
 from ..angen_addon.wording import capital
+from ..sensor_logic.kind import Field, Kind
 from ..sensor_logic.model import NOT_YET, Reading
 from ..sensor_logic.output_timing import waiting
 from ..sensor_logic.quantities import NOTHING
@@ -66,8 +67,9 @@ class Readings:
         if state.CACHE.running:
             # What stands is of the frame where the playhead was before the run.
             return Shown("Simulating", UNKNOWN, brief=NOTHING)
-        told = self._playhead.of(sensor)
-        return _shown(sensor, told, self._lengths, self._scene)
+        quantity = sensor.reading
+        told = self._playhead.of(sensor, quantity)
+        return _shown(sensor, quantity, told, self._lengths, self._scene)
 
 
 def shown(sensor: Sensor, scene: Any) -> Shown:
@@ -75,8 +77,9 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
     return Readings(scene).of(sensor)
 
 
-def _shown(sensor: Sensor, told: Told, lengths: Any, scene: Any) -> Shown:
-    text, icon, brief = _warming_up(sensor, told, scene) or _words(sensor, told, lengths)
+def _shown(sensor: Sensor, quantity: Field, told: Told, lengths: Any, scene: Any) -> Shown:
+    words = _warming_up(sensor, told, scene) or _words(sensor, quantity, told, lengths)
+    text, icon, brief = words
     return Shown(
         text,
         icon,
@@ -86,14 +89,14 @@ def _shown(sensor: Sensor, told: Told, lengths: Any, scene: Any) -> Shown:
         brief,
         ORIGINS[told.origin].format(told.frame) if told.reading else "",
         told.old,
-        state_text(sensor, told.keys, lengths) if told.keys else "",
+        state_text(sensor.kind, quantity, told.keys, lengths) if told.keys else "",
         "" if told.problem or not told.reading else age_text(told, AGE_TOLD_IN_SHORT),
     )
 
 
-def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
+def _words(sensor: Sensor, quantity: Field, told: Told, lengths: Any) -> tuple[str, str, str]:
     """In full, the icon, and in short."""
-    reading, quantity = told.reading, sensor.reading
+    reading = told.reading
     if told.problem:
         if reading is None:
             return "Invalid", WRONG, "Invalid"
@@ -104,7 +107,7 @@ def _words(sensor: Sensor, told: Told, lengths: Any) -> tuple[str, str, str]:
         return f"Invalid, {value}" if reading.value else "Invalid", DOUBTFUL, "Invalid"
     if reading is None:
         return "No reading", UNKNOWN, NOTHING
-    text = state_text(sensor, reading, lengths)
+    text = state_text(sensor.kind, quantity, reading, lengths)
     brief = text.partition(",")[0]
     if sensor.kind.measures:
         brief = quantity.short(reading.value, lengths)
@@ -126,10 +129,10 @@ def _warming_up(sensor: Sensor, told: Told, scene: Any) -> tuple[str, str, str] 
     return (capital(text), NOT_SURE, "Warm-up") if text else None
 
 
-def state_text(sensor: Sensor, reading: Reading, lengths: Any) -> str:
+def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:
     """The state and the main reading, in full."""
-    word = sensor.kind.active_label if reading.active else sensor.kind.idle_label
-    return f"{word}, {sensor.reading.text(reading.value, lengths)}"
+    word = kind.active_label if reading.active else kind.idle_label
+    return f"{word}, {quantity.text(reading.value, lengths)}"
 
 
 def age_text(told: Told, least: float) -> str:

@@ -674,3 +674,42 @@ def test_what_is_told_of_a_large_mesh_is_short_and_tells_any_change(world, addon
     mesh.polygons[7].use_smooth = not mesh.polygons[7].use_smooth
     told.append(repr(facts_of(mesh)))
     assert len(set(told)) == 4 and max(map(len, told)) < 1000
+
+
+BEFORE_A_FRAME = {
+    "hidden": lambda world: objects()["shelf"].hide_set(True),
+    "disabled": lambda world: objects()["shelf"].__setattr__("hide_viewport", True),
+    "gone": lambda world: objects().remove(objects()["shelf"]),
+    "new": lambda world: world.link("more", bpy.data.meshes.new("more")),
+    "renamed": lambda world: objects()["Front door"].__setattr__("name", "Back door"),
+    "gravity": lambda world: world.scene.__setattr__("gravity", (0, 0, 1)),
+    "a property": lambda world: world.scene.__setitem__("angle", 3.0),
+}
+
+
+@pytest.mark.parametrize("change", BEFORE_A_FRAME.values(), ids=BEFORE_A_FRAME)
+def test_what_a_script_changes_just_before_a_frame_makes_it_stale(home, change):
+    """Blender tells of no edit then: the change of frame does."""
+    home.scene.frame_set(2)
+    home.scene.frame_set(3)
+    assert stale() == ""
+    change(home)
+    home.scene.frame_set(4)
+    assert "changed since" in stale()
+
+
+def test_while_it_plays_what_is_shown_is_not_looked_at_again(home, monkeypatch):
+    home.scene.frame_set(2)
+    home.scene.frame_set(3)
+    looked = []
+    for name in ("kept.what_is_shown", "state.all_sensors"):
+        module, function = name.split(".")
+        part = import_module(f"{ADDON}.angen_addon.{module}")
+        known = getattr(part, function)
+        monkeypatch.setattr(part, function, lambda *a, f=known: looked.append(1) or f(*a))
+    for frame in range(4, 13):
+        home.scene.frame_set(frame)
+    assert looked == []
+    objects()["shelf"].hide_set(True)
+    home.scene.frame_set(13)
+    assert len(looked) == 2

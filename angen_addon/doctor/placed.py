@@ -10,6 +10,7 @@ import numpy as np
 
 from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
+from ...sensor_logic.parameters import specs
 from .. import warmth
 from ..animation import action_curves
 from ..runtime.agenda import frames_to_step_from
@@ -149,6 +150,17 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
                 f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
                 "to it what is its own housing",
             )
+
+
+def names_nothing(home: Examined) -> Iterator[Found]:
+    """Sensors that are to follow an object and have none, such as contacts without a magnet."""
+    for sensor in home.asking_for(POSES):
+        for name, spec in specs(sensor.kind.parameters).items():
+            if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
+                yield (
+                    f"'{sensor.name}' has no {spec.label.lower()}: it always reads the same",
+                    f"Choose its {spec.label} in the sidebar, Active Sensor",
+                )
 
 
 def nothing_warm(home: Examined) -> Iterator[Found]:

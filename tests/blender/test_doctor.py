@@ -158,7 +158,12 @@ def twins():
     bpy.data.objects["Switch"].name = "A/Door switch"
 
 
+def no_magnet():
+    bpy.data.objects["Switch"].angen_sensor.kind = "CONTACT"
+
+
 BAD = {
+    "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
     "hidden": (hidden, "'Chair 1'", "Show it"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
     "holes": (no_ceiling, "open above, seen from 'Detector', 'Light'", "a ceiling"),

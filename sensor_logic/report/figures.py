@@ -44,7 +44,8 @@ class Figures:
 
 def figures(track: Track) -> Figures:
     """The figures of a sensor's track."""
-    changes = sorted(e.time for e in track_events(track) if e.time > track.times[0])
+    start = track.times[0] if len(track) else 0.0
+    changes = sorted(e.time for e in track_events(track) if e.time > start)
     name, values = quantity(track)
     valid = ~invalid(track)
     known = values[valid & np.isfinite(values)] if name else np.empty(0)

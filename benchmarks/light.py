@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks.light [--quick] [--only PART]`: the light sensor's speed against its error,
-and Cycles against Radiance; writes docs/light_benchmarks.md, .json and .svg from the data."""
+"""`python -m benchmarks.light [--quick] [--only PART] [--beside CHECKOUT]`: the light sensor's
+speed against its error, and Cycles against Radiance; writes docs/light_benchmarks.md, .json, .svg.
+
+A run's error and processor time are told beside those of another checkout, such as of former code
+(`git worktree add ../former COMMIT`). Ends with status 1 where a run's error is out of bounds.
+"""
 
 from __future__ import annotations
 
 import argparse
 import json
 import platform
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -29,6 +34,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.light", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer light paths; writes no file")
     parser.add_argument("--only", choices=PARTS, help="this part; the others as last measured")
+    parser.add_argument("--beside", type=Path, help="another checkout, measured in turns")
     arguments = parser.parse_args()
     quick, parts = arguments.quick, (arguments.only,) if arguments.only else PARTS
     data: dict[str, Any] = json.loads(DATA.read_text()) if DATA.exists() and not quick else {}
@@ -40,7 +46,9 @@ def main() -> None:
 
         for part in parts:
             if part == "run":
-                found = light_run.measure(1024 if quick else REFERENCE, quick)
+                found = light_run.measure(
+                    REFERENCE // 4 if quick else REFERENCE, quick, arguments.beside
+                )
             elif part == "plane":
                 found = light_plane.measure(quick)
             elif part != "radiance":
@@ -61,6 +69,9 @@ def main() -> None:
         _fill(BEGIN_RUN, END_RUN, light_report.run_table(data))
         if find_spec("matplotlib"):
             (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
+    problems = light_run.problems(data["run"]) if "run" in parts else []
+    if problems:
+        sys.exit("\n".join(problems))
 
 
 def _fill(begin: str, end: str, table: str) -> None:

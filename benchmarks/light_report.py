@@ -33,23 +33,24 @@ COLUMNS = ("method", "engine", "samples", "sensors", "ms a sensor=ms_a_sensor:.1
 RUN = """
 ## In a run
 
-The home's story, its seven sensors measured once a second of it ({updates} updates), people, doors
-and lamps as they go. A *reference* (scene property *Reference paths*, 0: none) traces many paths
-once for each state of the lamps, in the home as it is at the first frame, and takes what the few
-paths of an update miss out of its readings. A reading that is more than a tenth off it is taken
-anew by 16 times the paths. *Traced*: the references, those of such readings among them. *ms a
-sensor*: of all updates with all of that; *further*: the median update. The error is relative to
-{paths} paths by other seeds, at {compared} of the updates; the noise of these themselves stands
-beside, and is part of it.
+The home's story, its seven sensors measured once a second of it ({updates} updates, {seeds} seeds),
+people, doors and lamps as they go. A *reference* (scene property *Reference paths*, 0: none) traces
+many paths once, in the home as it is at the first frame, for any state of the lamps, and takes what
+the few paths of an update miss out of its readings. *ms a sensor*: of all updates with all of that;
+*CPU s*: processor time of the run, and as a multiple of what the same frames cost without light.
+*Code*: of this checkout, or of another one *beside*. The error is relative to {paths} paths by
+other seeds, at {compared} of the updates; the noise of these themselves stands beside, and is part
+of it.
 
 """
 RUN_COLUMNS = (
     "method",
+    "code",
     "paths=samples",
     "reference",
-    "traced=states",
     "ms a sensor=ms_a_sensor:.1f",
-    "further=ms_further:.1f",
+    "CPU s=cpu_s:.1f",
+    "times bare=to_bare:.1f",
     *ERRORS,
     "their noise (rms)=noise_rms:.1%",
 )
@@ -144,7 +145,7 @@ def run_table(data: dict[str, Any]) -> str:
     """For docs/light.md: a whole run, with and without a reference."""
     found = data.get("run", {}).get("rows", ())
     return tables.columns(
-        [{**row, "method": NAMES[row["method"]]} for row in found],
+        [{**r, "method": NAMES[r["method"]]} for r in found if r.get("code", "this") == "this"],
         "method",
         "samples",
         "reference paths=reference",

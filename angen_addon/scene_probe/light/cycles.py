@@ -119,7 +119,7 @@ class CyclesLight:
         self._simulated.look_again()
         now = contents(scene, view_layer, self._simulated)
         if self._scene is not None and (
-            now != self._contents or self._scene.frozen or self._asks_for_frame()
+            now != self._contents or self._asks_for_frame() or not self._scene.follow_frozen()
         ):
             self._close_scene()
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER

@@ -14,8 +14,9 @@ from typing import Any
 
 import bpy
 
+from ...digests import facts_of
 from ..zones import has_simulation_zone
-from .values import OF_OBJECT, own_properties
+from .values import OF_OBJECT, object_values, own_properties
 
 # What these make depends on the frames before, which a light scene does not go through.
 PHYSICS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}
@@ -67,16 +68,49 @@ def _followed(obj: Any) -> Iterator[Any]:
         yield obj.parent
 
 
-def frozen(obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> list[Any]:
-    """New objects that stand and look as `obj`, and what it makes instances of, do now, and that
-    renders show. `own`: takes charge of what is made."""
-    evaluated = obj.evaluated_get(depsgraph)
-    made = [_placed(_stand_in(obj, evaluated, depsgraph, own), evaluated.matrix_world)]
-    if obj.type in SHAPES and obj.is_instancer:
-        if not obj.show_instancer_for_render:
-            made.clear()
-        made += _instances(obj, depsgraph, own)
-    return made
+class Frozen:
+    """New objects, `made`, that stand and look as `obj`, and what it makes instances of, do now,
+    and that renders show. `own`: takes charge of what is made."""
+
+    def __init__(self, obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
+        self._obj = obj
+        evaluated = obj.evaluated_get(depsgraph)
+        self.made = [_placed(_stand_in(obj, evaluated, depsgraph, own), evaluated.matrix_world)]
+        self._has_instances = obj.type in SHAPES and obj.is_instancer
+        self._looks, self._shape = _looks(evaluated), _facts(evaluated)
+        if self._has_instances:
+            if not obj.show_instancer_for_render:
+                self.made.clear()
+            self.made += _instances(obj, depsgraph, own)
+
+    def follow(self, depsgraph: Any, light_scene: Any) -> bool:
+        """Brings them to the present moment; whether that could be done. What stands costs
+        nothing, what moves its matrix, and what changes its shape a new mesh."""
+        evaluated = self._obj.evaluated_get(depsgraph)
+        if self._has_instances or _looks(evaluated) != self._looks:
+            return False
+        made, shape = self.made[0], _facts(evaluated)
+        if shape != self._shape:
+            if self._obj.type != "MESH":
+                return False
+            before, made.data = made.data, _shape(evaluated, depsgraph, light_scene.own)
+            light_scene.disown(before)
+            _give_materials(made, evaluated)
+            self._shape = shape
+        if made.matrix_world != evaluated.matrix_world:
+            made.matrix_world = evaluated.matrix_world
+        return True
+
+
+def _looks(evaluated: Any) -> str:
+    return repr(object_values(evaluated))
+
+
+def _facts(evaluated: Any) -> Any:
+    """A shape, to be compared; of what is no mesh it is never the same."""
+    if evaluated.type == "MESH":
+        return repr(facts_of(evaluated.data))
+    return object() if evaluated.type in SHAPES else None
 
 
 def _stand_in(obj: Any, evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:
@@ -142,7 +176,11 @@ def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
     for name in ("receiver_collection", "blocker_collection"):
         collection = getattr(linking, name)
         setattr(made.light_linking, name, collection.original if collection else None)
+    _give_materials(made, evaluated)
+    return made
+
+
+def _give_materials(made: Any, evaluated: Any) -> None:
     for ours, theirs in zip(made.material_slots, evaluated.material_slots, strict=False):
         ours.link = "OBJECT"
         ours.material = theirs.material.original if theirs.material else None
-    return made

@@ -18,7 +18,7 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...animation import is_animated
 from ...quiet import standard_output_silenced
-from .frozen import Simulated, frozen
+from .frozen import Frozen, Simulated
 from .instances import Instances
 from .twins import twins
 from .values import own_properties
@@ -65,8 +65,7 @@ class LightScene:
         self._images = {image.session_uid for image in bpy.data.images}
         self.notes: list[str] = []
         self.scene: Any = None
-        # What stands where its originals did when it was made.
-        self.frozen: list[Any] = []
+        self.frozen: list[Frozen] = []
 
     @property
     def view_layer(self) -> Any:
@@ -114,6 +113,10 @@ class LightScene:
         """Sets up the new scene."""
         self.scene.camera = self._user_scene.camera
 
+    def follow_frozen(self) -> bool:
+        """Takes over the moment for what is frozen; whether that could be done."""
+        return all(found.follow(self._user_layer.depsgraph, self) for found in self.frozen)
+
     def follow(self, first_frame: bool = False) -> None:
         """Takes over the moment, and what else of the scene drivers and nodes look at.
 
@@ -126,8 +129,9 @@ class LightScene:
         frame = float(user.frame_start) if first_frame else user.frame_float
         if scene.frame_float != frame:
             scene.frame_float = frame
-        for made in self.frozen if first_frame else ():
-            made.hide_render = True
+        for found in self.frozen if first_frame else ():
+            for made in found.made:
+                made.hide_render = True
         _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
         _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
         for of, to, path in (
@@ -165,8 +169,8 @@ class LightScene:
             return
         made = [obj]
         if must_be_frozen(obj, self._simulated):
-            made = frozen(obj, self._user_layer.depsgraph, self.own)
-            self.frozen += made
+            self.frozen.append(Frozen(obj, self._user_layer.depsgraph, self.own))
+            made = self.frozen[-1].made
         for seen in made:
             if seen.type != "LIGHT" or is_portal(seen):
                 yield seen

@@ -294,10 +294,10 @@ def _scene_properties() -> dict[str, Any]:
         ),
         "angen_light_reference": IntProperty(
             name="Reference paths",
-            description="Takes most of the noise out of a run with Cycles: each state of the lamps "
-            "is measured once with so many light paths a reading, and every update, with its few "
-            "(Samples), is corrected by that. Worth its time where lamps change seldom and there "
-            "are many updates. 0: off",
+            description="Takes most of the noise out of a run with Cycles: the first frame is "
+            "measured once with so many light paths a reading, for any state of the lamps, and "
+            "every update, with its few (Samples), is corrected by that. Worth its time where "
+            "there are many updates. 0: off",
             default=0,
             min=0,
             soft_max=65536,

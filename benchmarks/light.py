@@ -69,6 +69,8 @@ def main() -> None:
         _fill(BEGIN_RUN, END_RUN, light_report.run_table(data))
         if find_spec("matplotlib"):
             (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
+            if "code" in data.get("run", {}).get("rows", [{}])[0]:
+                (DOCS / "light_run.svg").write_text(light_report.run_plot(data["run"]["rows"]))
     problems = light_run.problems(data["run"]) if "run" in parts else []
     if problems:
         sys.exit("\n".join(problems))

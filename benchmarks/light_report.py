@@ -208,3 +208,21 @@ def plot(found: list[dict[str, Any]]) -> str:
     panel = Panel("rms error, %", series, 330, legend="numbers: light paths", log=True)
     title = "Seven light sensors of the Ängen home: error over time"
     return figure(title, "ms a sensor and update", [panel], log_x=True)
+
+
+def run_plot(found: list[dict[str, Any]]) -> str:
+    """An SVG: rms error of runs over milliseconds a sensor and update, both logarithmic."""
+    series = []
+    for method, colour in COLOURS.items():
+        rows = [row for row in found if row["method"] == method]
+        names = [_way(row) for row in rows]
+        x, y = [row["ms_a_sensor"] for row in rows], [100 * row["rms"] for row in rows]
+        series.append(Series(NAMES[method], x, y, colour, "dots", names))
+    legend = "numbers: light paths of an update + of the reference"
+    panel = Panel("rms error, %", series, 330, legend=legend, log=True)
+    return figure("A run of the Ängen home: error over time", "ms a sensor", [panel], log_x=True)
+
+
+def _way(row: dict[str, Any]) -> str:
+    paths = f"{row['samples']} + {row['reference']}" if row["reference"] else f"{row['samples']}"
+    return paths if row["code"] == "this" else f"{paths}, former code"

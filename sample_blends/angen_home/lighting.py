@@ -256,7 +256,7 @@ def set_rendering() -> None:
     scene.cycles.diffuse_bounces = 8
     scene.cycles.transparent_max_bounces = 16
     scene.cycles.sample_clamp_indirect = 8.0
-    scene.angen_light_reference = 16384
+    scene.angen_light_reference = 32768
     scene.render.filepath = "//"
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     scene.view_settings.view_transform = "AgX"

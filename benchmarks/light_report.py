@@ -144,7 +144,7 @@ def table(data: dict[str, Any]) -> str:
 def run_table(data: dict[str, Any]) -> str:
     """For docs/light.md: a whole run, with and without a reference."""
     found = data.get("run", {}).get("rows", ())
-    return tables.columns(
+    table = tables.columns(
         [{**r, "method": NAMES[r["method"]]} for r in found if r.get("code", "this") == "this"],
         "method",
         "samples",
@@ -153,6 +153,7 @@ def run_table(data: dict[str, Any]) -> str:
         "rms error=rms:.1%",
         "median=median:.1%",
     )
+    return f"![rms error over time a sensor](light_run.svg)\n\n{table}"
 
 
 def _plane(data: dict[str, Any]) -> str:

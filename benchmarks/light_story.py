@@ -51,8 +51,14 @@ def main() -> None:
     scene.angen_live = False
     own = [o for o in scene.objects if o.angen_sensor.kind == "LIGHT"]
     asked = [
-        probe.LightRequest(o.name, np.array(o.matrix_world, np.float64), method, samples=samples)
-        for o in sorted(own, key=lambda o: o.name)
+        probe.LightRequest(
+            obj.name,
+            np.array(obj.matrix_world, np.float64),
+            method,
+            samples=samples,
+            exposure=obj.angen_sensor.light.exposure,
+        )
+        for obj in sorted(own, key=lambda obj: obj.name)
     ]
     frames = range(scene.frame_start, scene.frame_end + 1, step)
     bare = time.process_time()

@@ -335,6 +335,27 @@ def test_light_sensors_do_not_push_rigid_bodies(room, reference):
     assert len(set(before)) > 1 and body.name in bodies
 
 
+def test_what_stands_in_a_home_with_modifiers_and_physics_is_taken_in_once(room):
+    """What moves is followed: rigid bodies, and what renders do not show; to the same bits."""
+    fall(room)
+    for n in range(3):
+        post = room.box((0.3, 0.3, 0.3), (n - 1, 1, 0), f"post {n}")
+        post.hide_render = True
+        post.modifiers.new("bevel", "BEVEL").segments = 2
+        post.modifiers.new("array", "ARRAY").count = 2
+    room.key(objects("post 0"), "location", {1: (-1, 1, 0), 20: (-1, 0, 1)})
+    room.key(objects("post 1"), 'modifiers["bevel"].width', {1: 0.01, 20: 0.1})
+    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
+    room.sensor("LIGHT", "meter", **settings).location = (0.3, -1, 0.2)
+    recording, taken_in = Recording(), []
+    for progress in simulate(room.scene, room.sensors(), 1, 12, recording):
+        if progress.doing == "Cycles takes the scene in":
+            taken_in.append(progress.frame)
+    run = room.series(recording, "meter", "illuminance_lux")
+    assert taken_in == [1] and len(set(run)) > 6
+    assert room.series(room.run(12, 12), "meter", "illuminance_lux") == run[-1:]
+
+
 @pytest.mark.parametrize("reference", [0, MANY])
 def test_each_view_layer_has_its_own_light(room, reference):
     scene, first = room.scene, bpy.context.view_layer

@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ..animation import all_animated, curves
+from ..animation import action_curves, all_animated, curves
 from ..scene_probe.geometry import SURFACE_TYPES
 from ..scene_probe.light.scene import MARK
 from .agenda import KEPT
@@ -78,11 +78,22 @@ def _stands_alone(scene: Any, runners: Sequence[SensorRunner]) -> bool:
     if any(len(owner.animation_data.drivers) for owner in all_animated()):
         return False
     return not any(
-        obj.mode != "OBJECT"
-        or obj.instance_type != "NONE"
-        or curves(obj, {"hide_viewport"})
-        or (obj.animation_data and obj.animation_data.nla_tracks)
+        obj.mode != "OBJECT" or obj.instance_type != "NONE" or _comes_and_goes(obj)
         for obj in scene.objects
+    )
+
+
+def _comes_and_goes(obj: Any) -> bool:
+    """Whether keys or strips of the NLA may show and hide an object."""
+    tracks = obj.animation_data.nla_tracks if obj.animation_data else ()
+    return bool(curves(obj, {"hide_viewport"})) or any(
+        strip.type != "CLIP"
+        or any(
+            curve.data_path == "hide_viewport"
+            for curve in action_curves(strip.action, getattr(strip, "action_slot", None))
+        )
+        for track in tracks
+        for strip in track.strips
     )
 
 

@@ -72,6 +72,24 @@ def bends(world):
     walks(world, obj)
 
 
+def goes_by_a_strip(world, hides=False):
+    """The keys as a strip of the NLA, perhaps with some that hide it."""
+    obj = body(world)
+    walks(world, obj)
+    if hides:
+        world.key(obj, "hide_viewport", {1: False, 22: True, 26: False}, "CONSTANT")
+    data = obj.animation_data
+    action, slot = data.action, getattr(data, "action_slot", None)
+    data.action = None
+    strip = data.nla_tracks.new().strips.new("strip", 1, action)
+    if slot is not None:
+        strip.action_slot = slot
+
+
+def is_hidden_by_a_strip(world):
+    goes_by_a_strip(world, hides=True)
+
+
 def gets_more_faces(world):
     obj = body(world)
     array = obj.modifiers.new("array", "ARRAY")
@@ -125,7 +143,8 @@ def is_of_letters(world):
 
 
 SCENES = (
-    goes_by, is_mirrored_and_turned, bends, gets_more_faces, comes_and_goes, is_instanced,
+    goes_by, goes_by_a_strip, is_hidden_by_a_strip,
+    is_mirrored_and_turned, bends, gets_more_faces, comes_and_goes, is_instanced,
     carries_the_sensors, changes_what_sensors_are, begins_late,
     is_of_letters,
 )  # fmt: skip

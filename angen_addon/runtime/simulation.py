@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one generator behind the operator, the command line and the tests.
 
-It advances a frame at a time: evaluate the scene, let the sensors that are due sense, record.
+It brings the scene to frame after frame, lets the sensors that are due sense those that are kept,
+many at once, and records what they read. Who follows its progress may stop it or edit the scene.
 """
 
 from __future__ import annotations

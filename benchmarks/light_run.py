@@ -22,7 +22,7 @@ METHODS = ("FOUR_WALL", "ILLUMINANCE")
 # checkout is measured by with half the reference, as it had.
 WAYS = ((1024, 0), (256, 8_192), (256, 65_536), (256, 32_768))
 BESIDE = (256, 16_384)
-SEEDS, TRUE_SEEDS = 4, 2
+SEEDS, TRUE_SEEDS = 4, 4
 # Frames from update to update, and of those that are compared.
 STEP, COMPARED = 24, 288
 # Of the home's own way, rms and median error; of a glance, whose other readings err too.

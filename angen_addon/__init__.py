@@ -5,7 +5,10 @@
 def _modules() -> tuple:
     """Everything that registers, in order; later ones may need earlier ones."""
     from .. import operators, panels
-    from . import active, command_line, coverage, handlers, overlay, properties, timeline
+    from . import active, coverage, properties
+    from .commands import command_line
+    from .runtime import handlers
+    from .view import overlay, timeline
 
     return (
         properties,

@@ -9,10 +9,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
-from .console import note, tell
-from .leaving import leave_hard
-from .opening import open_file, unreadable
-from .quiet import fill_closed_streams, standard_output_silenced
+from .commands.console import note, tell
+from .commands.leaving import leave_hard
+from .commands.opening import open_file, unreadable
+from .commands.quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
 VERBS = "{simulate,list,apply,check,explain,coverage,place,doctor,convert,compare,replay}"
@@ -53,7 +53,7 @@ def main(arguments: list[str]) -> int:
 
         extension = load_extension()
         extension.register()
-        command_line = import_module(f"{PACKAGE}.angen_addon.command_line")
+        command_line = import_module(f"{PACKAGE}.angen_addon.commands.command_line")
         trusted = TRUSTED in options
         options = [option for option in options if option != TRUSTED]
         problem = open_file(file, trusted) if file else ""

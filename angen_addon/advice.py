@@ -8,8 +8,8 @@ from typing import Any
 
 from .animation import is_animated
 from .instances import with_instanced
-from .scene_probe.solids import SURFACE_TYPES
-from .wording import Advice, named, uncapped
+from .scene.rays.solids import SURFACE_TYPES
+from .view.wording import Advice, named, uncapped
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from .explain.facts import Explanation
-from .explain.plain import explain_plainly
-from .explain.replay import Replay
 from .housing import Housing
-from .overlay.figures import Figure, plain_figure
 from .placing import Stand, looking_out
-from .sight import Rays, Sight
+from .view.explain.facts import Explanation
+from .view.explain.plain import explain_plainly
+from .view.explain.replay import Replay
+from .view.overlay.figures import Figure, plain_figure
+from .view.sight import Rays, Sight
 
 
 def own_rays(sight: Sight, metres: float) -> Rays:

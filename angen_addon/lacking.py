@@ -12,10 +12,10 @@ import bpy
 
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.kinds import KINDS
-from . import state
 from .animation import all_animated
+from .runtime import state
 from .sensors import all_sensors, simulated
-from .wording import named
+from .view.wording import named
 
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
 FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"

@@ -19,9 +19,9 @@ from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
-from . import state
 from .lengths import OVERRIDABLE, in_units, length_in_units
 from .rooms import known_rooms
+from .runtime import state
 from .units import SUBTYPES, with_unit
 
 # Decimals of fields, where three are not enough or more than there are.

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .quiet import standard_output_silenced
+from .commands.quiet import standard_output_silenced
 
 _unregister: Callable[[], None] | None = None
 

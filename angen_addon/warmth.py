@@ -9,12 +9,12 @@ from typing import Any
 
 from ..sensor_logic.kind import WARMTH
 from .instances import with_instanced
-from .scene_probe.geometry import evaluated_materials
-from .scene_probe.solids import SURFACE_TYPES
-from .scene_probe.warmth import collection_parents, inherited_warmth
+from .scene.rays.geometry import evaluated_materials
+from .scene.rays.solids import SURFACE_TYPES
+from .scene.warmth import collection_parents, inherited_warmth
 from .sensors import Sensor
+from .view.wording import Advice
 from .weights import chain
-from .wording import Advice
 
 # Materials with one of these in their name are bare skin.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")

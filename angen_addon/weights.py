@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which surfaces weigh with the mass of which object, as `scene_probe.things` has it."""
+"""Which surfaces weigh with the mass of which object, as `scene.contact.things` has it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .advice import has_mass
-from .scene_probe.solids import SURFACE_TYPES
+from .scene.rays.solids import SURFACE_TYPES
 
 # What can have a surface, or have something with a surface hang on it.
 BEARER_TYPES = SURFACE_TYPES | {"ARMATURE", "EMPTY", "LATTICE"}

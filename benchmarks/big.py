@@ -196,12 +196,12 @@ def measure(name: str, triangles: int) -> dict[str, float]:
         if last == 1:
             start_mb = _memory(peak=True) - before
     started = time.perf_counter()
-    part("angen_addon.kept").keep(recording, scene, bpy.context.evaluated_depsgraph_get())
+    part("angen_addon.recording.kept").keep(recording, scene, bpy.context.evaluated_depsgraph_get())
     keep_s = time.perf_counter() - started
     events = part("sensor_logic.event_log").events(recording)
     found = [blender_s, before, spent[0], start_mb, spent[1], keep_s]
     found += [_memory(peak=True) - before, len(events)]
-    found += _ray_parts(part("angen_addon.scene_probe.rays").RayCaster())
+    found += _ray_parts(part("angen_addon.scene.rays.caster").RayCaster())
     return dict(zip(COLUMNS, found, strict=True))
 
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe.light import probe
-from angen_sensors.angen_addon.scene_probe.light.cycles import CyclesLight
-from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
+from angen_sensors.angen_addon.scene.light import probe
+from angen_sensors.angen_addon.scene.light.cycles import CyclesLight
+from angen_sensors.angen_addon.scene.light.probe import LightRequest
 from mathutils import Vector
 
 from .common import open_home, spread

@@ -16,12 +16,12 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe.light import probe
-from angen_sensors.angen_addon.scene_probe.light.faces import face_size
-from angen_sensors.angen_addon.scene_probe.light.lamps import lamps_of
-from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
-from angen_sensors.angen_addon.scene_probe.light.scene import Housings, shown_objects
-from angen_sensors.angen_addon.scene_probe.light.surfaces import Surfaces, glows, is_clear
+from angen_sensors.angen_addon.scene.light import probe
+from angen_sensors.angen_addon.scene.light.faces import face_size
+from angen_sensors.angen_addon.scene.light.lamps import lamps_of
+from angen_sensors.angen_addon.scene.light.probe import LightRequest
+from angen_sensors.angen_addon.scene.light.scene import Housings, shown_objects
+from angen_sensors.angen_addon.scene.light.surfaces import Surfaces, glows, is_clear
 from angen_sensors.sensor_logic.photometry import luminance
 
 from .ray_layer import HOME

@@ -12,11 +12,11 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene_probe.light import engine, probe
-from angen_sensors.angen_addon.scene_probe.light.cycles import CyclesLight
-from angen_sensors.angen_addon.scene_probe.light.probe import LightRequest
-from angen_sensors.angen_addon.scene_probe.light.signature import LightSignature
-from angen_sensors.angen_addon.scene_probe.solids import Solids
+from angen_sensors.angen_addon.scene.light import engine, probe
+from angen_sensors.angen_addon.scene.light.cycles import CyclesLight
+from angen_sensors.angen_addon.scene.light.probe import LightRequest
+from angen_sensors.angen_addon.scene.light.signature import LightSignature
+from angen_sensors.angen_addon.scene.rays.solids import Solids
 
 from .ray_layer import HOME
 

@@ -17,7 +17,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-PROBE = "angen_sensors.angen_addon.scene_probe"
+PROBE = "angen_sensors.angen_addon.scene"
 # Where a checkout has its parts: the present one, or one before light was a sum over lamps.
 PLACES = (
     ("light.probe", "light.engine", "light.cycles", "CyclesLight"),

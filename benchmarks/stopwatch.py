@@ -10,12 +10,12 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
-from angen_sensors.angen_addon import state
+from angen_sensors.angen_addon.runtime import state
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
-from angen_sensors.angen_addon.scene_probe.bodies import Bodies
-from angen_sensors.angen_addon.scene_probe.rays import RayCaster
-from angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
+from angen_sensors.angen_addon.scene.contact.bodies import Bodies
+from angen_sensors.angen_addon.scene.rays.caster import RayCaster
+from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from angen_sensors.sensor_logic.recording import Track
 
 EVALUATION = "evaluation of the scene"

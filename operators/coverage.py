@@ -13,12 +13,12 @@ from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon import state
 from ..angen_addon.coverage import kept, mesh
 from ..angen_addon.coverage.maps import Enough, Stage, cover
 from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
-from ..angen_addon.output_files import write
+from ..angen_addon.output.output_files import write
+from ..angen_addon.runtime import state
 from ..angen_addon.sensors import SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.files import OutputError, check_folder

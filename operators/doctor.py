@@ -6,8 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Operator
 
-from ..angen_addon import state
 from ..angen_addon.doctor.command import count, findings
+from ..angen_addon.runtime import state
 
 
 class ANGEN_OT_doctor(Operator):

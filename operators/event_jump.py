@@ -9,9 +9,9 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon import state
 from ..angen_addon.active import active_sensor
-from ..angen_addon.timeline.events import event_indices, log_indices
+from ..angen_addon.runtime import state
+from ..angen_addon.view.timeline.events import event_indices, log_indices
 from ..sensor_logic.event_log import format_frame
 from ..sensor_logic.recording import Recording, Track
 from .recording import has_fresh_recording

@@ -10,7 +10,7 @@ from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon.output_files import write
+from ..angen_addon.output.output_files import write
 from ..sensor_logic.event_log import events_csv, samples_csv
 from ..sensor_logic.files import OutputError, check_folder, file_names
 from .export_options import ExportOptions, told

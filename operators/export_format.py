@@ -9,9 +9,9 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon.exports import Exports
-from ..angen_addon.output_files import Outputs
-from ..angen_addon.run_log import log_of_run
+from ..angen_addon.output.exports import Exports
+from ..angen_addon.output.output_files import Outputs
+from ..angen_addon.output.run_log import log_of_run
 from ..sensor_logic.files import OutputError
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions, told

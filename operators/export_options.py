@@ -9,7 +9,7 @@ from typing import Any
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
 
-from ..angen_addon import state
+from ..angen_addon.runtime import state
 from ..angen_addon.sensors import Sensor, all_sensors
 from ..sensor_logic.event_log import for_spreadsheets
 from ..sensor_logic.files import OutputError

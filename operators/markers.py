@@ -10,10 +10,10 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon import state
 from ..angen_addon.active import active_sensor
+from ..angen_addon.runtime import state
 from ..angen_addon.sensors import Sensor, all_sensors
-from ..angen_addon.timeline.events import event_indices, log_indices
+from ..angen_addon.view.timeline.events import event_indices, log_indices
 from ..sensor_logic.event_log import format_value
 from ..sensor_logic.partner_names import split
 from ..sensor_logic.recording import Recording, Track

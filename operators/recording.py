@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon import state
+from ..angen_addon.runtime import state
 
 WAY_OUT = "Simulate again, or undo the change"
 

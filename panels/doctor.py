@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon import state
+from ..angen_addon.runtime import state
 from .lines import draw_lines
 
 MOST = 8

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ..angen_addon import playhead, state
-from ..angen_addon.playhead import Playhead, Told
+from ..angen_addon.runtime import playhead, state
+from ..angen_addon.runtime.playhead import Playhead, Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
-from ..angen_addon.wording import capital
+from ..angen_addon.view.wording import capital
 from ..sensor_logic.kind import Field, Kind
 from ..sensor_logic.model import NOT_YET, Reading
 from ..sensor_logic.output_timing import waiting

@@ -9,7 +9,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
-from ..angen_addon import state
+from ..angen_addon.runtime import state
 from ..angen_addon.sensors import Sensor
 from ..operators.show import show, why_hidden
 from ..sensor_logic.kinds import NO_KIND

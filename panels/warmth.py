@@ -9,8 +9,8 @@ import bpy
 from bpy.types import Context, Menu, Panel
 
 from ..angen_addon import warmth
-from ..angen_addon.scene_probe.geometry import SURFACE_TYPES, evaluated_materials
-from ..angen_addon.scene_probe.warmth import ZERO_CELSIUS, collection_parents, inherited_warmth
+from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
+from ..angen_addon.scene.warmth import ZERO_CELSIUS, collection_parents, inherited_warmth
 from ..angen_addon.sensors import Sensor
 from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
 from .lines import draw_lines, draw_property, has_name_column

@@ -30,7 +30,7 @@ from angen_home.plan import FLOOR_Z  # noqa: E402
 from angen_home.pose import Pose  # noqa: E402
 from angen_home.timeline import Clip, Timeline  # noqa: E402
 
-from angen_addon.leaving import leave_hard  # noqa: E402
+from angen_addon.commands.leaving import leave_hard  # noqa: E402
 from angen_addon.standalone import load_extension  # noqa: E402
 
 # The room's inside, m: x and y from 0; the door is in the wall x = 0, a corridor behind it.

@@ -212,7 +212,7 @@ def table_texts(sensor: Any) -> Iterator[tuple[str, str]]:
 
 
 def label_texts(sensor: Any, seen: Any) -> Iterator[tuple[str, str]]:
-    texts = part("angen_addon.overlay.labels")._texts
+    texts = part("angen_addon.view.overlay.labels")._texts
     for place, full in (("label", False), ("full label", True)):
         yield place, texts(bpy.context, (None, seen, sensor.name), full)[1]
 
@@ -264,11 +264,11 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
     """What Explain says of the event at a frame: what was measured, and which updates it names."""
-    context, memory = bpy.context, part("angen_addon.explain").MEMORY
+    context, memory = bpy.context, part("angen_addon.view.explain").MEMORY
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
     bpy.ops.angen.explain("EXEC_DEFAULT")
-    recording = part("angen_addon.state").CACHE.recording(context.scene)
+    recording = part("angen_addon.runtime.state").CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid)
     told = memory.recall(recording, sensor.uid, track.at(frame + 1e-4))
     at = found.log.at(sensor.name, frame)

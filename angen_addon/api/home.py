@@ -20,12 +20,13 @@ from ...sensor_logic.layout.entries import LayoutError
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.recording import Recording as Run
 from ..angen_error import AngenError, raised_as_angen_error
-from ..describe import parameters_of
-from ..kept import keep
 from ..layout.apply import Applied, apply_layout
-from ..output_files import Outputs, check_outputs
-from ..run_log import about, sensor_facts
+from ..output.describe import parameters_of
+from ..output.output_files import Outputs, check_outputs
+from ..output.run_log import about, sensor_facts
+from ..recording.kept import keep
 from ..runtime.simulation import simulate
+from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph
 from ..sensors import (
     NoSuchSensor,
@@ -37,7 +38,6 @@ from ..sensors import (
     simulated,
     unit_scale,
 )
-from ..state import CACHE
 from .recording import Recording
 
 # Blender holds one file at a time: which home that is.

@@ -19,7 +19,7 @@ from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.source import SourceError, make_log
 from ...sensor_logic.recording import Recording as Run
 from ..angen_error import AngenError, raised_as_angen_error
-from ..faulty import Faults
+from ..output.faulty import Faults
 
 DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: object}
 

@@ -18,9 +18,9 @@ import numpy as np
 from ...sensor_logic.coverage.grid import CoverageMap, columns, map_csv, table
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.report.facts import Placed
-from ..console import tell
-from ..output_files import Outputs, check_outputs
-from ..progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
+from ..commands.console import tell
+from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
+from ..output.output_files import Outputs, check_outputs
 from ..sensors import Sensor, SensorError, chosen
 from . import ghosts, kept, mesh
 from .maps import Stage, cover

@@ -21,11 +21,11 @@ from ...sensor_logic.coverage.grid import NO_ROOM, Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.model import Array
 from ..marks import COVERAGE_MARK
-from ..plan.fields import placed
-from ..plan.home import Home
-from ..plan.storeys import levels
 from ..rooms import room_of
 from ..sensors import Sensor, SensorError
+from ..view.plan.fields import placed
+from ..view.plan.home import Home
+from ..view.plan.storeys import levels
 
 Mask = NDArray[np.bool_]
 # m above the floor: under the heads of doors and over what one could look across.

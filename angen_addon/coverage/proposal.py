@@ -17,9 +17,9 @@ from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.coverage.placement import Choice, choose
 from ...sensor_logic.kinds.pir.range_scan import PirParameters
 from ...sensor_logic.model import Array
-from ..plan.home import Home
-from ..scene_probe.warmth import Warmth
+from ..scene.warmth import Warmth
 from ..sensors import Sensor, SensorError
+from ..view.plan.home import Home
 from .candidates import Candidate, candidates
 from .floor import cells_of, saying
 from .maps import Enough, Stage, at_most, at_once, check_cell

@@ -21,8 +21,7 @@ from ...sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from ...sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ...sensor_logic.model import Pose
 from ..instances import Uid
-from ..plan.home import Home
-from ..scene_probe.warmth import Warmth, kelvin
+from ..scene.warmth import Warmth, kelvin
 from ..sensors import (
     Sensor,
     SensorError,
@@ -32,6 +31,7 @@ from ..sensors import (
     read_parameters,
     read_pose,
 )
+from ..view.plan.home import Home
 
 BUNDLE = -10
 # What moves is as warm as a person, skin and clothing together; a cat's coat about as much.

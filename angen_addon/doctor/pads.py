@@ -9,8 +9,8 @@ import numpy as np
 
 from ...sensor_logic.kind import FORCES
 from .. import advice
-from ..scene_probe.rays import NOTHING
-from ..wording import uncapped
+from ..scene.rays.caster import NOTHING
+from ..view.wording import uncapped
 from .examined import Examined, Found
 
 BUNDLE = -41

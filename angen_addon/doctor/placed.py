@@ -16,11 +16,11 @@ from ..animation import action_curves
 from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.time_base import clock_of
-from ..scene_probe.rays import NOTHING
-from ..scene_probe.solids import Solid
+from ..scene.rays.caster import NOTHING
+from ..scene.rays.solids import Solid
 from ..sensors import Sensor, SensorError
-from ..sight import sight_of
-from ..wording import named
+from ..view.sight import sight_of
+from ..view.wording import named
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43

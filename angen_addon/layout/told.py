@@ -11,7 +11,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import pose_from_matrix
-from ..scene_probe.geometry import SURFACE_TYPES
+from ..scene.rays.geometry import SURFACE_TYPES
 from ..sensors import Sensor, unit_scale
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.kind import CROSSINGS, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
-from ..scene_probe.zones import has_simulation_zone
+from ..scene.zones import has_simulation_zone
 from .sensor_runner import Dates, SensorRunner
 from .stillness import Stillness
 

@@ -18,9 +18,9 @@ from ...sensor_logic.parameters import specs
 from ...sensor_logic.sweep import Passes
 from ..instances import matrix_of as matrix_in
 from ..instances import shown_in
-from ..scene_probe.light.probe import LightRequest
-from ..scene_probe.moments import gravity_of
-from ..scene_probe.sweep import TOLERANCE, Beam, Moment
+from ..scene.contact.moments import gravity_of
+from ..scene.light.probe import LightRequest
+from ..scene.rays.sweep import TOLERANCE, Beam, Moment
 from ..sensors import Sensor
 from .probes import Probes
 

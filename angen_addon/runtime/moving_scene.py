@@ -11,8 +11,8 @@ from typing import Any
 import bpy
 
 from ..animation import action_curves, all_animated, curves
-from ..scene_probe.geometry import SURFACE_TYPES
-from ..scene_probe.light.scene import MARK
+from ..scene.light.scene import MARK
+from ..scene.rays.geometry import SURFACE_TYPES
 from .agenda import KEPT
 from .sensor_runner import SensorRunner
 from .stillness import Stillness

@@ -11,20 +11,20 @@ import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.model import LightSample
-from .. import state
 from ..instances import Uid
-from ..scene_probe.bodies import Bodies
-from ..scene_probe.frames import Film
-from ..scene_probe.light.cycles import CyclesLight
-from ..scene_probe.light.probe import LightError, LightRequest, measure_direct, measuring
-from ..scene_probe.light.signature import LightSignature
-from ..scene_probe.rays import RayCaster
-from ..scene_probe.reference_rays import SceneRayCaster
-from ..scene_probe.reflectance import Reflectance
-from ..scene_probe.sweep import Sweeper
-from ..scene_probe.things import Pad
-from ..scene_probe.warmth import Warmth
+from ..scene.contact.bodies import Bodies
+from ..scene.contact.things import Pad
+from ..scene.light.cycles import CyclesLight
+from ..scene.light.probe import LightError, LightRequest, measure_direct, measuring
+from ..scene.light.signature import LightSignature
+from ..scene.rays.caster import RayCaster
+from ..scene.rays.frames import Film
+from ..scene.rays.reference import SceneRayCaster
+from ..scene.rays.sweep import Sweeper
+from ..scene.reflectance import Reflectance
+from ..scene.warmth import Warmth
 from ..sensors import Sensor, SensorError, unit_scale
+from . import state
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:

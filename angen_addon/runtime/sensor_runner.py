@@ -18,7 +18,7 @@ from ...sensor_logic.model import Ask, Index, Pose, Reading, Readings, Update, U
 from ...sensor_logic.noise import generator
 from ..animation import is_animated, stays
 from ..instances import Uid
-from ..scene_probe.light.probe import LightRequest
+from ..scene.light.probe import LightRequest
 from ..sensors import (
     Sensor,
     check_evaluated,

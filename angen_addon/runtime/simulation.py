@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording import Recording, Track
-from .. import handlers, outputs, state
 from ..sensors import Sensor, SensorError, check, check_names, report_steps, simulated
-from . import stillness
+from . import handlers, outputs, state, stillness
 from .agenda import Agenda
 from .moving_scene import moving_scene
 from .sensor_runner import PendingUpdates, SensorRunner

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
-from ..scene_probe.reflectance import colours_change
-from ..scene_probe.warmth import changes_by_itself
+from ..scene.reflectance import colours_change
+from ..scene.warmth import changes_by_itself
 from ..sensors import SensorError
 from .agenda import Window
 from .moving_scene import MovingScene

@@ -17,9 +17,8 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
-from .. import outputs
 from ..animation import action_curves, all_animated
-from . import busy_spans
+from . import busy_spans, outputs
 from .busy_spans import Array
 
 # Modifiers whose result depends on nothing but what their object, other objects and textures are.

@@ -16,8 +16,8 @@ from collections.abc import Callable
 from typing import Any
 
 import bpy
-from bl_ext.user_default.angen_sensors.angen_addon import handlers, live
-from bl_ext.user_default.angen_sensors.angen_addon.overlay import draw
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, live
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import draw
 
 # A round has so many frames; the first few, in which all is looked at anew, do not count.
 ROUNDS, FRAMES, FIRST = 4, 40, 6

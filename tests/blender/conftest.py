@@ -173,7 +173,7 @@ class Spy:
 @pytest.fixture
 def frame_by_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs sense each frame at once, and tell of it."""
-    monkeypatch.setattr(part("angen_addon.scene_probe.frames"), "MOST_FRAMES", 1)
+    monkeypatch.setattr(part("angen_addon.scene.rays.frames"), "MOST_FRAMES", 1)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-PROBE = "bl_ext.user_default.angen_sensors.angen_addon.scene_probe"
+PROBE = "bl_ext.user_default.angen_sensors.angen_addon.scene"
 UP = (0.0, 0.0, 1.0)
 
 

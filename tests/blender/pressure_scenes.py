@@ -227,7 +227,7 @@ class Physics:
 
 def live_problem(name: str) -> str:
     """Why the live reading of a sensor is not valid; empty where it is."""
-    from bl_ext.user_default.angen_sensors.angen_addon import state
+    from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 
     live = state.CACHE.live
     return str(live.problems.get(name, "")) if live else "no live sensing"

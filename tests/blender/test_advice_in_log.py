@@ -12,7 +12,7 @@ def simulate(world, addon_part, tmp_path, capsys):
     def run(*arguments):
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
         capsys.readouterr()
-        command = addon_part("angen_addon.command_line").run_command
+        command = addon_part("angen_addon.commands.command_line").run_command
         assert command(["simulate", "--frames", "1:3", *arguments]) == 0
         said = capsys.readouterr().err.splitlines()
         return "\n".join(line for line in said if line.startswith("angen: "))

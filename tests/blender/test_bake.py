@@ -35,7 +35,7 @@ def sensor():
 
 
 def recording():
-    return import_module(f"{ADDON}.angen_addon.state").CACHE.recording(bpy.context.scene)
+    return import_module(f"{ADDON}.angen_addon.runtime.state").CACHE.recording(bpy.context.scene)
 
 
 def points(curve):

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import frames
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 
 
 @pytest.fixture
@@ -196,7 +196,7 @@ def test_what_moves_is_looked_at_alone_where_nothing_else_can_matter(world, monk
         made.append(moving)
         init(self, scene, runners, batches, moving)
 
-    monkeypatch.setattr("bl_ext.user_default.angen_sensors.angen_addon.handlers."
+    monkeypatch.setattr("bl_ext.user_default.angen_sensors.angen_addon.runtime.handlers."
                         "others_follow_frames", lambda: False)  # fmt: skip
     assert evaluated() < 12 and made[-1] is not None
     world.scene.objects["still 3"].driver_add("location", 2).driver.expression = "1.0"

@@ -29,7 +29,9 @@ def home(world, tmp_path):
 def command(addon_part, capsys):
     def run(*arguments):
         capsys.readouterr()
-        status = addon_part("angen_addon.command_line").run_command([str(a) for a in arguments])
+        status = addon_part("angen_addon.commands.command_line").run_command(
+            [str(a) for a in arguments]
+        )
         return status, *capsys.readouterr()
 
     return run

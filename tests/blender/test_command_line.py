@@ -74,7 +74,9 @@ def command(addon_part, capsys):
 
     def run(*arguments):
         capsys.readouterr()
-        status = addon_part("angen_addon.command_line").run_command([str(a) for a in arguments])
+        status = addon_part("angen_addon.commands.command_line").run_command(
+            [str(a) for a in arguments]
+        )
         out, err = capsys.readouterr()
         return status, out, err
 

@@ -10,7 +10,7 @@ HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 
 
 def test_a_map_and_a_proposal_leave_a_recording_fresh(addon):
-    state = import_module("bl_ext.user_default.angen_sensors.angen_addon.state")
+    state = import_module("bl_ext.user_default.angen_sensors.angen_addon.runtime.state")
     bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
     scene = bpy.context.scene
     for obj in scene.objects:

@@ -293,7 +293,7 @@ def test_every_check_has_a_bad_home(addon_part):
 
 
 def test_the_command_tells_and_ends_with_its_status(home, addon_part, tmp_path, capsys):
-    command = addon_part("angen_addon.command_line").run_command
+    command = addon_part("angen_addon.commands.command_line").run_command
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
     capsys.readouterr()
     assert command(["doctor"]) == 0
@@ -310,11 +310,11 @@ def test_the_command_tells_and_ends_with_its_status(home, addon_part, tmp_path, 
 def test_a_home_without_sensors_is_examined_too(world, addon_part, tmp_path, capsys):
     world.box((4, 3, 2.5), name="Room")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
-    assert addon_part("angen_addon.command_line").run_command(["doctor"]) == 0
+    assert addon_part("angen_addon.commands.command_line").run_command(["doctor"]) == 0
 
 
 def test_the_button_keeps_what_it_found_until_another_file(home, addon_part):
-    cache = addon_part("angen_addon.state").CACHE
+    cache = addon_part("angen_addon.runtime.state").CACHE
     dark()
     assert bpy.ops.angen.doctor() == {"FINISHED"}
     assert [finding.check for finding in cache.findings] == ["dark"]

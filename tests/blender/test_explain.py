@@ -21,7 +21,9 @@ def explained(world, addon_part):
         sensor = next(s for s in world.sensors() if s.object == obj)
         recording = recording or world.run()
         track = recording.tracks[obj.name]
-        found = addon_part("angen_addon.explain").explain(world.scene, sensor, recording, index)
+        found = addon_part("angen_addon.view.explain").explain(
+            world.scene, sensor, recording, index
+        )
         return track, found
 
     return run
@@ -339,12 +341,12 @@ def operators(world):
 
 def kept(world, addon_part, obj):
     """What the panel shows at the playhead."""
-    recording = addon_part("angen_addon.state").CACHE.recording(world.scene)
+    recording = addon_part("angen_addon.runtime.state").CACHE.recording(world.scene)
     if recording is None:
         return None
     scene, event_at = world.scene, addon_part("operators.explain").event_at
     index = event_at(recording.tracks[obj.name], scene.frame_current)
-    return addon_part("angen_addon.explain").MEMORY.recall(recording, obj.session_uid, index)
+    return addon_part("angen_addon.view.explain").MEMORY.recall(recording, obj.session_uid, index)
 
 
 def test_it_is_shown_until_the_playhead_leaves_or_the_scene_changes(world, addon_part):
@@ -384,7 +386,7 @@ def test_what_the_operator_needs(world):
 
 
 def test_the_command_line_tells_the_same(world, addon_part, tmp_path, capsys):
-    run_command = addon_part("angen_addon.command_line").run_command
+    run_command = addon_part("angen_addon.commands.command_line").run_command
     operators(world)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     capsys.readouterr()
@@ -410,7 +412,7 @@ def test_the_command_line_tells_the_same(world, addon_part, tmp_path, capsys):
 
 
 def test_names_of_what_rays_meet_are_those_of_the_fast_layer(world, addon_part):
-    caster = addon_part("angen_addon.scene_probe.rays").RayCaster()
+    caster = addon_part("angen_addon.scene.rays.caster").RayCaster()
     world.wall(1.0, name="near")
     world.wall(2.0, name="far", size=4.0)
     caster.update(world.update())

@@ -133,7 +133,7 @@ def test_what_an_instance_does_not_show_is_no_sensor(world, collection):
 
 
 def test_list_export_report_and_recording_name_them(flats, addon_part, tmp_path):
-    describe = addon_part("angen_addon.describe").describe
+    describe = addon_part("angen_addon.output.describe").describe
     facts = {s.name: describe(s) for s in flats.sensors()}
     assert facts["B/Door"]["location"] == pytest.approx([10, 0, 0])
     assert facts["B/Door"]["room"] == "hall"
@@ -147,14 +147,14 @@ def test_list_export_report_and_recording_name_them(flats, addon_part, tmp_path)
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert ops.export_events.poll(), "the recording is kept"
-    state = addon_part("angen_addon.state").CACHE
+    state = addon_part("angen_addon.runtime.state").CACHE
     recording = state.recording(bpy.context.scene)
     sensors = addon_part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
     assert [recording.track_of(s.uid).sensor for s in sensors] == ["A/Door", "B/Door"]
 
 
 def test_live_values_follow_the_playhead(flats, addon_part):
-    live = addon_part("angen_addon.state").CACHE
+    live = addon_part("angen_addon.runtime.state").CACHE
     for frame, state in ((24, 0), (25, 1), (26, 1)):
         flats.scene.frame_set(frame)
         fields = live.live.readings["A/Door"]
@@ -317,5 +317,5 @@ def test_keys_of_the_original_are_not_told_as_those_of_its_instances(flats, addo
     flats.scene.frame_set(30)
     by_name = {s.name: shown(s, flats.scene) for s in flats.sensors()}
     assert by_name["Door"].keys and not by_name["A/Door"].keys
-    addon_part("angen_addon.bake").unbake([s for s in flats.sensors() if s.holders])
+    addon_part("angen_addon.recording.bake").unbake([s for s in flats.sensors() if s.holders])
     assert bpy.data.objects["Door"].animation_data.action is not None

@@ -41,7 +41,7 @@ def open_again(tmp_path):
 @pytest.fixture
 def panel(addon_part):
     """What the sidebar tells of it."""
-    return lambda: " ".join(addon_part("angen_addon.state").CACHE.lacks)
+    return lambda: " ".join(addon_part("angen_addon.runtime.state").CACHE.lacks)
 
 
 @pytest.fixture

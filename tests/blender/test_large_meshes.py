@@ -65,7 +65,7 @@ def test_instances_and_faces_of_large_meshes_are_told_apart(world, addon_part):
         holder = world.link(name, None, (x, 0, -1.5))
         holder.instance_type, holder.instance_collection = "COLLECTION", collection
     depsgraph = world.update()
-    caster = addon_part("angen_addon.scene_probe.rays").RayCaster()
+    caster = addon_part("angen_addon.scene.rays.caster").RayCaster()
     caster.update(depsgraph)
     columns = np.array([3, 100, 211, 368])
     origins = np.array([(x + 0.01 * c + 0.004, 1.0, 0.0) for x in (-5, 5) for c in columns])
@@ -88,7 +88,7 @@ def test_objects_of_one_mesh_share_its_surface_until_one_has_its_own(world, addo
     walls = [first, *(world.link(name, first.data, (0, 0, -1.0)) for name in ("second", "third"))]
     for x, wall in enumerate(walls):
         wall.location.x = 3.0 * x
-    caster = addon_part("angen_addon.scene_probe.rays").RayCaster()
+    caster = addon_part("angen_addon.scene.rays.caster").RayCaster()
     origins = np.array([(3.0 * x + 0.1, 0.1, 0.0) for x in range(3)])
     ways, length = np.tile((0.0, 0.0, -1.0), (3, 1)), np.full(3, 9.0)
 
@@ -135,7 +135,7 @@ def test_faces_are_cut_as_blender_cuts_them(world, addon_part, flat):
     read = np.array([vertex.co for vertex in mesh.vertices], np.float32)
     corners = np.array([loop.vertex_index for loop in mesh.loops], np.int32)
     starts = np.array([face.loop_start for face in mesh.polygons], np.int32)
-    cut_faces = addon_part("angen_addon.scene_probe.faces").cut_faces
+    cut_faces = addon_part("angen_addon.scene.rays.faces").cut_faces
     found = cut_faces(read, corners, starts)
     assert {frozenset(t) for t in found.tolist()} == {frozenset(t) for t in wanted}
     assert [min(t) for t in found.tolist()] == [min(t) for t in wanted]

@@ -19,7 +19,7 @@ def listed(world, addon_part):
     """What `list --json` prints of the scene."""
 
     def run():
-        describe = addon_part("angen_addon.describe").describe
+        describe = addon_part("angen_addon.output.describe").describe
         return json.loads(json.dumps([describe(s) for s in world.sensors()], allow_nan=False))
 
     return run
@@ -315,7 +315,7 @@ def test_the_example_of_the_docs_is_a_layout(world, listed, apply):
 def test_the_command_saves_a_copy_or_nothing(world, addon_part, tmp_path, capsys):
     home, layout, saved = (tmp_path / name for name in ("a.blend", "l.json", "b.blend"))
     bpy.ops.wm.save_as_mainfile(filepath=str(home))
-    run = addon_part("angen_addon.command_line").run_command
+    run = addon_part("angen_addon.commands.command_line").run_command
     cases = [
         (new(kind="PIRR"), saved, 2, "l.json, line 4: 'new': kind 'PIRR' is unknown"),
         (new(), layout, 2, "is the layout itself"),

@@ -177,7 +177,7 @@ from angen_addon.standalone import load_extension
 extension = load_extension()
 extension.register()
 import numpy as np
-from angen_sensors.angen_addon.scene_probe.light import probe
+from angen_sensors.angen_addon.scene.light import probe
 asked = [probe.LightRequest(m, np.eye(4), m, samples=1) for m in ("ILLUMINANCE", "FOUR_WALL")]
 probe.measure(bpy.context.scene, bpy.context.view_layer, asked)
 extension.unregister()

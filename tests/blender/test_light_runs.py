@@ -5,9 +5,8 @@ import math
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import resting, state
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.light import probe
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, resting, state
+from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
 from bl_ext.user_default.angen_sensors.panels import readings
 

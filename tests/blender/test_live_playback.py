@@ -3,7 +3,7 @@
 that cannot have changed."""
 
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from pressure_scenes import Physics
 
 

@@ -66,7 +66,7 @@ def test_they_are_known_again_in_a_saved_file_and_leave_the_recording(home, tmp_
     select("switch")
     bpy.ops.angen.markers_add()
     home.update()
-    assert addon_part("angen_addon.state").CACHE.recording(home.scene) is not None
+    assert addon_part("angen_addon.runtime.state").CACHE.recording(home.scene) is not None
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert len(markers(home)) == 3

@@ -97,7 +97,7 @@ def test_a_run_keeps_nothing_evaluated(home, addon_part, caster):
 
 
 def test_live_values_keep_nothing_evaluated(home, addon_part):
-    cache = addon_part("angen_addon.state").CACHE
+    cache = addon_part("angen_addon.runtime.state").CACHE
     for frame in (1, 2, 3, 9, 10):
         home.scene.frame_set(frame)
         assert cache.live is not None and cache.live.readings
@@ -105,7 +105,7 @@ def test_live_values_keep_nothing_evaluated(home, addon_part):
 
 
 def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
-    field = addon_part("angen_addon.overlay.field").Field(home.scene)
+    field = addon_part("angen_addon.view.overlay.field").Field(home.scene)
     for frame in (1, 2, 9):
         home.scene.frame_set(frame)
         layer = bpy.context.view_layer
@@ -115,10 +115,10 @@ def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
 
 def test_a_plan_and_an_explanation_keep_nothing_evaluated(home, addon_part):
     recording = home.run(1, 12)
-    explain = addon_part("angen_addon.explain").explain
+    explain = addon_part("angen_addon.view.explain").explain
     for sensor in home.sensors():
         assert evaluated(explain(home.scene, sensor, recording, 3)) == []
-    plan = addon_part("angen_addon.plan.home").Home(home.update())
+    plan = addon_part("angen_addon.view.plan.home").Home(home.update())
     assert len(list(plan.surfaces(plan.caster.solids.version > 0))) > 10
     assert evaluated(plan) == []
 
@@ -221,7 +221,7 @@ def test_what_was_removed_a_moment_ago_is_not_looked_at(world, addon_part):
     world.wall(0.3, "wall")
     world.switch()
     world.scene.frame_set(2)
-    live = addon_part("angen_addon.live").live_of(world.scene)
+    live = addon_part("angen_addon.runtime.live").live_of(world.scene)
     assert "wall" in {solid.name for solid in live.caster.solids.solids}
     walls = [world.wall(0.5 + n, f"later {n}") for n in range(8)]
     world.update()

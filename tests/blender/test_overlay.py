@@ -16,8 +16,8 @@ import pytest
 @pytest.fixture
 def field(world, addon_part):
     """The field of the scene; called, it follows it to the present frame."""
-    cache = addon_part("angen_addon.state").CACHE
-    made = cache.overlay = addon_part("angen_addon.overlay.field").Field(world.scene)
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    made = cache.overlay = addon_part("angen_addon.view.overlay.field").Field(world.scene)
 
     def follow(frame=None, in_handler=True):
         if frame is not None:
@@ -331,7 +331,7 @@ def test_keyed_parameters_are_followed(world, field):
 def casts(addon_part, monkeypatch):
     """The numbers of the bundles that meet a solid anew."""
     asked = []
-    caster = addon_part("angen_addon.scene_probe.rays").RayCaster
+    caster = addon_part("angen_addon.scene.rays.caster").RayCaster
     hits = caster._hits
     monkeypatch.setattr(caster, "_hits", lambda *a: asked.append(1) or hits(*a))
     return asked
@@ -365,7 +365,7 @@ def test_while_it_plays_nothing_is_cast_but_what_sensors_cast(world, field, cast
 
 def test_undo_and_load_leave_nothing(world, field, addon_part):
     make_pir(world)
-    cache = addon_part("angen_addon.state").CACHE
+    cache = addon_part("angen_addon.runtime.state").CACHE
     cache.overlay = field(3)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert cache.overlay is None
@@ -375,7 +375,7 @@ def test_undo_and_load_leave_nothing(world, field, addon_part):
 
 
 def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
-    looks = addon_part("angen_addon.overlay.looks").LOOKS
+    looks = addon_part("angen_addon.view.overlay.looks").LOOKS
     readings = addon_part("panels.readings")
     different = {
         (look.lines.tobytes(), look.faces.tobytes())
@@ -395,7 +395,7 @@ def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
 
 def test_every_meaning_is_coloured(world, field, addon_part):
     """One of each kind, all that they draw, in all states."""
-    picture = addon_part("angen_addon.overlay.picture")
+    picture = addon_part("angen_addon.view.overlay.picture")
     readings = addon_part("panels.readings")
     make_pir(world)
     random_walk(world)
@@ -407,7 +407,7 @@ def test_every_meaning_is_coloured(world, field, addon_part):
     for frame in range(1, 12):
         found = field(frame)
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
-    for icon in addon_part("angen_addon.overlay.looks").LOOKS:
+    for icon in addon_part("angen_addon.view.overlay.looks").LOOKS:
         one = readings.Shown("", icon, "", pad)
         drawn = [list(picture.figures(seen, one, 1.0)) for seen in found.seen]
         # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
@@ -424,7 +424,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     world, field, addon_part, monkeypatch
 ):
     """A switch whose flag moves from frame 40 on, and two that see nothing move."""
-    draw = addon_part("angen_addon.overlay.draw")
+    draw = addon_part("angen_addon.view.overlay.draw")
     readings = addon_part("panels.readings")
     given = []
     monkeypatch.setattr(draw, "_batch", lambda part: given.append(part) or part)
@@ -460,7 +460,7 @@ CLOSE = [(481.0, 351.0), (502.0, 349.0), (520.0, 349.0), (446.0, 341.0), (451.0,
 
 @pytest.fixture
 def arranged(addon_part):
-    arrange = addon_part("angen_addon.overlay.label_layout").arrange
+    arrange = addon_part("angen_addon.view.overlay.label_layout").arrange
 
     def run(markers, sizes, wanted=(), covered=(SIDEBAR,)):
         order = range(len(markers))
@@ -523,7 +523,7 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
     space = part(show_gizmo=True, show_gizmo_navigate=True, overlay=overlay)
     view = part(mini_axis_type="GIZMO", gizmo_size_navigate_v3d=80, show_navigate_ui=True)
     preferences = part(system=part(ui_scale=1.0), view=view)
-    covered = addon_part("angen_addon.overlay.covered").covered
+    covered = addon_part("angen_addon.view.overlay.covered").covered
     found = covered(area, area.regions[-1], space, preferences)
 
     def free(x, y):
@@ -543,14 +543,14 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
 
 
 def test_the_marker_under_the_mouse(addon_part):
-    nearest = addon_part("angen_addon.overlay.hover").nearest
+    nearest = addon_part("angen_addon.view.overlay.hover").nearest
     markers = {7: (100.0, 100.0), 8: (112.0, 100.0)}
     assert nearest(markers, (104, 101), 11.0) == 7 and nearest(markers, (108, 99), 11.0) == 8
     assert nearest(markers, (100, 120), 11.0) is None and nearest({}, (0, 0), 11.0) is None
 
 
 def test_places_on_the_screen(addon_part):
-    to_screen = addon_part("angen_addon.overlay.labels").to_screen
+    to_screen = addon_part("angen_addon.view.overlay.labels").to_screen
     matrix = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, -1, 0]], float)
     points = np.array([[0, 0, -1.0], [1, 1, -2.0], [0, 0, 1.0]])
     found = to_screen(points, matrix, 200, 100)
@@ -586,14 +586,14 @@ def test_nothing_is_done_in_the_background(world, addon_part):
     assert world.scene.angen_overlay.show
     world.scene.frame_set(5)
     world.update()
-    assert addon_part("angen_addon.state").CACHE.overlay is None
-    assert addon_part("angen_addon.overlay.draw")._handles == []
-    assert not bpy.app.timers.is_registered(addon_part("angen_addon.overlay.refresh")._later)
+    assert addon_part("angen_addon.runtime.state").CACHE.overlay is None
+    assert addon_part("angen_addon.view.overlay.draw")._handles == []
+    assert not bpy.app.timers.is_registered(addon_part("angen_addon.view.overlay.refresh")._later)
 
 
 def test_the_handlers_call_it(world, addon_part, monkeypatch):
     called = []
-    overlay = addon_part("angen_addon.overlay")
+    overlay = addon_part("angen_addon.view.overlay")
     monkeypatch.setattr(overlay, "follow", lambda *a: called.append("follow"))
     monkeypatch.setattr(overlay, "note_edit", lambda *a: called.append("edit"))
     world.scene.frame_set(7)

@@ -226,7 +226,7 @@ def test_while_a_run_drives_the_frames_no_old_reading_is_shown(addon_part, physi
     """The readings that stand are of the frame before the run."""
     ops.simulate()
     physics.scene.frame_set(40)
-    cache = addon_part("angen_addon.state").CACHE
+    cache = addon_part("angen_addon.runtime.state").CACHE
     cache.running, cache.progress = True, 0.25
     try:
         assert drawn("ANGEN_PT_table").labels[1] == "–"

@@ -141,7 +141,7 @@ def test_no_step_casts_more_than_so_many_rays(
     search: Any, addon_part: Any, monkeypatch: Any, mounting: str
 ) -> None:
     """So that Esc is heard soon, however large the floor is: here 2,500 cells, 200,000 rays."""
-    caster = addon_part("angen_addon.scene_probe.rays").RayCaster
+    caster = addon_part("angen_addon.scene.rays.caster").RayCaster
     cast, steps = caster.first_met, [0]
 
     def count(self: Any, depsgraph: Any, rows: Any, origins: Any, *rays: Any) -> Any:
@@ -343,7 +343,7 @@ def test_escape_gives_up_and_leaves_nothing(modal: Any, addon_part: Any, monkeyp
 @pytest.fixture
 def command(flat: Any, addon_part: Any, tmp_path: Path, capsys: Any) -> Any:
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))
-    run = addon_part("angen_addon.command_line").run_command
+    run = addon_part("angen_addon.commands.command_line").run_command
 
     def call(*arguments: Any) -> tuple[int, str, str]:
         capsys.readouterr()

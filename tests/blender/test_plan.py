@@ -12,7 +12,7 @@ ROOM = (4.0, 3.0)
 
 @pytest.fixture
 def plan(addon_part: Any) -> Any:
-    return addon_part("angen_addon.plan")
+    return addon_part("angen_addon.view.plan")
 
 
 @pytest.fixture
@@ -227,7 +227,7 @@ def test_a_sensor_without_a_home_has_a_plan(world: Any, drawn: Any) -> None:
 def test_the_scene_stays_as_it_was(world: Any, drawn: Any, addon_part: Any) -> None:
     room(world)
     detector(world, (1.0, 0.5, 2.0))
-    state = addon_part("angen_addon.state")
+    state = addon_part("angen_addon.runtime.state")
     world.scene.frame_set(17, subframe=0.25)
     world.bpy.ops.angen.simulate()
     drawn(3)

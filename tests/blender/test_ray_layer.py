@@ -7,9 +7,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 
 sys.path.insert(0, str(Path(__file__).parent))
 from random_scene import LAST_FRAME, RandomScene

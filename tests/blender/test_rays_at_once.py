@@ -9,10 +9,11 @@ import bmesh
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import changing_shapes, columns
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.reference_rays import SceneRayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import columns
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from mathutils.bvhtree import BVHTree
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -14,7 +14,7 @@ ops = bpy.ops.angen
 
 
 def cache():
-    return import_module(f"{ADDON}.angen_addon.state").CACHE
+    return import_module(f"{ADDON}.angen_addon.runtime.state").CACHE
 
 
 def stale():
@@ -466,7 +466,7 @@ def test_a_sample_is_shipped_with_its_recording_and_timelines_at_its_length(home
 
 
 def test_it_is_encoded_once(home, tmp_path, monkeypatch):
-    store = import_module(f"{ADDON}.angen_addon.recording_store")
+    store = import_module(f"{ADDON}.angen_addon.recording.store")
     count, encode = [], store._encoded
     monkeypatch.setattr(store, "_encoded", lambda kept: count.append(1) or encode(kept))
     for name in "ab":
@@ -504,14 +504,14 @@ def test_every_scene_keeps_its_own(home, tmp_path):
 def damage(path, change):
     """Saves the file with the text of its recording changed, as a Blender without the extension
     could."""
-    store = import_module(f"{ADDON}.angen_addon.recording_store")
+    store = import_module(f"{ADDON}.angen_addon.recording.store")
     store.put_into_file()
     (text,) = (t for t in bpy.data.texts if t.name.startswith(store.TEXT))
     body = text.as_string()
     cache().clear_recording(bpy.context.scene)
     text.from_string(change(body))
     # Saved without the handlers.
-    mine = import_module(f"{ADDON}.angen_addon.handlers")
+    mine = import_module(f"{ADDON}.angen_addon.runtime.handlers")
     mine.unregister()
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(path))
@@ -545,7 +545,7 @@ def test_what_cannot_be_read_is_told_and_dropped(home, tmp_path, capfd, change, 
 @pytest.fixture
 def newer(monkeypatch):
     """From now on this is another Blender than that which made what was recorded before."""
-    kept = import_module(f"{ADDON}.angen_addon.kept")
+    kept = import_module(f"{ADDON}.angen_addon.recording.kept")
     return lambda: monkeypatch.setattr(kept, "HERE", (9, 9))
 
 
@@ -556,7 +556,7 @@ def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     newer()
     # What a version tells of everything is different in the next one.
-    fingerprint = import_module(f"{ADDON}.angen_addon.fingerprint")
+    fingerprint = import_module(f"{ADDON}.angen_addon.recording.fingerprint")
     facts_of = fingerprint.facts_of
     monkeypatch.setattr(fingerprint, "facts_of", lambda datablock: [facts_of(datablock), "new"])
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
@@ -620,7 +620,7 @@ def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(home, t
 def test_the_command_line_keeps_it_in_the_copy_that_it_saves(home, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     ops.clear_recording()
-    run = import_module(f"{ADDON}.angen_addon.command_line").run_command
+    run = import_module(f"{ADDON}.angen_addon.commands.command_line").run_command
     save, events = str(tmp_path / "b.blend"), str(tmp_path / "b.csv")
     assert run(["simulate", "--quiet", "--bake", "--save", save, "--events", events]) == 0
     bpy.ops.wm.open_mainfile(filepath=save)
@@ -642,7 +642,7 @@ def test_the_command_line_keeps_it_in_the_copy_that_it_saves(home, tmp_path):
 )
 def test_facts_of_a_stranger_are_refused_in_a_line(home, tmp_path, capsys, facts):
     """Opening such a file goes on without the recording, and says so."""
-    store = import_module(f"{ADDON}.angen_addon.recording_store")
+    store = import_module(f"{ADDON}.angen_addon.recording.store")
     files = import_module(f"{ADDON}.sensor_logic.recording_file")
     scene = bpy.context.scene
     kept = cache().kept(scene)
@@ -662,7 +662,7 @@ def test_facts_of_a_stranger_are_refused_in_a_line(home, tmp_path, capsys, facts
 
 def test_what_is_told_of_a_large_mesh_is_short_and_tells_any_change(world, addon_part):
     """Its text took 300 bytes a triangle, which for millions was more than all else."""
-    facts_of = addon_part("angen_addon.digests").facts_of
+    facts_of = addon_part("angen_addon.recording.digests").facts_of
     points = [(x, y, 0.0) for x in range(100) for y in range(100)]
     faces = [(i, i + 1, i + 101, i + 100) for i in range(9899) if i % 100 < 99]
     mesh = world.mesh(points, faces)

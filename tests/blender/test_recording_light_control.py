@@ -31,7 +31,7 @@ def energy(frame):
 
 
 def changes(name, field):
-    state = import_module(f"{ADDON}.angen_addon.state")
+    state = import_module(f"{ADDON}.angen_addon.runtime.state")
     track = state.CACHE.recording(bpy.context.scene).tracks[name]
     column = list(track.columns[field])
     return [

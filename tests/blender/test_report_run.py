@@ -32,7 +32,9 @@ def command(addon_part: Any, capsys: Any) -> Any:
 
     def run(*arguments: Any) -> tuple[int, str, str]:
         capsys.readouterr()
-        status = addon_part("angen_addon.command_line").run_command([str(a) for a in arguments])
+        status = addon_part("angen_addon.commands.command_line").run_command(
+            [str(a) for a in arguments]
+        )
         return status, *capsys.readouterr()
 
     return run

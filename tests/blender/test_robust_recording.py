@@ -15,7 +15,7 @@ ops = bpy.ops.angen
 
 
 def cache():
-    return import_module(f"{ADDON}.angen_addon.state").CACHE
+    return import_module(f"{ADDON}.angen_addon.runtime.state").CACHE
 
 
 def stale():

@@ -12,7 +12,7 @@ def listed(world, addon_part):
     """The rooms by sensor as `list` and the report tell them."""
 
     def rooms():
-        describe = addon_part("angen_addon.describe").describe
+        describe = addon_part("angen_addon.output.describe").describe
         return {s.name: describe(s)["room"] for s in world.sensors()}
 
     return rooms

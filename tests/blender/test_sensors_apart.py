@@ -6,7 +6,7 @@ import math
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from pressure_scenes import Physics, live_problem
 
 LAST = 8

@@ -12,8 +12,8 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime import simulation
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe import frames
-from bl_ext.user_default.angen_sensors.angen_addon.scene_probe.rays import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -82,7 +82,7 @@ def test_so_does_a_run_with_substeps_that_is_closed_early(busy, addon_part):
     run.close()
     assert state_of_the_file(busy) == before
     assert 0 < len(recording.tracks["switch"]) < 48, "what was recorded stays"
-    assert not addon_part("angen_addon.state").CACHE.running
+    assert not addon_part("angen_addon.runtime.state").CACHE.running
 
 
 def test_so_does_a_run_that_fails_half_way(busy, addon_part):
@@ -94,7 +94,7 @@ def test_so_does_a_run_that_fails_half_way(busy, addon_part):
     with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"'switch'.*scale"):
         busy.run()
     assert state_of_the_file(busy) == before
-    assert not addon_part("angen_addon.state").CACHE.running
+    assert not addon_part("angen_addon.runtime.state").CACHE.running
 
 
 def test_so_does_a_failing_operator(busy):

@@ -39,7 +39,7 @@ def test_light_by_illuminance_is_in_lux_wherever_it_is_shown(world, lit, addon_p
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "1445 lx" in page and "300 lx" in page and "1445 %" not in page
     (sensor,) = world.sensors()
-    told = addon_part("angen_addon.describe").describe(sensor)
+    told = addon_part("angen_addon.output.describe").describe(sensor)
     assert told["reading"] == {"field": "illuminance_lux", "unit": "lx"}
     assert told["units"]["luminance_percent"] == "%"
     for shown in (panel.text, page):

@@ -28,7 +28,7 @@ def probed(world, addon_part):
     probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
     probes.look(depsgraph, None)
     solids = probes.caster.solids
-    things = addon_part("angen_addon.scene_probe.things").Things()
+    things = addon_part("angen_addon.scene.contact.things").Things()
     things.sync(depsgraph, solids, [])
     return {
         thing.original.name: sorted(s.geometry.original.name for s in thing.surfaces)

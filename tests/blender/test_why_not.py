@@ -63,7 +63,7 @@ def test_the_command_line_says_so_too(world, passing, addon_part, capsys, tmp_pa
 
     def run(*arguments):
         capsys.readouterr()
-        assert addon_part("angen_addon.command_line").run_command(list(arguments)) == 0
+        assert addon_part("angen_addon.commands.command_line").run_command(list(arguments)) == 0
         return capsys.readouterr()
 
     told = run("simulate", "--events", str(tmp_path / "events.csv")).err

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from angen_addon.mqtt.pace import SLICE_S, Pace
+from angen_addon.output.mqtt.pace import SLICE_S, Pace
 from sensor_logic.event_log import Event, NewEvents, events
 from sensor_logic.formats.home_assistant import Home, payload
 from sensor_logic.formats.log import Channel, SensorFacts

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...overlay.figures import Figure, circle, pairs
+from ...view.overlay.figures import Figure, circle, pairs
 
 
 def figure(seen: Any, metres: float) -> Figure:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.model import Array, Pose
-from ...overlay.figures import CORNERS, ROUND, Figure, circle, dashes, ends_of, pairs
-from ...scene_probe.light.eevee import NEAREST_CLIP, WALLS, WIDEST
-from ...sight import Rays, Sight
+from ...scene.light.eevee import NEAREST_CLIP, WALLS, WIDEST
+from ...view.overlay.figures import CORNERS, ROUND, Figure, circle, dashes, ends_of, pairs
+from ...view.sight import Rays, Sight
 
 # m: how far the lobe of an illuminance sensor is drawn.
 LOBE = 0.25

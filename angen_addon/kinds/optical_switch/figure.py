@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...overlay.figures import Figure, beams, dashes, ends_of
+from ...view.overlay.figures import Figure, beams, dashes, ends_of
 
 # m, of marks on beams.
 LARGEST_MARK, LEAST_MARK = 0.04, 0.004

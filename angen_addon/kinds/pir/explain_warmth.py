@@ -15,9 +15,9 @@ from ....sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, l
 from ....sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.model import Array, Emission
-from ...explain.facts import Explanation
-from ...explain.replay import Replay
-from ...wording import quoted
+from ...view.explain.facts import Explanation
+from ...view.explain.replay import Replay
+from ...view.wording import quoted
 
 # s: what the elements felt earlier than this the amplifier has mostly forgotten.
 WINDOW = 0.5

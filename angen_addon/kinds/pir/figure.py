@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.kinds.pir.pyroelectric.detector import SIGHT, zones_of
 from ....sensor_logic.model import Array, Pose
-from ...overlay.figures import CORNERS, Figure, ends_of, pairs, straight, triangles
-from ...sight import Rays, Sight
+from ...view.overlay.figures import CORNERS, Figure, ends_of, pairs, straight, triangles
+from ...view.sight import Rays, Sight
 
 # Ranges of neighbouring rays that differ by more than this share of the nearer, or by this many
 # times the angle between them where that is more, are not on one surface.

@@ -12,9 +12,9 @@ from ....sensor_logic.kinds.pressure import FORCE
 from ....sensor_logic.kinds.pressure.model import PressureParameters, pad_reading
 from ....sensor_logic.partner_names import split
 from ....sensor_logic.quantities import Lengths, typed
-from ...explain.facts import Explanation, at_frame, more_needed
-from ...explain.replay import Replay
-from ...wording import capital, quoted
+from ...view.explain.facts import Explanation, at_frame, more_needed
+from ...view.explain.replay import Replay
+from ...view.wording import capital, quoted
 from .words import centre_text
 
 # Of the recorded force, or of a newton where that is less.

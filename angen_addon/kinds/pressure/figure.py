@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.model import Pose
-from ...overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
+from ...view.overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
 
 # Of the reading, what the arrow is drawn from.
 FIELDS = ("force_n", "cop_x_m", "cop_y_m")

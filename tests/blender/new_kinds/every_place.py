@@ -46,7 +46,7 @@ def parameters_of(obj, kind):
 def command(addon_part, path, *arguments):
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.open_mainfile(filepath=str(path))
-    return addon_part("angen_addon.command_line").run_command(list(map(str, arguments)))
+    return addon_part("angen_addon.commands.command_line").run_command(list(map(str, arguments)))
 
 
 def test_it_is_in_the_enum_and_in_the_menus(world, kind):
@@ -98,13 +98,13 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
     (found,) = world.sensors()
     shown = addon_part("panels.readings").shown(found, world.scene)
     assert shown.text.startswith(("Near, 0.500 m", "Tipped, 57°"))
-    seen = addon_part("angen_addon.overlay.field").Field(world.scene)
+    seen = addon_part("angen_addon.view.overlay.field").Field(world.scene)
     seen.follow(world.scene, bpy.context.view_layer, world.update())
     (one,) = seen.seen
     lines = np.concatenate([part.reshape(-1, 3) for part in one.figure.lines.values()])
     length = np.ptp(lines, axis=0).max()
     assert length == pytest.approx(0.49 if kind == "RANGER" else 0.1, abs=0.04)
-    picture = addon_part("angen_addon.overlay.picture")
+    picture = addon_part("angen_addon.view.overlay.picture")
     (drawn,) = picture.figures(one, shown, 1.0)
     assert picture.picture(drawn, shown.icon, False)
 
@@ -112,14 +112,14 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
 def test_it_is_simulated_kept_and_loaded(world, sensor, kind, tmp_path, addon_part):
     *_, reading, first, last = KINDS[kind]
     assert ops.simulate() == {"FINISHED"}
-    cache = addon_part("angen_addon.state").CACHE
+    cache = addon_part("angen_addon.runtime.state").CACHE
     track = cache.recording(world.scene).tracks["new"]
     assert len(track) == 48
     assert list(track.columns[reading])[:20] == pytest.approx([first] * 19 + [last], abs=1e-5)
-    history = addon_part("angen_addon.timeline.history")
+    history = addon_part("angen_addon.view.timeline.history")
     rows = history.history_of(cache.recording(world.scene), world.sensors()).rows
     assert [row.name for row in rows] == ["new"] and list(rows[0].spans.starts) == [1.0, 20.0]
-    layout = addon_part("angen_addon.timeline.layout")
+    layout = addon_part("angen_addon.view.timeline.layout")
     view = layout.View(400, 0.0, 40.0, 1.0, 1.0, 48.0)
     made = history.history_of(cache.recording(world.scene), world.sensors())
     assert layout.strips(made, view, frozenset()).quads
@@ -174,7 +174,7 @@ def test_every_format_takes_it(world, sensor, kind, tmp_path, addon_part):
 
 
 def test_the_plan_has_it(world, sensor, kind, addon_part):
-    (storey,) = addon_part("angen_addon.plan").storeys(world.scene, world.sensors(), 1)
+    (storey,) = addon_part("angen_addon.view.plan").storeys(world.scene, world.sensors(), 1)
     (placed,) = storey.sensors
     assert placed.name == "new" and math.isfinite(placed.height)
     assert len(placed.beams) == (1 if kind == "RANGER" else 0)

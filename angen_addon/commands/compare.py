@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen compare LOG LOG`: needs no Blender."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+
+from ...sensor_logic.compare import picture, table
+from ...sensor_logic.compare.intervals import read
+from ...sensor_logic.compare.statistics import measures
+from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.formats.outputs import check_apart
+from ...sensor_logic.formats.source import SourceError
+from .console import note
+from .parser import Parser, path
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: list[str], program: str) -> int:
+    """Compares two logs; returns the exit status. Raises SystemExit on bad options."""
+    options = _parser(program).parse_args(arguments)
+    try:
+        one, two = read(options.log), read(options.other)
+        found = measures(one, two)
+        if options.picture:
+            check_apart("--picture", options.picture, [options.log, options.other])
+            write_files({options.picture: picture.svg(one, two, found)})
+    except SourceError as error:
+        return _fail(str(error), BAD_INPUT)
+    except OutputError as error:
+        return _fail(str(error), FAILED)
+    except OSError as error:
+        return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
+    if options.json:
+        return _say(json.dumps(table.data(one, two, found), indent=1, ensure_ascii=False) + "\n")
+    return _say(table.text(one, two, found))
+
+
+def _say(text: str) -> int:
+    """Writes to standard output; returns the exit status."""
+    if sys.stdout is None:
+        return _fail("standard output is closed", FAILED)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Names are UTF-8 whatever the terminal speaks.
+        sys.stdout.reconfigure(encoding="utf-8")
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        # What is left in it is not to be tried again at the end.
+        sys.stdout = None  # type: ignore[assignment]
+        if isinstance(error, BrokenPipeError):
+            # Who reads our output had enough, as `head` does.
+            return FAILED
+        return _fail(f"cannot write to standard output: {error.strerror}", FAILED)
+    return DONE
+
+
+def _fail(text: str, status: int) -> int:
+    note(text)
+    return status
+
+
+def _parser(program: str) -> Parser:
+    parser = Parser(
+        prog=f"{program} compare",
+        description="How alike two logs are: how long and how often their sensors are on.",
+    )
+    about = "an event log, a folder of days, or a log in another format"
+    parser.add_argument("log", type=path, metavar="LOG", help=about)
+    parser.add_argument("other", type=path, metavar="LOG", help=about)
+    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--picture", type=path, metavar="FILE.svg", help="the distributions, a panel a figure"
+    )
+    return parser

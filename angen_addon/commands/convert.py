@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen convert EVENTS.csv --format NAME --out PATH`: needs no Blender."""
+
+from __future__ import annotations
+
+import argparse
+from datetime import datetime
+from zoneinfo import ZoneInfo
+
+from ...sensor_logic.faults import undo
+from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.formats import FORMATS, FormatError, Log
+from ...sensor_logic.formats.log import DEFAULT_START, SensorFacts
+from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
+from ...sensor_logic.formats.reading import read_log
+from ...sensor_logic.formats.source import (
+    SourceError,
+    make_log,
+    read_activities,
+    read_home,
+    start_of,
+)
+from ..output.faulty import Faults, add_options
+from .console import note
+from .parser import Parser, path
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: list[str], program: str) -> int:
+    """Converts an event log; returns the exit status. Raises SystemExit on bad options."""
+    options = _parser(program).parse_args(arguments)
+    target = FORMATS[options.format]
+    try:
+        faults = Faults(options.faults, options.truth, options.out)
+        given = (options.events, options.home, options.activities, faults.file, options.undo_faults)
+        sources = [source for source in given if source]
+        check_out(target, options.out, sources)
+        log, sensors = _read(options)
+        faults.check_names(sensors)
+        log, truth = faults.of(log)
+        written = target.write(log)
+        files = output_files(target, options.out, written)
+        for path in truth:
+            check_apart("--truth", path, [*sources, *files])
+        files |= truth
+        if target.is_folder:
+            options.out.mkdir(exist_ok=True)
+        write_files(files)
+    except (SourceError, OutputError, FormatError) as error:
+        note(str(error))
+        return BAD_INPUT if isinstance(error, SourceError) else FAILED
+    except OSError as error:
+        note(f"cannot read {error.filename}: {error.strerror}")
+        return BAD_INPUT
+    except OverflowError:
+        note("the log's dates run beyond the year 9999: give an earlier --start")
+        return BAD_INPUT
+    for text in written.notes:
+        note(text)
+    return DONE
+
+
+def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
+    """The log that the options name, at its start, and the sensors that are known of. Raises
+    SourceError, OSError."""
+    sensors: dict[str, SensorFacts] = {}
+    start: datetime | None = None
+    about: dict[str, str] = {}
+    if options.home:
+        sensors, start, about = read_home(options.home)
+    if options.start:
+        start = start_of(options.start)
+    if start and options.timezone:
+        start = start.replace(tzinfo=_zone(options.timezone))
+    source = read_log(options.events, start)
+    events, start = source.events, source.start
+    if source.has_activities and not options.activities:
+        note(f"activities in {options.events} are not read: --activities gives them")
+    if options.undo_faults:
+        events = undo(events, options.undo_faults)
+    if start is None:
+        start = DEFAULT_START
+        note(f"the log begins at {start.isoformat()}: --start says when it did")
+    activities = read_activities(options.activities, start) if options.activities else []
+    log = make_log(events, source.sensors | sensors, start, activities, about)
+    return log, sensors.keys() | {sensor.name for sensor in log.sensors}
+
+
+def _zone(name: str) -> ZoneInfo:
+    try:
+        return ZoneInfo(name)
+    except (ValueError, OSError, KeyError):
+        raise SourceError(
+            f"time zone '{name}' is not known here; one is Europe/Stockholm (package tzdata)"
+        ) from None
+
+
+def _parser(program: str) -> Parser:
+    parser = Parser(
+        prog=f"{program} convert",
+        description="Writes an event log in the format of another tool; needs no Blender.",
+    )
+    parser.add_argument("events", type=path, metavar="LOG", help="what simulate or convert wrote")
+    parser.add_argument(
+        "--format",
+        required=True,
+        choices=list(FORMATS),
+        metavar="NAME",
+        help=", ".join(FORMATS),
+    )
+    parser.add_argument(
+        "--out", required=True, type=path, metavar="PATH", help="the file; for pyadlml the folder"
+    )
+    parser.add_argument(
+        "--home",
+        type=path,
+        metavar="HOME.toml",
+        help="rooms, start and versions; also the output of `list --json` as HOME.json",
+    )
+    parser.add_argument(
+        "--activities", type=path, metavar="FILE.csv", help="start,end,person,activity,room"
+    )
+    parser.add_argument(
+        "--start", metavar="TIME", help="date and time of t = 0, such as 2026-03-02T07:00:00"
+    )
+    parser.add_argument(
+        "--timezone",
+        metavar="NAME",
+        help="the home's, such as Europe/Stockholm, with its daylight saving (default: none)",
+    )
+    add_options(parser, path)
+    parser.add_argument(
+        "--undo-faults",
+        type=path,
+        metavar="TRUTH.csv",
+        help="take out the faults that this file tells of, which --truth wrote",
+    )
+    return parser

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen replay EVENTS.csv --mqtt HOST`: a log's sensors as live devices; needs no Blender."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, Home, Message
+from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, Value
+from ...sensor_logic.formats.reading import read_log
+from ...sensor_logic.formats.source import SourceError, make_log, read_home, since, start_of
+from ..output.mqtt.address import AT_ONCE, Address, AddressError, add_options, address_of
+from ..output.mqtt.link import Link, MqttError
+from ..output.mqtt.player import Player, clear, found
+from ..version import extension_version
+from .console import note
+from .interrupt import Interrupt
+from .leaving import leave_hard
+from .parser import Parser, path
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+INTERRUPTED = "interrupted; the sensors are unavailable now"
+
+
+def main(arguments: list[str], program: str) -> int:
+    """Replays an event log; returns the exit status. Raises SystemExit on bad options."""
+    options = _parser(program).parse_args(arguments)
+    try:
+        work = _forget if options.forget else _replay
+        address = address_of(options)
+        assert address is not None
+        # That is how a loop ends.
+        interrupted = DONE if options.loop else FAILED
+        with Interrupt(lambda: _give_up(interrupted)) as interrupt, interrupt.watched():
+            return work(options, address, interrupt.check)
+    except (AddressError, SourceError) as error:
+        note(str(error))
+        return BAD_INPUT
+    except MqttError as error:
+        note(str(error))
+        return FAILED
+    except OSError as error:
+        note(f"cannot read {error.filename}: {error.strerror}")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        note(INTERRUPTED)
+        return interrupted
+
+
+def _give_up(status: int) -> None:
+    # The broker tells the others, as it was asked to when the connection was made.
+    note(INTERRUPTED)
+    leave_hard(status)
+
+
+def _replay(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
+    if options.events is None:
+        raise AddressError("what is to be replayed? Give EVENTS.csv, or --forget")
+    log, start = _read(options.events, options.home)
+    if not log.changes:
+        raise SourceError(f"{options.events} has no events")
+    part = Part(log, _moment(options.since, start), _moment(options.until, start))
+    speed = 1.0 if options.speed is None else options.speed
+    if options.loop and (speed == AT_ONCE or part.length <= 0):
+        raise AddressError("--loop: a round must take time; give a --speed, or another --from")
+    home = Home(log.channels, options.topic or TOPIC, extension_version())
+    link = Link(address, home.status(OFFLINE))
+    player = Player(link, home, speed, check)
+    try:
+        player.begin(part.states)
+        player.pace.start(part.begin)
+        for number in itertools.count():
+            after = number * part.length
+            if number:
+                player.play(part.again, after)
+            player.play(part.changes, after)
+            player.pace.wait(part.end + after)
+            if not options.loop:
+                break
+    finally:
+        whole = player.end()
+    note(player.summary())
+    return DONE if whole else FAILED
+
+
+def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
+    """A log with its rooms, and its start where something tells it. Raises SourceError, OSError."""
+    beside = events / "home.toml"
+    home = home or (beside if beside.is_file() else None)
+    sensors, start, _ = read_home(home) if home else ({}, None, {})
+    source = read_log(events, start)
+    log = make_log(source.events, source.sensors | sensors, source.start or DEFAULT_START)
+    return log, source.start
+
+
+class Part:
+    """What of a log is replayed; times in microseconds, as in the log.
+
+    `states`: of the channels at the begin; `again`: the same as changes; `changes`: those after it.
+    """
+
+    def __init__(self, log: Log, begin: int | None, end: int | None) -> None:
+        last = log.changes[-1].time
+        self.begin = log.changes[0].time if begin is None else begin
+        self.end = last if end is None else end
+        if not 0 <= self.begin <= self.end:
+            raise AddressError(
+                f"--from {self.begin / 1e6:g} s and --until {self.end / 1e6:g} s: nothing of the "
+                f"log, which ends at {last / 1e6:g} s, is between them"
+            )
+        self.states: dict[Channel, Value] = {
+            c.channel: c.value for c in log.changes if c.time <= self.begin
+        }
+        self.again = [Change(self.begin, *state) for state in self.states.items()]
+        self.changes = [c for c in log.changes if self.begin < c.time <= self.end]
+
+    @property
+    def length(self) -> int:
+        return self.end - self.begin
+
+
+def _moment(text: str | None, start: datetime | None) -> int | None:
+    """What --from or --until names, in microseconds since the log's start. Raises SourceError."""
+    if text is None:
+        return None
+    try:
+        seconds = float(text)
+        if math.isfinite(seconds):
+            return round(seconds * 1e6)
+    except ValueError:
+        pass
+    if start is None:
+        raise SourceError(f"'{text}' is no number of seconds, and the log has no dates")
+    moment = start_of(text) or start
+    try:
+        return since(start, moment)
+    except TypeError:
+        raise SourceError(f"'{text}' has a time zone, and the log's times have none") from None
+
+
+def _forget(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
+    if options.events is not None:
+        raise AddressError("--forget removes sensors and replays nothing: leave out EVENTS.csv")
+    topic = options.topic or TOPIC
+    link = Link(address, Message(f"{topic}/status", OFFLINE))
+    link.connect()
+    try:
+        names = clear(link, found(link, topic))
+        check()
+    finally:
+        link.close()
+    note(f"removed {len(names)} sensors below '{topic}' from {address}")
+    return DONE
+
+
+def _parser(program: str) -> Parser:
+    parser = Parser(
+        prog=f"{program} replay",
+        description="Makes the sensors of an event log appear at an MQTT broker, such as Home "
+        "Assistant's, and replays what they read.",
+    )
+    parser.add_argument(
+        "events",
+        type=path,
+        nargs="?",
+        metavar="EVENTS.csv",
+        help="what simulate or convert wrote, in any format that convert reads, or a folder of "
+        "days",
+    )
+    add_options(parser, required=True)
+    parser.add_argument(
+        "--home",
+        type=path,
+        metavar="HOME.toml",
+        help="rooms; also the output of `list --json` as HOME.json",
+    )
+    parser.add_argument(
+        "--from",
+        dest="since",
+        metavar="TIME",
+        help="begin there: seconds of the log, or 2026-03-02T12:00 where it has dates",
+    )
+    parser.add_argument("--until", metavar="TIME", help="end there (default: the last event)")
+    parser.add_argument("--loop", action="store_true", help="begin again, until Ctrl-C")
+    parser.add_argument(
+        "--forget", action="store_true", help="remove the sensors from the broker; no EVENTS.csv"
+    )
+    return parser

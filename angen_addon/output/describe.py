@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sensor in plain data, for programs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ...sensor_logic.parameters import specs
+from ..layout import told
+from ..runtime.time_base import evaluated_depsgraph
+from ..sensors import Sensor, decimal
+
+
+def describe(sensor: Sensor) -> dict[str, Any]:
+    """Name, kind, room, what its main reading is and the units of what it publishes, place
+    (metres, radians), what it hangs on, and all parameters (SI units, radians): an entry of a
+    layout, which gives the same sensor again."""
+    depsgraph = evaluated_depsgraph()
+    obj = sensor.object
+    location, rotation = told.place(sensor, depsgraph)
+    return {
+        "name": sensor.name,
+        "kind": sensor.kind.identifier,
+        "room": sensor.room,
+        "library": sensor.library,
+        "enabled": sensor.settings.enabled,
+        "simulated": True,  # Every kind is, but programs may read it.
+        "update_rate": decimal(sensor.settings.update_rate),
+        "reading": {"field": sensor.reading.name, "unit": sensor.reading.unit},
+        "units": {field.name: field.unit for field in sensor.kind.events},
+        "location": location,
+        "rotation": rotation,
+        "bounds": told.bounds(sensor, depsgraph),
+        "parent": obj.parent.name if obj.parent else None,
+        "collection": _collection(obj, depsgraph.scene),
+        "parameters": parameters_of(sensor),
+    }
+
+
+def _collection(obj: Any, scene: Any) -> str | None:
+    """The collection that an object is in; None: that of the scene itself."""
+    names = [c.name for c in obj.users_collection if c != scene.collection]
+    return names[0] if names else None
+
+
+def parameters_of(sensor: Sensor) -> dict[str, Any]:
+    """All parameters of its kind, by name."""
+    group = sensor.parameters
+    return {
+        name: _plain(getattr(group, name), spec.unit)
+        for name, spec in specs(sensor.kind.parameters).items()
+    }
+
+
+def _plain(value: Any, unit: str) -> Any:
+    if isinstance(value, float):
+        # JSON knows no NaN and no infinity. Angles count to the last bit, all else as it was typed.
+        if not math.isfinite(value):
+            return None
+        return told.shortest(value) if unit == "rad" else decimal(value)
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    return value.name

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run is to be written as beside its event log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from ...sensor_logic.files import OutputError
+from ...sensor_logic.formats import FORMATS, FormatError, Log
+from ...sensor_logic.formats.outputs import check_out, output_files
+from .output_files import Outputs
+
+
+class Exports:
+    """Formats and where each goes. Raises OutputError where one could not be written."""
+
+    def __init__(self, names: Sequence[str], outs: Sequence[Path]) -> None:
+        if len(names) != len(outs):
+            raise OutputError(
+                f"{len(names)} --format and {len(outs)} --out: give an --out with each --format"
+            )
+        self._targets = [(FORMATS[name], out) for name, out in zip(names, outs, strict=True)]
+        for target, out in self._targets:
+            check_out(target, out)
+
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """What is no folder, by what tells it in a message."""
+        return {
+            f"--out {number} ({target.name})": out
+            for number, (target, out) in enumerate(self._targets, start=1)
+            if not target.is_folder
+        }
+
+    def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
+        """Adds the files to what will be written; tells what a format could not hold. Raises
+        OutputError."""
+        for target, out in self._targets:
+            try:
+                written = target.write(log)
+            except FormatError as error:
+                raise OutputError(str(error)) from None
+            if target.is_folder:
+                outputs.folders.append(out)
+            outputs.texts |= output_files(target, out, written)
+            yield from written.notes

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`--faults FILE.toml --truth FILE.csv` of the commands that write logs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from ...sensor_logic.faults import Plan, make_faults, read_plan, truth_csv
+from ...sensor_logic.formats import Log
+from ...sensor_logic.formats.source import SourceError
+
+
+def add_options(parser: Any, path: Any) -> None:
+    parser.add_argument(
+        "--faults",
+        type=path,
+        metavar="FILE.toml",
+        help="make the log faulty on purpose: messages lost, late or doubled, clocks that drift, "
+        "batteries that die, stuck sensors, false alarms",
+    )
+    parser.add_argument(
+        "--truth",
+        type=path,
+        metavar="FILE.csv",
+        help="tells what --faults did to the log (default: beside it, LOG.truth.csv)",
+    )
+
+
+class Faults:
+    """A faults file and where its truth is told; without one, logs stay as they are."""
+
+    def __init__(self, faults: Path | None, truth: Path | None, log: Path | None) -> None:
+        """`log`: the file that will be faulty. Raises SourceError naming what is wrong, and where;
+        OSError."""
+        if faults is None and truth is not None:
+            raise SourceError("--truth tells what --faults did: give --faults FILE.toml too")
+        if faults is not None and truth is None:
+            if log is None:
+                raise SourceError("--faults changes the log: give --truth FILE.csv, to tell how")
+            truth = log.with_name(f"{log.name}.truth.csv")
+        self.file, self.truth = faults, truth
+        self.plan: Plan | None = read_plan(faults) if faults else None
+
+    def check_names(self, sensors: Iterable[str]) -> None:
+        """Raises SourceError for a sensor in the file that is none of these."""
+        if self.plan:
+            self.plan.check_names(sensors)
+
+    def of(self, log: Log) -> tuple[Log, dict[Path, str]]:
+        """The log with its faults, and what is to be written beside it."""
+        if not (self.plan and self.truth):
+            return log, {}
+        faulty = make_faults(log, self.plan)
+        return faulty.log, {self.truth: truth_csv(faulty)}

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The options that name a broker, its user and its certificate."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+import ssl
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ....sensor_logic.formats.home_assistant import TOPIC
+from ...commands.parser import path
+
+PASSWORD = "ANGEN_MQTT_PASSWORD"
+PORT, TLS_PORT = 1883, 8883
+# Sends everything as soon as it is there.
+AT_ONCE = 0.0
+# Options that mean nothing without --mqtt, and what they are then.
+DEPENDENT = {
+    "topic": None,
+    "speed": None,
+    "user": None,
+    "password_file": None,
+    "tls": False,
+    "ca": None,
+}
+
+
+class AddressError(Exception):
+    """An option about the broker cannot be followed; the text says why and what would work."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a broker is and how to get in; `tls` is None for a connection in the clear."""
+
+    host: str
+    port: int
+    user: str | None = None
+    password: str | None = field(default=None, repr=False)
+    tls: ssl.SSLContext | None = None
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
+    """The options of every command that sends to a broker."""
+    group = parser.add_argument_group("to an MQTT broker, such as Home Assistant's")
+    group.add_argument(
+        "--mqtt",
+        type=_host_and_port,
+        required=required,
+        metavar="HOST[:PORT]",
+        help=f"the broker; its port is {PORT}, or {TLS_PORT} with TLS, where none is given",
+    )
+    group.add_argument(
+        "--speed",
+        type=_speed,
+        metavar="N",
+        help="times real time (default 1); max: as fast as possible",
+    )
+    group.add_argument(
+        "--topic",
+        type=_topic,
+        metavar="NAME",
+        help=f"what all topics begin with (default {TOPIC}); a second home needs another",
+    )
+    group.add_argument("--user", metavar="NAME", help=f"its password is taken from {PASSWORD}")
+    group.add_argument(
+        "--password-file", type=path, metavar="FILE", help="the password is its first line"
+    )
+    group.add_argument("--tls", action="store_true", help="encrypt the connection")
+    group.add_argument(
+        "--ca",
+        type=path,
+        metavar="FILE",
+        help="trust the broker's certificate by this authority's (PEM) alone; includes --tls",
+    )
+
+
+def address_of(options: argparse.Namespace) -> Address | None:
+    """The broker that the options name, or None. Raises AddressError."""
+    if options.mqtt is None:
+        for name, unset in DEPENDENT.items():
+            if getattr(options, name) != unset:
+                flag = f"--{name.replace('_', '-')}"
+                raise AddressError(f"{flag} goes with --mqtt HOST, which is not given")
+        return None
+    host, port = options.mqtt
+    tls = _context(options.ca) if options.tls or options.ca else None
+    return Address(host, port or (TLS_PORT if tls else PORT), options.user, _password(options), tls)
+
+
+def _password(options: argparse.Namespace) -> str | None:
+    if options.password_file is None:
+        return os.environ.get(PASSWORD) if options.user else None
+    if options.user is None:
+        raise AddressError("--password-file: whose password is it? Give --user NAME too")
+    try:
+        text: str = options.password_file.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise AddressError(f"cannot read {options.password_file}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise AddressError(f"{options.password_file} is not a text file in UTF-8") from None
+    first = text.partition("\n")[0].rstrip("\r")
+    if not first:
+        raise AddressError(f"{options.password_file}: its first line, the password, is empty")
+    return first
+
+
+def _context(authority: Path | None) -> ssl.SSLContext:
+    try:
+        context = ssl.create_default_context(cafile=authority)
+        if authority:
+            # Python 3.13 refuses authorities that lack extensions, as those made at home do.
+            context.verify_flags &= ~ssl.VERIFY_X509_STRICT
+        return context
+    except ssl.SSLError:
+        raise AddressError(f"--ca: {authority} is no certificate in PEM") from None
+    except OSError as error:
+        raise AddressError(f"--ca: cannot read {authority}: {error.strerror}") from None
+
+
+def _host_and_port(text: str) -> tuple[str, int | None]:
+    if "@" in text:
+        raise argparse.ArgumentTypeError(
+            f"a user and password do not belong there: give --user NAME, and the password in "
+            f"{PASSWORD} or with --password-file"
+        )
+    # An IPv6 address stands in brackets where a port follows.
+    found = re.fullmatch(r"\[([0-9a-fA-F:.%\w]+)\](?::(\d+))?|([^\s:/\[\]]+)(?::(\d+))?", text)
+    if found is None and re.fullmatch(r"[0-9a-fA-F]*(:[0-9a-fA-F.]*){2,}", text):
+        return text, None
+    port = int(found[2] or found[4] or 0) if found else 0
+    if found is None or port > 65535 or (port == 0 and (found[2] or found[4])):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not HOST or HOST:PORT, such as homeassistant.local:1883"
+        )
+    return found[1] or found[3], port or None
+
+
+def _speed(text: str) -> float:
+    if text == "max":
+        return AT_ONCE
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = -1.0
+    if not 0.0 <= speed < math.inf:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not how many times real time, such as 10, nor max"
+        )
+    return speed
+
+
+def _topic(text: str) -> str:
+    if not re.fullmatch(r"[\w-]+(/[\w-]+)*", text, re.ASCII):
+        raise argparse.ArgumentTypeError(
+            f"'{text}': letters, digits, _ and - make a topic, such as flat_2"
+        )
+    return text

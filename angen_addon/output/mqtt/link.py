@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The connection to a broker, by paho-mqtt."""
+
+from __future__ import annotations
+
+import socket
+import ssl
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ....sensor_logic.formats.home_assistant import Message
+from .address import PASSWORD, Address
+
+# s: to connect, to be answered, between two tries to come back, and what counts as silence.
+ANSWER_S, RETRY_S, QUIET_S = 5.0, 1.0, 0.5
+# s: what the last messages may take where somebody waits for the end.
+PARTING_S = 0.5
+# s: a connection that is silent for one and a half of it is lost, to both sides.
+KEEPALIVE_S = 10
+# So many messages may be on their way before the broker has told that it has them.
+WINDOW = 100
+POLL_S = 0.002
+
+
+class MqttError(Exception):
+    """The broker cannot be used; the text says why and what would work."""
+
+
+class Link:
+    """A connection to the broker at `address`, whose end the broker tells others by `will`.
+
+    Messages are retained and acknowledged (QoS 1). A lost connection is not mended unasked: what
+    was on its way then would come late, all at once.
+    """
+
+    def __init__(self, address: Address, will: Message) -> None:
+        try:
+            import paho.mqtt.client as paho
+        except ImportError:
+            raise MqttError(
+                "--mqtt needs paho-mqtt, which is not installed: pip install angen-sensors[mqtt], "
+                "and use its command angen"
+            ) from None
+        self._paho = paho
+        self._address, self._will = address, will
+        self._client: Any = None
+        self._lost = threading.Event()
+        self._refused = ""
+        self._on_its_way: deque[Any] = deque()
+        self._retry_at = 0.0
+
+    @property
+    def is_lost(self) -> bool:
+        return self._lost.is_set()
+
+    def connect(self) -> None:
+        """Makes the connection. Raises MqttError."""
+        paho = self._paho
+        client = paho.Client(
+            paho.CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
+        )
+        address, lost, answered = self._address, threading.Event(), threading.Event()
+        if address.user is not None:
+            client.username_pw_set(address.user, address.password)
+        if address.tls:
+            client.tls_set_context(address.tls)
+        client.will_set(*self._will, qos=1, retain=True)
+        client.connect_timeout = ANSWER_S
+        client.max_inflight_messages_set(WINDOW)
+        answer: list[Any] = []
+        client.on_socket_open = _send_small_packets_at_once
+        client.on_publish = self._on_publish
+
+        def on_connect(_client: Any, _data: Any, _flags: Any, reason: Any, _more: Any) -> None:
+            answer.append(reason)
+            answered.set()
+
+        def on_disconnect(*_: Any) -> None:
+            lost.set()
+            answered.set()
+
+        client.on_connect, client.on_disconnect = on_connect, on_disconnect
+        try:
+            client.connect(address.host, address.port, KEEPALIVE_S)
+        except (OSError, ValueError) as error:
+            raise MqttError(_why(address, error)) from None
+        client.loop_start()
+        answered.wait(ANSWER_S)
+        if not answer or answer[0].is_failure:
+            client.disconnect()
+            raise MqttError(_refusal(address, answer[0] if answer else None, lost.is_set()))
+        self._client, self._lost, self._on_its_way = client, lost, deque()
+
+    def revive(self) -> bool:
+        """Tries now and then to come back; whether it has just done so."""
+        if not self.is_lost or time.monotonic() < self._retry_at:
+            return False
+        try:
+            self.connect()
+        except MqttError:
+            self._retry_at = time.monotonic() + RETRY_S
+            return False
+        return True
+
+    def send(self, message: Message, idle: Callable[[], None] = lambda: None) -> bool:
+        """Publishes a message; False where the connection is lost. `idle` is called while too many
+        are on their way. Raises MqttError where the broker takes none on this topic."""
+        while len(self._on_its_way) >= WINDOW and not self.is_lost:
+            self._forget_acknowledged()
+            if len(self._on_its_way) >= WINDOW:
+                time.sleep(POLL_S)
+                idle()
+        self._check_refusal()
+        if self.is_lost:
+            return False
+        sent = self._client.publish(*message, qos=1, retain=True)
+        if sent.rc != self._paho.MQTT_ERR_SUCCESS:
+            return False
+        self._on_its_way.append(sent)
+        return True
+
+    def flush(self, seconds: float = ANSWER_S) -> bool:
+        """Waits until the broker has all that was sent; whether it has. Raises MqttError."""
+        end = time.monotonic() + seconds
+        while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
+            time.sleep(POLL_S)
+        self._check_refusal()
+        return not self._forget_acknowledged()
+
+    def take_unacknowledged(self) -> int:
+        """How many messages were on their way, and perhaps did not arrive; they count no more."""
+        count = self._forget_acknowledged()
+        self._on_its_way.clear()
+        return count
+
+    def retained(self, topics: Sequence[str]) -> list[Message]:
+        """What the broker keeps on these topics (with wildcards)."""
+        found: list[Message] = []
+        heard = [time.monotonic()]
+
+        def on_message(_client: Any, _data: Any, message: Any) -> None:
+            heard[0] = time.monotonic()
+            if message.retain and message.payload:
+                text = message.payload.decode("utf-8", "replace")
+                found.append(Message(message.topic, text))
+
+        self._client.on_message = on_message
+        self._client.on_subscribe = lambda *_: heard.append(time.monotonic())
+        self._client.subscribe([(topic, 1) for topic in topics])
+        # A broker does not say when it has sent all: it falls silent.
+        end = time.monotonic() + ANSWER_S
+        while time.monotonic() < end and not self.is_lost:
+            if len(heard) > 1 and time.monotonic() - max(heard) > QUIET_S:
+                break
+            time.sleep(POLL_S)
+        self._client.unsubscribe(list(topics))
+        return found
+
+    def close(self) -> None:
+        """Says goodbye. The broker must hear it, or it would publish the will."""
+        if self._client is not None:
+            self._client.disconnect()
+            self._lost.wait(PARTING_S)
+
+    def _forget_acknowledged(self) -> int:
+        """How many messages the broker has not acknowledged yet."""
+        waiting = self._on_its_way
+        while waiting and waiting[0].is_published():
+            waiting.popleft()
+        return len(waiting)
+
+    def _on_publish(self, _client: Any, _data: Any, _id: int, reason: Any, _more: Any) -> None:
+        if reason.is_failure:
+            self._refused = str(reason)
+
+    def _check_refusal(self) -> None:
+        if self._refused:
+            user = f"user '{self._address.user}'" if self._address.user else "a nameless user"
+            raise MqttError(
+                f"{self._address} takes no messages of {user} ({self._refused}): let it publish "
+                f"below homeassistant/device/ and {self._will.topic.rpartition('/')[0]}/"
+            )
+
+
+def _send_small_packets_at_once(_client: Any, _data: Any, opened: Any) -> None:
+    opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+
+def _why(address: Address, error: Exception) -> str:
+    """Why there is no connection."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return (
+            f"the certificate of {address} is not to be trusted ({error.verify_message}): "
+            f"--ca FILE names the authority that signed it"
+        )
+    if address.tls and isinstance(error, (ssl.SSLError, ConnectionResetError)):
+        return f"{address} does not speak TLS: give the port that does, or leave out --tls and --ca"
+    if isinstance(error, socket.gaierror):
+        return f"there is no host '{address.host}': {error.strerror}"
+    if isinstance(error, ConnectionRefusedError):
+        return f"no broker listens at {address}: is it running, and is this its port?"
+    if isinstance(error, TimeoutError):
+        return f"{address} does not answer: is the broker's host on, and reachable from here?"
+    return f"cannot connect to {address}: {getattr(error, 'strerror', None) or error}"
+
+
+def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
+    """Why a broker that was reached does not let us in."""
+    if reason is None:
+        did = "closed the connection" if is_closed else "does not answer as a broker does"
+        way = "is this its port?" if address.tls else "is this its port, and does it want --tls?"
+        return f"{address} {did}: {way}"
+    if str(reason) in {"Not authorized", "Bad user name or password"}:
+        return (
+            f"{address} does not let us in ({reason}): give --user NAME, and its password in "
+            f"{PASSWORD} or with --password-file"
+        )
+    return f"{address} does not let us in: {reason} (MQTT 5 is needed)"

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plays a home's readings to a broker: who is there, what they read, and when that ends."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+
+from ....sensor_logic.formats.home_assistant import (
+    CONFIGS,
+    OFFLINE,
+    ONLINE,
+    Home,
+    Message,
+    is_config_of,
+)
+from ....sensor_logic.formats.log import Change, Channel, Value
+from ...commands.console import note
+from .link import PARTING_S, Link, MqttError
+from .pace import Pace
+
+# s: Home Assistant listens to what new devices read only a moment after it hears of them.
+SETTLE_S = 2.0
+
+
+class Player:
+    """Makes the sensors of `home` appear at the broker, plays their changes and leaves them
+    "unavailable". `check` is called often, and may raise what is to end it."""
+
+    def __init__(self, link: Link, home: Home, speed: float, check: Callable[[], None]) -> None:
+        self.pace = Pace(speed, self.idle)
+        self.late_s = 0.0
+        self._link, self._home, self._check = link, home, check
+        self._states: dict[str, str] = {}
+        self._played = self._missed = 0
+        self._missed_now = 0
+        self._lost_at: float | None = None
+        self._is_open = False
+
+    def begin(self, states: Mapping[Channel, Value]) -> None:
+        """Connects and shows the sensors, in these states or in none yet. Raises MqttError."""
+        self._link.connect()
+        kept = dict(found(self._link, self._home.topic))
+        self._refuse_clash(kept.get(self._home.status("").topic))
+        self._is_open = True
+        # Where nothing may be said below this topic, nothing is said elsewhere either.
+        self._send_all([self._home.status(OFFLINE)])
+        configs = self._home.discovery()
+        for channel in self._home.channels:
+            message = self._home.state(channel, states.get(channel))
+            self._states[message.topic] = message.payload
+        self._remove(kept, {config.topic for config in configs})
+        new = [config for config in configs if kept.get(config.topic) != config.payload]
+        self._send_all([*new, *self._now()])
+        if new:
+            self.pace.rest(SETTLE_S)
+
+    def play(self, changes: Iterable[Change], after: int = 0) -> None:
+        """Publishes each change when it is due, `after` microseconds later than it says."""
+        for change in changes:
+            late = self.pace.wait(after + change.time)
+            self.late_s = max(self.late_s, late)
+            message = self._home.state(change.channel, change.value)
+            self._states[message.topic] = message.payload
+            self._played += 1
+            self._missed_now += not self._link.send(message, self.idle)
+
+    def end(self) -> bool:
+        """Leaves the sensors "unavailable"; whether nothing was missed."""
+        if self._is_open:
+            self._is_open = False
+            with suppress(MqttError):
+                self._link.flush(PARTING_S)
+                self._missed += self._missed_now + self._link.take_unacknowledged()
+                if not self._link.is_lost:
+                    self._link.send(self._home.status(OFFLINE))
+                    self._link.flush(PARTING_S)
+            self._link.close()
+        return not self._missed
+
+    def summary(self) -> str:
+        sensors = len({channel.sensor.name for channel in self._home.channels})
+        text = f"sent {self._played - self._missed} readings of {sensors} sensors"
+        if not self.pace.is_at_once:
+            text += f", at most {self.late_s:.3f} s late"
+        if self._missed:
+            text += f"; {self._missed} were missed while the connection was lost"
+        return text
+
+    def _now(self) -> list[Message]:
+        """What all sensors read now, and that they can be reached."""
+        states = [Message(topic, payload) for topic, payload in self._states.items()]
+        return [*states, self._home.status(ONLINE)]
+
+    def _send_all(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            self._link.send(message, self._check)
+        if not self._link.flush():
+            raise MqttError("the connection to the broker is lost before the first reading")
+
+    def _refuse_clash(self, status: str | None) -> None:
+        if status == ONLINE:
+            self._link.close()
+            raise MqttError(
+                f"sensors below '{self._home.topic}' are online at this broker: another replay "
+                f"is under way; wait for its end, or give this home a --topic of its own "
+                f"(where none is: `angen replay --forget`)"
+            )
+
+    def _remove(self, kept: Mapping[str, str], configs: set[str]) -> None:
+        """Removes the sensors of an earlier replay that this home does not have."""
+        own = {*configs, *self._states, self._home.status("").topic}
+        gone = [Message(*message) for message in kept.items() if message[0] not in own]
+        names = clear(self._link, gone)
+        if names:
+            note(f"removed from the broker, as this home lacks them: {', '.join(names)}")
+
+    def idle(self) -> None:
+        """What is done between messages: a lost connection is told and, if it can be, mended."""
+        self._check()
+        if not self._is_open or not self._link.is_lost:
+            return
+        if self._lost_at is None:
+            self._lost_at = time.monotonic()
+            self._missed_now += self._link.take_unacknowledged()
+            note("the connection to the broker is lost; trying to come back")
+        if self._link.revive():
+            lasted = time.monotonic() - self._lost_at
+            note(
+                f"connected again after {lasted:.1f} s: {self._missed_now} readings were missed; "
+                f"what sensors read now is told"
+            )
+            self._missed += self._missed_now
+            self._missed_now, self._lost_at = 0, None
+            for message in (*self._home.discovery(), *self._now()):
+                self._link.send(message, self._check)
+
+
+def found(link: Link, topic: str) -> list[Message]:
+    """What the broker keeps of a home: its devices and all below its topic."""
+    kept = link.retained([f"{topic}/#", CONFIGS.replace("*", "+")])
+    return [m for m in kept if m.topic.startswith(f"{topic}/") or is_config_of(topic, m)]
+
+
+def clear(link: Link, messages: Iterable[Message]) -> list[str]:
+    """Takes messages from the broker, devices first; returns the names of their sensors."""
+    prefix = CONFIGS.partition("*")[0]
+    names = []
+    for message in sorted(messages, key=lambda message: not message.topic.startswith(prefix)):
+        if message.topic.startswith(prefix):
+            names.append(json.loads(message.payload)["dev"]["name"])
+        link.send(Message(message.topic, ""))
+    link.flush()
+    return sorted(names)

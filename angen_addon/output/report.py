@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gathers what there is to tell of a run, and writes it as the kind of file that was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.files import OutputError
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.parameters import defaults, format_quantity, specs, used, value_text
+from ...sensor_logic.recording import Recording
+from ...sensor_logic.report import page
+from ...sensor_logic.report.facts import Report, SensorFacts
+from ...sensor_logic.report.svg import shown_number
+from ..lacking import lacking
+from ..sensors import Sensor, decimal, read_parameters, simulated
+from ..version import extension_version
+from ..view import plan
+
+PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
+
+
+def check_name(path: Path, what: str) -> None:
+    """Raises OutputError where the file's name does not tell which kind of report to write."""
+    if path.suffix.lower() not in PAGES | DRAWINGS:
+        raise OutputError(
+            f"{what}: {path.name} must end in .html (the whole report) or .svg "
+            "(timeline and plan as a picture)"
+        )
+
+
+def report_text(
+    path: Path,
+    scene: Any,
+    sensors: Sequence[Sensor],
+    recording: Recording,
+    start: datetime | None = None,
+) -> str:
+    """The report of a run of these sensors for a file of that name; `start` is what t = 0 stands
+    for. Raises SensorError, OutputError."""
+    check_name(path, "report")
+    report = gather(scene, sensors, recording, start)
+    return page.html(report) if path.suffix.lower() in PAGES else page.svg(report)
+
+
+def gather(
+    scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None = None
+) -> Report:
+    """What the report tells; sensors that were not simulated are told as such."""
+    return Report(
+        scene.name,
+        tuple(_facts(scene, sensors, recording, start)),
+        tuple(_sensor_facts(sensor) for sensor in sensors),
+        recording,
+        plan.storeys(scene, sensors, recording.frame_start),
+        recording.frame_start,
+        _made_by(),
+    )
+
+
+def _facts(
+    scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None
+) -> list[tuple[str, str]]:
+    clock = recording.clock
+    assert clock is not None
+    rate = decimal(clock.fps / clock.fps_base)
+    found = [
+        ("File", Path(bpy.data.filepath).name or "not saved"),
+        ("Scene", scene.name),
+        ("Frames", f"{recording.frame_start} to {recording.frame_end}"),
+        ("Frame rate", f"{shown_number(rate)} fps"),
+        ("Substeps", str(clock.substeps)),
+        ("Seed of the noise", str(scene.angen_seed)),
+        ("Sensors", str(len(sensors))),
+    ]
+    if start is not None:
+        found.append(("Time 0 is", start.isoformat(" ")))
+    if any(sensor.kind.asks_for(LIGHT) for sensor in sensors):
+        efficacy = shown_number(decimal(scene.angen_luminous_efficacy))
+        found.append(("Luminous efficacy", f"{efficacy} lm/W"))
+    light = any(sensor.kind.asks_for(LIGHT) for sensor in simulated(sensors))
+    found += [("Lacking", text) for text in lacking(bpy.context.view_layer, light)]
+    return found
+
+
+def _sensor_facts(sensor: Sensor) -> SensorFacts:
+    rate = decimal(sensor.settings.update_rate)
+    settings = []
+    if rate != sensor.kind.update_rate:
+        settings.append(("update_rate", format_quantity(rate, "Hz")))
+    return SensorFacts(
+        sensor.name, sensor.kind.identifier, sensor.room, 1.0 / rate, (*settings, *_changed(sensor))
+    )
+
+
+def _changed(sensor: Sensor) -> list[tuple[str, str]]:
+    """The parameters that are used and differ from the defaults of the kind."""
+    parameters = read_parameters(sensor, sensor.settings)
+    usual = defaults(sensor.kind.parameters)
+    return [
+        (name, value_text(getattr(parameters, name), spec, sensor.kind.unit_of(spec, parameters)))
+        for name, spec in specs(sensor.kind.parameters).items()
+        if used(parameters, name, spec) and not _same(getattr(parameters, name), usual[name])
+    ]
+
+
+def _same(value: Any, usual: Any) -> bool:
+    if isinstance(value, float):
+        # Angles come as Blender stores them, in single precision.
+        return abs(value - usual) <= 1e-6 * max(abs(usual), 1e-6)
+    return bool(value == usual)
+
+
+def _made_by() -> str:
+    version = extension_version()
+    blender = ".".join(map(str, bpy.app.version[:2]))
+    return f"Made by Ängen Sensors {version} in Blender {blender}."

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run as the formats of other tools want it: its events with rooms, seed and versions."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.event_log import events
+from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
+from ...sensor_logic.formats.source import make_log
+from ...sensor_logic.recording import Recording
+from ..sensors import Sensor
+from ..version import extension_version
+from .describe import parameters_of
+
+
+def log_of_run(
+    recording: Recording, scene: Any, sensors: Iterable[Sensor], start: datetime | None = None
+) -> Log:
+    """The log of a recording of these sensors in the open file; `start` is when t = 0 was."""
+    facts = {s.name: sensor_facts(s) for s in sensors}
+    return make_log(
+        events(recording), facts, start or DEFAULT_START, about=about(scene), samples=recording
+    )
+
+
+def sensor_facts(sensor: Sensor) -> SensorFacts:
+    return SensorFacts(sensor.name, sensor.kind.identifier, sensor.room, parameters_of(sensor))
+
+
+def about(scene: Any) -> dict[str, str]:
+    """Which home this is, its seed, and what simulated it."""
+    found = {"seed": str(scene.angen_seed)}
+    path = Path(bpy.data.filepath)
+    if bpy.data.filepath and path.is_file():
+        found["home"] = path.name
+        found["digest"] = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+    found["versions.angen_sensors"] = extension_version()
+    found["versions.blender"] = bpy.app.version_string
+    return found

@@ -1,0 +1,417 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A digest of all that a user can set in a datablock, the same in every session.
+
+It walks what Blender tells of its own properties (RNA), so that a new modifier or node needs no
+line here. Left out are: what only the interface shows, what Blender works out itself, values that
+keys or a driver set (the keys and the driver are in), and the outputs of sensors.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..animation import action_curves
+from ..lengths import SUFFIX
+from ..marks import COVERAGE_MARK
+
+OUTPUTS = {"active", "value"}
+OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
+# Of sensors what they say and what people note of them; of images the dots an inch, which loading
+# reads from the image's file.
+OF_NO_CONCERN = {"AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}}
+# Worked out by Blender, or of the interface alone.
+DERIVED = {
+    "animation_data", "bl_rna", "bound_box", "children", "dimensions", "id_data", "is_evaluated",
+    "library", "library_weak_reference", "matrix", "matrix_basis", "matrix_channel",
+    "matrix_local", "matrix_world", "name_full", "original", "override_library", "preview",
+    "rna_type", "session_uid", "tag", "users", "asset_data", "execution_time", "warning_count",
+    "is_missing", "is_runtime_data", "point_cache", "point_caches", "trail_count",
+}  # fmt: skip
+INTERFACE = {
+    "active_index", "active_material", "active_material_index", "active_node", "active_shape_key",
+    "active_shape_key_index", "color_tag", "description", "display_bounds_type", "expanded",
+    "hide_select", "is_expanded", "location_absolute", "lock", "use_fake_user", "use_extra_user",
+    "user_clear", "width", "width_hidden", "warning_propagation",
+}  # fmt: skip
+if bpy.app.version >= (5, 0):
+    # No longer means anything, and warns when it is asked for.
+    INTERFACE.add("use_nodes")
+# Positions of nodes and the like on the screen.
+ON_SCREEN = ("Node", "NodeTree", "NodeSocket", "FCurve", "NlaTrack", "NlaStrip")
+# Long lists of points, and what counts of each.
+POINTS = {
+    "Keyframe": (
+        "co", "handle_left", "handle_right", "interpolation", "easing", "amplitude", "back",
+        "period",
+    ),
+    "SplinePoint": ("co", "tilt", "radius", "weight"),
+    "BezierSplinePoint": ("co", "handle_left", "handle_right", "tilt", "radius"),
+    "ShapeKeyPoint": ("co",),
+    "ShapeKeyCurvePoint": ("co", "tilt", "radius"),
+    "ShapeKeyBezierPoint": ("co", "handle_left", "handle_right", "tilt", "radius"),
+    "LatticePoint": ("co_deform",),
+    "MetaElement": ("co", "radius", "stiffness"),
+}  # fmt: skip
+LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
+MAX_DEPTH = 12
+
+Facts = list[Any]
+
+
+def facts_of(datablock: Any) -> Facts:
+    """What a user can set in it, as nested plain values whose `repr` tells any difference."""
+    if isinstance(datablock, bpy.types.Mesh):
+        return _mesh(datablock)
+    facts = _Walk(datablock).facts()
+    if isinstance(datablock, bpy.types.Object) and datablock.type == "MESH":
+        # Meshes without groups, which are most, are told from others by their objects alone.
+        facts.append(weights_of(datablock.data) if datablock.vertex_groups else [])
+    return facts
+
+
+class _Walk:
+    """One pass over a datablock, with those embedded in it."""
+
+    def __init__(self, datablock: Any) -> None:
+        self._id = datablock
+        self._seen: set[tuple[int, str]] = set()
+        self._set_by_animation = dict(_animated(datablock))
+
+    def facts(self) -> Facts:
+        return [animation_facts(self._id), self._struct(self._id, 0)]
+
+    def _struct(self, struct: Any, depth: int) -> Facts:
+        key = (struct.as_pointer(), struct.rna_type.identifier)
+        if key in self._seen or depth > MAX_DEPTH:
+            return [getattr(struct, "name", "")]
+        self._seen.add(key)
+        found: Facts = []
+        for name, kind in _plan_of(struct):
+            value = getattr(struct, name, None)
+            if kind == "VALUE":
+                found.append(self._masked(key[0], name, value))
+            elif kind == "FILE":
+                found.append(_file(struct, value, self._id.library))
+            elif kind == "POINTER":
+                found.append(self._pointer(value, depth))
+            elif value is not None:
+                found.append(self._items(value, depth))
+        found.append(self._custom(struct, key[0]))
+        return found
+
+    def _masked(self, pointer: int, name: str, value: Any) -> Any:
+        """A value as plain numbers, without what animation sets of it."""
+        plain = _plain(value)
+        animated = self._set_by_animation.get((pointer, name)) if self._set_by_animation else None
+        if animated is None:
+            return plain
+        if isinstance(plain, tuple):
+            return tuple(None if i in animated else v for i, v in enumerate(plain))
+        return None
+
+    def _pointer(self, value: Any, depth: int) -> Any:
+        if value is None:
+            return None
+        if isinstance(value, bpy.types.ID):
+            if getattr(value, "is_embedded_data", False) and value != self._id:
+                walk = _Walk(value)
+                return walk.facts() if depth < MAX_DEPTH else None
+            return value.name_full
+        if value.id_data is not None and value.id_data != self._id:
+            return getattr(value, "name", "")
+        return self._struct(value, depth + 1)
+
+    def _items(self, items: Any, depth: int) -> Any:
+        count = len(items)
+        if not count:
+            return 0
+        first = items[0]
+        kind = first.rna_type.identifier if first is not None else ""
+        if kind in POINTS:
+            return _points(items, count, POINTS[kind])
+        return [self._pointer(item, depth) for item in items]
+
+    def _custom(self, struct: Any, pointer: int) -> Facts:
+        """The user's own properties, and those that a nodes modifier has for its inputs."""
+        if not isinstance(
+            struct, (bpy.types.ID, bpy.types.Bone, bpy.types.PoseBone, bpy.types.NodesModifier)
+        ):
+            return []
+        known = struct.bl_rna.properties
+        try:
+            names = [name for name in struct.keys() if name not in known and name != "cycles"]  # noqa: SIM118
+        except TypeError:
+            return []
+        return [
+            (name, self._masked(pointer, name, _stored(struct[name])))
+            for name in sorted(names)
+            if not name.startswith(("_", COVERAGE_MARK))
+        ]
+
+
+def _stored(value: Any) -> Any:
+    """As a file gives it back, where truth may have become a number."""
+    return int(value) if isinstance(value, bool) else value
+
+
+def _file(struct: Any, path: Any, library: Any) -> Facts:
+    """What a path leads to, as Save As, which writes paths anew, leaves it: its name, and the size
+    of the file, which tells two of one name apart."""
+    name = re.split(r"[/\\]", path.rstrip("/\\"))[-1]
+    packed = getattr(struct, "packed_file", None)
+    if packed is not None:
+        return [name, packed.size]
+    size = -1
+    with suppress(OSError, ValueError):
+        found = Path(bpy.path.abspath(path, library=library))
+        size = found.stat().st_size if found.is_file() else -1
+    return ["" if name in {".", ".."} else name, size]
+
+
+def _plain(value: Any) -> Any:
+    if value is None or isinstance(value, (bool, int, float, str, bytes)):
+        return value
+    if isinstance(value, (set, frozenset)):
+        return tuple(sorted(value))
+    if isinstance(value, bpy.types.ID):
+        return value.name_full
+    if hasattr(value, "to_dict"):
+        return repr(value.to_dict())
+    if hasattr(value, "to_list"):
+        return tuple(value.to_list())
+    try:
+        return tuple(_plain(v) for v in value)
+    except TypeError:
+        return str(value)
+
+
+def forget_types() -> None:
+    """Lets go of the classes that were looked at; Blender 4.2 as a module crashes at exit where one
+    that add-ons registered is still around."""
+    _plan.cache_clear()
+
+
+def _plan_of(struct: Any) -> tuple[tuple[str, str], ...]:
+    """The same for an instance. What a modifier has for the inputs of its node group (Blender 5.2)
+    changes with the group."""
+    if struct.bl_rna.identifier.startswith("GeometryNodesInterface"):
+        return _plan.__wrapped__(type(struct))
+    made_of: Any = type(struct)
+    return _plan(made_of)
+
+
+@cache
+def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
+    """Which properties of a type to look at, and how."""
+    plan = []
+    on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
+    for prop in cls.bl_rna.properties:
+        name = prop.identifier
+        if name in DERIVED or name in INTERFACE or name.startswith(("select", "show_expanded")):
+            continue
+        if on_screen and (name in {"location", "height", "color", "hide", "dimensions"}):
+            continue
+        # What stands for another property in other units.
+        if name in OF_NO_CONCERN.get(cls.__name__, ()) or name.endswith(SUFFIX):
+            continue
+        if prop.type == "COLLECTION":
+            if not name.startswith("all_"):
+                plan.append((name, "ITEMS"))
+        elif prop.type == "POINTER":
+            plan.append((name, "POINTER"))
+        elif not prop.is_readonly:
+            is_path = prop.type == "STRING" and prop.subtype in {"FILE_PATH", "DIR_PATH"}
+            plan.append((name, "FILE" if is_path else "VALUE"))
+    return tuple(plan)
+
+
+def _points(items: Any, count: int, fields: tuple[str, ...]) -> Facts:
+    found: Facts = [count]
+    properties = items[0].bl_rna.properties
+    for name in fields:
+        prop = properties[name]
+        size = getattr(prop, "array_length", 0) or 1
+        values = np.empty(count * size, np.int32 if prop.type == "ENUM" else np.float32)
+        items.foreach_get(name, values)
+        found.append(values.tobytes())
+    return found
+
+
+def _mesh(mesh: Any) -> Facts:
+    """Corners, faces and every attribute; `is edited` instead while it is in Edit Mode, where
+    nothing of it can be read."""
+    if mesh.is_editmode:
+        return ["is edited"]
+    found: Facts = [
+        [getattr(m, "name_full", None) for m in mesh.materials],
+        mesh.shape_keys.name_full if mesh.shape_keys else None,
+    ]
+    found += corners_and_faces(mesh)
+    found.append(_attribute(mesh.attributes[".edge_verts"]) if mesh.edges else 0)
+    for attribute in mesh.attributes:
+        name = attribute.name
+        if not name.startswith(".") and name not in {"position", "material_index"}:
+            found.append((name, attribute.domain, _attribute(attribute)))
+    return found
+
+
+def corners_and_faces(mesh: Any) -> Facts:
+    """Where its corners are, which of them make up each face, and which material that has."""
+    # As attributes they are copied whole; item by item it takes 50 times as long.
+    found: Facts = [
+        _attribute(mesh.attributes[name]) if name in mesh.attributes else 0
+        for name in ("position", ".corner_vert")
+    ]
+    values = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", values)
+    found.append(_hashed(values))
+    # Where all faces have the first material it may be missing.
+    values[:] = 0
+    if "material_index" in mesh.attributes:
+        mesh.attributes["material_index"].data.foreach_get("value", values)
+    return [*found, _hashed(values)]
+
+
+def _hashed(values: Any) -> str:
+    """A few characters for a long array, of which the text would take many times its memory."""
+    return hashlib.blake2b(values, digest_size=16).hexdigest()
+
+
+def _attribute(attribute: Any) -> Any:
+    data = attribute.data
+    if not len(data):
+        return 0
+    name = next((n for n in ("value", "vector", "color") if hasattr(data[0], n)), None)
+    if name is None or attribute.data_type == "STRING":
+        return [str(getattr(item, "value", "")) for item in data]
+    first = _plain(getattr(data[0], name))
+    flat = np.asarray(first).size
+    whole = attribute.data_type.startswith("INT") or (
+        isinstance(first, int) and not isinstance(first, bool)
+    )
+    kind = np.int32 if whole else np.float32
+    values = np.empty(len(data) * flat, bool if isinstance(first, bool) else kind)
+    data.foreach_get(name, values)
+    return _hashed(values)
+
+
+def weights_of(mesh: Any) -> Any:
+    """How much of each vertex is in which group."""
+    return [
+        [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
+    ]
+
+
+def part_facts(datablock: Any, part: Any) -> Any:
+    """The same for a part of a datablock, such as a scene's rigid-body world."""
+    return _Walk(datablock)._pointer(part, 0)
+
+
+def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
+    """The same for chosen settings of a datablock or of a part of it."""
+    walk = _Walk(datablock)
+    pointer = part.as_pointer()
+    return [walk._masked(pointer, name, getattr(part, name)) for name in names]
+
+
+def custom_facts(datablock: Any) -> Facts:
+    """The user's own properties of a datablock."""
+    return _Walk(datablock)._custom(datablock, datablock.as_pointer())
+
+
+def animation_facts(datablock: Any) -> Facts:
+    """Keys and drivers, but those of a sensor's outputs; nothing where there are none."""
+    animation = getattr(datablock, "animation_data", None)
+    if animation is None:
+        return []
+    curves = action_curves(animation.action, getattr(animation, "action_slot", None))
+    found: Facts = [_curve(curve) for curve in curves if curve.data_path not in OUTPUT_PATHS]
+    found += [_driver(curve) for curve in animation.drivers]
+    for track in animation.nla_tracks:
+        for strip in track.strips:
+            keys = action_curves(strip.action, getattr(strip, "action_slot", None))
+            settings = [_plain(getattr(strip, name)) for name in STRIP]
+            found.append([track.mute, track.is_solo, *settings, [_curve(key) for key in keys]])
+    return found
+
+
+STRIP = (
+    "frame_start", "frame_end", "action_frame_start", "action_frame_end", "blend_in", "blend_out",
+    "blend_type", "extrapolation", "influence", "mute", "repeat", "scale", "use_reverse",
+)  # fmt: skip
+
+
+def _curve(curve: Any) -> Facts:
+    points = curve.keyframe_points
+    return [
+        curve.data_path,
+        curve.array_index,
+        curve.mute,
+        curve.extrapolation,
+        curve.auto_smoothing,
+        _points(points, len(points), POINTS["Keyframe"]) if len(points) else 0,
+        [_modifier(modifier) for modifier in curve.modifiers],
+    ]
+
+
+def _modifier(modifier: Any) -> Facts:
+    return [
+        (name, _plain(getattr(modifier, name)))
+        for name, kind in _plan_of(modifier)
+        if kind == "VALUE"
+    ]
+
+
+def _driver(curve: Any) -> Facts:
+    driver = curve.driver
+    return [
+        curve.mute,
+        curve.data_path,
+        curve.array_index,
+        driver.type,
+        driver.expression if driver.type == "SCRIPTED" else "",
+        [_modifier(modifier) for modifier in curve.modifiers],
+        [
+            [v.name, v.type]
+            + [
+                [getattr(t.id, "name_full", None), t.data_path, t.bone_target]
+                + [t.transform_type, t.transform_space, t.rotation_mode]
+                for t in v.targets
+            ]
+            for v in driver.variables
+        ],
+    ]
+
+
+def _animated(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]]]:
+    """What keys and drivers set, as (struct, property): indices."""
+    animation = getattr(datablock, "animation_data", None)
+    if animation is None:
+        return
+    curves = list(action_curves(animation.action, getattr(animation, "action_slot", None)))
+    for track in animation.nla_tracks:
+        for strip in track.strips:
+            curves += action_curves(strip.action, getattr(strip, "action_slot", None))
+    curves += animation.drivers
+    found: dict[tuple[str, str], set[int]] = {}
+    for curve in curves:
+        match = LAST_PART.match(curve.data_path)
+        if match and not curve.mute:
+            owner, name, holder, custom = match.groups()
+            found.setdefault((owner or holder or "", name or custom), set()).add(curve.array_index)
+    for (owner, name), indices in found.items():
+        try:
+            struct = datablock.path_resolve(owner) if owner else datablock
+            yield (struct.as_pointer(), name), indices
+        except (ValueError, AttributeError):
+            # A curve of something that is no longer there sets nothing.
+            continue

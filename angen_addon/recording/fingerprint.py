@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the readings of a run depend on, as digests by which a later state of the scene is told to
+be the same or another, and what differs.
+
+Not looked at: the pixels of image files, simulations baked to disk, what other add-ons' handlers
+and the functions in drivers look up elsewhere.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.parameters import specs
+from ..marks import COVERAGE_MARK
+from ..sensors import Sensor, all_sensors
+from .digests import animation_facts, custom_facts, facts_of, part_facts, setting_facts
+
+SCENE, SHOWN = "scene", "shown"
+# Names that objects had at the run, by those that they have now, where these differ.
+Renamed = Mapping[str, str]
+NONE_RENAMED: Renamed = {}
+# Told by what uses them, or of no sensor's interest.
+PASSED_OVER = (
+    bpy.types.Action, bpy.types.Brush, bpy.types.Camera, bpy.types.FreestyleLineStyle,
+    bpy.types.Mask, bpy.types.MovieClip, bpy.types.PaintCurve, bpy.types.Palette,
+    bpy.types.Scene, bpy.types.Screen, bpy.types.Sound, bpy.types.Speaker, bpy.types.Text,
+    bpy.types.WindowManager, bpy.types.WorkSpace,
+)  # fmt: skip
+# What only light sensors see.
+SHADING = (
+    bpy.types.Image, bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree,
+    bpy.types.Texture, bpy.types.World,
+)  # fmt: skip
+OF_SCENE = ("frame_start", "use_gravity", "gravity")
+# Of the scene's own settings of sensors all count but these, which only say what is shown, and what
+# is done with results.
+OF_THE_VIEW = {
+    "angen_cleared", "angen_coverage", "angen_live", "angen_overlay", "angen_timeline",
+}  # fmt: skip
+OF_RENDER = (
+    "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
+)  # fmt: skip
+OF_UNITS = ("system", "scale_length")
+# A camera that nothing but these uses moves no reading.
+HARMLESS_USERS = (
+    bpy.types.Collection, bpy.types.Scene, bpy.types.Screen, bpy.types.WindowManager,
+    bpy.types.WorkSpace,
+)  # fmt: skip
+
+# By kind of sensor, its parameters that are texts.
+READS_TEXTS = {
+    kind.identifier: names
+    for kind in KINDS.values()
+    if (names := [n for n, spec in specs(kind.parameters).items() if spec.pointer == "Text"])
+}
+
+
+@dataclass
+class Fingerprint:
+    """`digests` by kind and name of what was looked at, in the view layer of that name; `light`:
+    whether what only light sensors see was too."""
+
+    view_layer: str
+    light: bool
+    digests: dict[str, str] = field(default_factory=dict)
+    # Those that every version of Blender makes alike: see portable.py.
+    portable: dict[str, str] = field(default_factory=dict)
+
+    def differences(self, other: Fingerprint) -> dict[str, str]:
+        """In words, by key, what is otherwise in the `other`."""
+        found = {}
+        for key in sorted(self.digests.keys() | other.digests.keys()):
+            text = _difference(key, self.digests.get(key), other.digests.get(key))
+            if text:
+                found[key] = text
+        return found
+
+    def difference(self, key: str, digest: str | None) -> str:
+        """In words, how one datablock is otherwise; empty where it is not."""
+        return _difference(key, self.digests.get(key), digest)
+
+
+def take(scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED) -> Fingerprint:
+    """The fingerprint of an evaluated scene, as if nothing had been renamed."""
+    view_layer = scene.view_layers[depsgraph.view_layer.name]
+    made = Fingerprint(view_layer.name, light)
+    originals = [evaluated.original for evaluated in depsgraph.ids]
+    read_by_drivers = {key_of(target) for target in _driver_targets(originals)}
+    harmless = set(harmless_cameras(originals))
+    for original in originals:
+        key = key_of(original)
+        if original in harmless or not is_looked_at(original):
+            continue
+        if light or not isinstance(original, SHADING) or key in read_by_drivers:
+            made.digests[key_of(original, renamed)] = digest_of(original, renamed)
+        made.digests.update(warmth_of(original))
+    made.digests[SCENE] = own_settings(scene, all_sensors(view_layer), light, renamed)
+    made.digests[SHOWN] = what_is_shown(view_layer, renamed)
+    return made
+
+
+def own_settings(
+    scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
+) -> str:
+    """A digest of the scene's own settings, and of the texts that its sensors read; cheap."""
+    own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
+    own += [scene.world.name_full if scene.world and light else None]
+    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(sensors))]
+    return digest(own, renamed)
+
+
+def what_is_shown(view_layer: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    """A digest of which objects and collections there are, and which are hidden."""
+    shown = [
+        (_then(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
+        for obj in view_layer.objects
+        if obj.type != "CAMERA" and not _is_of_a_map(obj)
+    ]
+    layers = list(_layers(view_layer.layer_collection))
+    return digest([sorted(shown), layers])
+
+
+def scene_facts(scene: Any) -> list[Any]:
+    """The scene's settings that readings depend on, without what is animated of them."""
+    return [
+        setting_facts(scene, part, names)
+        for part, names in (
+            (scene, [*OF_SCENE, *_names_of_own()]),
+            (scene.render, OF_RENDER),
+            (scene.unit_settings, OF_UNITS),
+        )
+    ]
+
+
+def _names_of_own() -> list[str]:
+    """Names of the scene's settings that readings depend on: every one that the extension defines,
+    so that a new one counts unless somebody says that it does not."""
+    return sorted(
+        prop.identifier
+        for prop in bpy.types.Scene.bl_rna.properties
+        if prop.identifier.startswith("angen_") and prop.identifier not in OF_THE_VIEW
+    )
+
+
+def _is_disabled(obj: Any) -> bool:
+    """By the monitor icon, and not only at this frame: it is not evaluated then, and no update
+    tells that it is switched on."""
+    return obj.hide_viewport and bool(setting_facts(obj, obj, ["hide_viewport"])[0])
+
+
+def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
+    """Contents of the texts that sensors read, such as lens tables: no update tells of edits."""
+    for sensor in sensors:
+        names = READS_TEXTS.get(sensor.kind.identifier)
+        if names is not None:
+            group = getattr(sensor.settings, sensor.kind.attribute)
+            for text in (getattr(group, name) for name in names):
+                if text is not None:
+                    yield text.as_string()
+
+
+def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    return f"{original.bl_rna.identifier} {_then(original, renamed)}"
+
+
+def _then(original: Any, renamed: Renamed) -> str:
+    """What a datablock was called at the run."""
+    name: str = original.name_full
+    return renamed.get(name, name) if isinstance(original, bpy.types.Object) else name
+
+
+def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    return digest(facts_of(original), renamed)
+
+
+def warmth_of(original: Any) -> dict[str, str]:
+    """By key, what detectors of warmth see of a material, whose looks they do not see."""
+    if not isinstance(original, bpy.types.Material):
+        return {}
+    facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
+    return {f"Warmth {original.name_full}": digest(facts)}
+
+
+def is_looked_at(original: Any) -> bool:
+    if isinstance(original, PASSED_OVER) or original.is_embedded_data:
+        return False
+    return not _is_of_a_map(original)
+
+
+def _is_of_a_map(original: Any) -> bool:
+    """Whether it is of a coverage map or a proposal, as long as no sensor sees it."""
+    if COVERAGE_MARK not in original:
+        return False
+    if isinstance(original, bpy.types.Object):
+        return original.type == "EMPTY" or bool(original.angen_ignored)
+    return True
+
+
+def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    text = repr(facts)
+    if renamed:
+        # Of what only refers to something by its name, such as a child, nothing has changed.
+        names = "|".join(re.escape(repr(now)) for now in renamed)
+        then = {repr(now): repr(name) for now, name in renamed.items()}
+        text = re.sub(names, lambda found: then[found.group()], text)
+    return hashlib.blake2b(text.encode(), digest_size=9).hexdigest()
+
+
+def _layers(layer: Any) -> Iterator[tuple[Any, ...]]:
+    if COVERAGE_MARK not in layer.collection:
+        yield layer.name, layer.exclude, layer.hide_viewport, layer.collection.hide_viewport
+    for child in layer.children:
+        yield from _layers(child)
+
+
+def _driver_targets(originals: Iterable[Any]) -> Iterator[Any]:
+    for original in originals:
+        animation = getattr(original, "animation_data", None)
+        for curve in animation.drivers if animation else ():
+            for variable in curve.driver.variables:
+                yield from (target.id for target in variable.targets if target.id)
+
+
+def harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
+    cameras = {
+        original
+        for original in originals
+        if isinstance(original, bpy.types.Object)
+        and original.type == "CAMERA"
+        and original.angen_sensor.kind == "NONE"
+    }
+    if cameras:
+        for camera, users in bpy.data.user_map(subset=cameras).items():
+            if camera in cameras and all(isinstance(user, HARMLESS_USERS) for user in users):
+                yield camera
+
+
+def _difference(key: str, before: str | None, now: str | None) -> str:
+    if before == now:
+        return ""
+    if key in {SCENE, SHOWN}:
+        return "the scene's settings" if key == SCENE else "what is shown or hidden"
+    name = key.partition(" ")[2]
+    return f"'{name}' (new)" if before is None else f"'{name}'{' (gone)' if now is None else ''}"

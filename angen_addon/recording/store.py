@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keeps recordings in the blend file: as texts, which are there only while the file is on disk.
+
+They are put in just before saving and taken out after it and after loading. So they are no part of
+what undo goes through and of what is copied when the scene is evaluated, and a Blender without the
+extension has nothing but a text that it does not look at.
+"""
+
+from __future__ import annotations
+
+import base64
+import sys
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.recording_file import from_bytes, to_bytes
+from ...sensor_logic.recording_reader import VALUES, RecordingFileError, size_of
+from ..runtime import state
+from ..sensors import all_sensors
+from .fingerprint import Fingerprint
+from .kept import Kept
+
+# A leading dot hides it from lists.
+TEXT = ".angen_recording"
+SCENE, STALE = "angen_scene", "angen_stale"
+TITLE = "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it"
+LINE = 4096
+
+
+def put_into_file() -> None:
+    """The recordings of all scenes as texts, each encoded once."""
+    # What the file had, if the extension was switched on after it was opened.
+    restore()
+    scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
+    for uid, kept in state.CACHE.all_kept().items():
+        try:
+            kept.stored = kept.stored or _encoded(kept)
+        except RecordingFileError as error:
+            _tell(f"The recording was not saved with the file: {error}. Export it")
+            continue
+        text = bpy.data.texts.new(TEXT)
+        text.use_fake_user = True
+        text[SCENE], text[STALE] = scenes[uid], kept.stale
+        text.from_string(kept.stored)
+
+
+def take_out_of_file() -> None:
+    for text in _texts():
+        bpy.data.texts.remove(text)
+
+
+def restore() -> None:
+    """Takes the recordings out of a file that was just opened; what cannot be read is told."""
+    room = VALUES
+    for text in _texts():
+        scene = text.get(SCENE)
+        # A scene has one: what else there is need not be unpacked.
+        if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
+            try:
+                kept = _decoded(text.as_string(), room)
+                find_sensors(kept, scene)
+            except RecordingFileError as error:
+                _tell(f"The recording in this file could not be read: {error}. Simulate again")
+            else:
+                kept.stale_then = str(text.get(STALE, ""))
+                room -= size_of(kept.recording)
+                state.CACHE.keep(scene, kept)
+        bpy.data.texts.remove(text)
+
+
+def _tell(text: str) -> None:
+    state.CACHE.notice = text
+    if sys.stderr is not None:
+        print(f"Ängen Sensors: {text}", file=sys.stderr)
+
+
+def find_sensors(kept: Kept, scene: Any) -> None:
+    """Tracks know objects by their number in this session: it is another after loading."""
+    layers = scene.view_layers
+    sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
+    known = {sensor.name: sensor for sensor in sensors}
+    others = [sensor for sensor in sensors if sensor.name not in kept.recording.tracks]
+    for name, track in kept.recording.tracks.items():
+        found = known.get(name) or next((s for s in others if kept.was_called(s, name)), None)
+        track.uid = found.uid if found is not None else 0
+
+
+def _texts() -> list[Any]:
+    """Ours, not those of libraries, nor of a user who likes the name."""
+    return [
+        text
+        for text in bpy.data.texts
+        if text.name.startswith(TEXT) and text.library is None and SCENE in text
+    ]
+
+
+def _encoded(kept: Kept) -> str:
+    made = kept.fingerprint
+    facts = {
+        "blender": kept.blender,
+        "made_in": kept.made_in,
+        "view_layer": made.view_layer,
+        "light": made.light,
+        "digests": made.digests,
+        "portable": made.portable,
+    }
+    data = base64.b64encode(to_bytes(kept.recording, facts)).decode()
+    lines = [data[i : i + LINE] for i in range(0, len(data), LINE)]
+    return "\n".join([TITLE, *lines])
+
+
+def _decoded(text: str, room: int) -> Kept:
+    """The recording in a text, of at most `room` values. Raises RecordingFileError."""
+    title, _, data = text.partition("\n")
+    if title != TITLE:
+        raise RecordingFileError("it is damaged")
+    try:
+        packed = base64.b64decode(data.replace("\n", ""), validate=True)
+    except ValueError:
+        raise RecordingFileError("it is damaged") from None
+    recording, facts = from_bytes(packed, room)
+    if not _are_facts(facts):
+        raise RecordingFileError("it is damaged")
+    portable = facts.get("portable", {})
+    made = Fingerprint(facts["view_layer"], facts["light"], facts["digests"], portable)
+    kept = Kept(recording, made, tuple(facts["blender"]))
+    kept.made_in = tuple(facts.get("made_in", kept.blender))
+    kept.stored = text
+    kept.unsure = True
+    return kept
+
+
+def _are_facts(facts: dict[str, Any]) -> bool:
+    """Whether they are of the kinds that `_encoded` writes."""
+    versions: list[Any] = [facts.get("blender"), facts.get("made_in", [])]
+    texts: list[Any] = [facts.get("digests"), facts.get("portable", {})]
+    return (
+        isinstance(facts.get("view_layer"), str)
+        and isinstance(facts.get("light"), bool)
+        and all(isinstance(version, list) for version in versions)
+        and all(isinstance(number, int) for version in versions for number in version)
+        and all(isinstance(digests, dict) for digests in texts)
+        and all(isinstance(digest, str) for digests in texts for digest in digests.values())
+    )

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's application handlers: they note what changes and show values at the playhead.
+
+They do nothing in a render, whose depsgraph has other visibility and subdivision than the
+viewport, and call no operators.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from .. import lacking
+from ..recording import digests
+from ..recording import store as recording_store
+from ..recording.fingerprint import SHADING
+from ..scene.light.scene import remove_left
+from ..view import overlay
+from . import playhead, resting, state
+from .live import live_of
+
+
+@persistent
+def on_frame_change(scene: Any, depsgraph: Any) -> None:
+    if depsgraph.mode == "RENDER":
+        return
+    # What others' handlers change after this one, Blender evaluates without telling anyone.
+    state.CACHE.note(depsgraph, edited=others_follow_frames(), by_frame=True)
+    if state.CACHE.running or not _is_shown(scene, depsgraph):
+        return
+    view_layer = scene.view_layers[depsgraph.view_layer.name]
+    kept = state.CACHE.kept(scene)
+    if kept is not None:
+        kept.note_frame(scene, depsgraph, state.CACHE.sensors(view_layer))
+    if not playhead.show_recorded(scene, view_layer) and scene.angen_live:
+        following = live_of(scene)
+        following.follow(scene, view_layer, depsgraph)
+        if following.left_to_do:
+            resting.soon()
+    overlay.follow(scene, view_layer, depsgraph)
+
+
+def _is_shown(scene: Any, depsgraph: Any) -> bool:
+    """A frame change evaluates all view layers; values follow the one that is looked at."""
+    context = bpy.context
+    if context.scene is None or context.scene.session_uid != scene.session_uid:
+        return True
+    return bool(context.view_layer.name == depsgraph.view_layer.name)
+
+
+@persistent
+def on_edit(scene: Any, depsgraph: Any) -> None:
+    if depsgraph.mode == "RENDER":
+        return
+    state.CACHE.note(depsgraph, edited=True)
+    if state.CACHE.running:
+        return
+    playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
+    kept = state.CACHE.kept(scene)
+    if kept is not None and _is_shown(scene, depsgraph):
+        view_layer = scene.view_layers[depsgraph.view_layer.name]
+        kept.note_edit(scene, depsgraph, state.CACHE.sensors(view_layer), playing)
+    state.CACHE.note_elsewhere(scene, depsgraph)
+    if _holds_an_edit(depsgraph.updates, playing):
+        state.CACHE.outdate_live()
+    if state.CACHE.live is not None and state.CACHE.live.outdated:
+        resting.soon()
+    overlay.note_edit(scene)
+
+
+def _holds_an_edit(updates: Any, playing: bool) -> bool:
+    """Whether the user changed something. Playback starts with an update of all animation."""
+    if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
+        return False
+    return any(_is_edit(update) for update in updates)
+
+
+def _is_edit(update: Any) -> bool:
+    """Whether an object was moved, reshaped, added or removed (which its collection tells), or
+    animation or something that light sensors see was changed."""
+    changed = update.id
+    if isinstance(changed, (bpy.types.Action, *SHADING)):
+        return True
+    return isinstance(changed, (bpy.types.Object, bpy.types.Collection)) and (
+        update.is_updated_transform or update.is_updated_geometry
+    )
+
+
+@persistent
+def before_load(*_: Any) -> None:
+    state.CACHE.clear()
+
+
+@persistent
+def after_load(*_: Any) -> None:
+    remove_left()
+    recording_store.restore()
+    _look_again()
+    _show_recorded()
+    if bpy.context.scene is not None:
+        lacking.look(bpy.context.view_layer)
+    resting.soon()
+
+
+@persistent
+def before_undo(*_: Any) -> None:
+    """Undo and redo make data anew: whatever refers to the old is void."""
+    state.CACHE.forget_references()
+
+
+@persistent
+def after_undo(*_: Any) -> None:
+    remove_left()
+    _look_again()
+    _show_recorded()
+    if bpy.context.scene is not None:
+        live_of(bpy.context.scene).hold_light()
+        resting.soon()
+
+
+def _look_again() -> None:
+    """Whether the recording is of the scene as it is now; that of another scene is looked at when
+    that is evaluated."""
+    scene = bpy.context.scene
+    kept = state.CACHE.kept(scene) if scene is not None else None
+    if kept is not None:
+        kept.verify(scene, bpy.context.evaluated_depsgraph_get())
+
+
+def _show_recorded() -> None:
+    """The file's outputs are those of when it was saved: drivers read what is recorded."""
+    context = bpy.context
+    if context.scene is None:
+        return
+    state.CACHE.running = True
+    try:
+        if playhead.show_recorded(context.scene, context.view_layer):
+            # What is shown must not be taken for an edit.
+            context.view_layer.update()
+    finally:
+        state.CACHE.running = False
+
+
+@persistent
+def before_save(*_: Any) -> None:
+    recording_store.put_into_file()
+
+
+@persistent
+def after_save(*_: Any) -> None:
+    recording_store.take_out_of_file()
+
+
+HANDLERS = (
+    ("frame_change_post", on_frame_change),
+    ("depsgraph_update_post", on_edit),
+    ("load_pre", before_load),
+    ("load_post", after_load),
+    ("undo_pre", before_undo),
+    ("undo_post", after_undo),
+    ("redo_pre", before_undo),
+    ("redo_post", after_undo),
+    ("save_pre", before_save),
+    ("save_post", after_save),
+    ("save_post_fail", after_save),
+)
+
+
+def others_follow_frames() -> bool:
+    """Whether other code has handlers that can change the scene at a frame change."""
+    return any(
+        handler is not on_frame_change
+        for name in ("frame_change_pre", "frame_change_post")
+        for handler in getattr(bpy.app.handlers, name)
+    )
+
+
+def ensure() -> None:
+    """Puts back handlers that other code threw out: without them changes go unnoticed."""
+    for name, handler in HANDLERS:
+        registered = getattr(bpy.app.handlers, name)
+        if handler not in registered:
+            registered.append(handler)
+
+
+def register() -> None:
+    ensure()
+
+
+def unregister() -> None:
+    for name, handler in HANDLERS:
+        registered = getattr(bpy.app.handlers, name)
+        if handler in registered:
+            registered.remove(handler)
+    resting.cancel()
+    digests.forget_types()
+    state.CACHE.clear()

@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensors that follow the playhead, where there is no recording.
+
+Live sensing samples at the same frames as a run does. Where the updates before the playhead were
+not seen, as after a jump, a sensor starts anew: it never compares with a frame long past.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ...sensor_logic.clock import Clock
+from ...sensor_logic.model import Reading
+from ..instances import Uid
+from ..scene.light.probe import LightRequest
+from ..sensors import Sensor, SensorError, all_sensors, check, simulated
+from . import outputs, state
+from .probes import Probes
+from .sensor_runner import PendingUpdates, SensorRunner
+
+BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
+EDITED = "The scene was edited since: scrub, play or simulate"
+ELSEWHERE = "It was read at another frame: scrub, play or simulate"
+LIGHT_BEFORE = "The scene was edited since: light is measured once the playhead was moved and rests"
+LIGHT_AT_REST = "Light is measured once the playhead rests; simulate for all frames"
+
+
+@dataclass(frozen=True)
+class Published:
+    """A reading, and the frame at which it was sensed."""
+
+    reading: Reading
+    frame: int
+
+
+class Live:
+    """The sensors of one scene following the playhead."""
+
+    def __init__(self, scene: Any) -> None:
+        self.scene_uid = scene.session_uid
+        self.problems: dict[str, str] = {}
+        # What was published last, by the sensor's name.
+        self.readings: dict[str, Published] = {}
+        self.outdated = True
+        # The frame that was looked at last, until something else looked at it too.
+        self.looked_at: int | None = None
+        # The frame that was followed last.
+        self._frame: int | None = None
+        self._held = False
+        self._probes = Probes(scene)
+        self._waiting: dict[Uid, PendingUpdates] = {}
+        self._lit: dict[str, PendingUpdates] = {}
+        self._clock: Clock
+        self._runners: list[SensorRunner] = []
+        self._last_update: dict[Uid, int] = {}
+
+    def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
+        """Senses at the present frame and shows it."""
+        self.looked_at = None
+        played = self._frame == scene.frame_current - 1
+        self._frame, self._held = scene.frame_current, False
+        # A handler cannot evaluate sub-frames: live values look at whole frames.
+        clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
+        if self.outdated or clock != self._clock or not self._sensors_are_the_same():
+            self._find_sensors(view_layer, clock)
+        if not self._runners:
+            return
+        step = scene.frame_current - scene.frame_start
+        if step < 0:
+            # Before time begins there is nothing to sense, and nothing to compare with later.
+            self._forget()
+            return
+        due = [(s, *update) for s in self._runners if (update := self._due(s, step))]
+        pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.asks_forces]
+        frame = scene.frame_current if pads or self._motion_matters(step) else None
+        self._probes.note_edits()
+        self._probes.look(depsgraph, frame, pads)
+        self.looked_at = scene.frame_current
+        self._watch([s for s, _, _ in due], step, depsgraph)
+        changed = [self._finish(runner, step) for runner in self._runners]
+        changed += [self._follow_one(*update, step, depsgraph) for update in due]
+        changed += self._light(depsgraph, scene.frame_current)
+        if not played:
+            changed += self._show_again()
+        if any(changed) and state.CACHE.outputs_are_driven():
+            # What drivers make of it now, Blender tells nobody.
+            self._probes.caster.solids.forget()
+
+    def is_old(self, scene: Any) -> bool:
+        """Whether the present frame, or what was edited since, was not looked at."""
+        return self.outdated or self._frame != scene.frame_current
+
+    def hold_light(self) -> None:
+        """Light takes long to measure: not after each edit, but once the playhead was moved."""
+        self._held = True
+
+    def catch_up(self, scene: Any, view_layer: Any) -> None:
+        """Senses at the present frame after an edit. Not in a handler."""
+        # What was removed since Blender evaluated last is still listed, and freed.
+        view_layer.update()
+        hold = self._held or bool(self.readings)
+        state.CACHE.running = True
+        try:
+            self.follow(scene, view_layer, view_layer.depsgraph)
+            self._held = hold
+            # What is shown must not be taken for an edit.
+            view_layer.update()
+            self.looked_at = None
+        finally:
+            state.CACHE.running = False
+
+    def why_old(self, scene: Any) -> str:
+        """Why the last readings, if any, are not what sensors would read now; else empty."""
+        if scene.frame_current < scene.frame_start:
+            return BEFORE_THE_START
+        if self._frame is None:
+            return ""
+        if self.outdated:
+            return EDITED
+        if self._frame != scene.frame_current:
+            return ELSEWHERE
+        return ""
+
+    def why_unlit(self, sensor: Sensor) -> str:
+        """Why the light that a sensor read last, if any, is not that of now; else empty."""
+        if sensor.name not in self._lit:
+            return ""
+        return LIGHT_BEFORE if self._held else LIGHT_AT_REST
+
+    @property
+    def caster(self) -> Any:
+        """What casts the sensors' rays; its solids are as they were when last looked at."""
+        return self._probes.caster
+
+    def _sensors_are_the_same(self) -> bool:
+        """Whether every sensor still exists, under its name."""
+        try:
+            return all(s.sensor.name_now == s.sensor.name for s in self._runners)
+        except ReferenceError:
+            return False
+
+    def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
+        self._clock = clock
+        self.outdated = False
+        before = dict(self.readings)
+        self._forget()
+        self._runners.clear()
+        for sensor in simulated(all_sensors(view_layer)):
+            try:
+                check(sensor)
+            except SensorError as error:
+                self.problems[sensor.name] = str(error)
+            else:
+                runner = SensorRunner(sensor, clock)
+                self._runners.append(runner)
+                if sensor.kind.asks_light and sensor.name in before:
+                    # It is told as old until the light is measured.
+                    self.readings[sensor.name] = before[sensor.name]
+        self._probes.serve(runner.sensor for runner in self._runners)
+
+    def _forget(self) -> None:
+        self.problems.clear()
+        self.readings.clear()
+        self._last_update.clear()
+        self._waiting.clear()
+        self._lit.clear()
+
+    def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
+        """The number of the update to make now and whether it follows the one before."""
+        uid = runner.uid
+        number = runner.schedule.last_update(step)
+        last = self._last_update.get(uid)
+        if number == last and not self._is_ahead(runner.sensor):
+            return None
+        follows = last is not None and number == last + 1 and runner.schedule.step(number) == step
+        if not follows:
+            runner.reset()
+        self._last_update[uid] = number
+        return number, follows
+
+    def _is_ahead(self, sensor: Sensor) -> bool:
+        """Whether its last reading is of a later frame than the present one, as where the playhead
+        went back between two updates: that frame may be of another world."""
+        published = self.readings.get(sensor.name)
+        return published is not None and self._frame is not None and published.frame > self._frame
+
+    def _motion_matters(self, step: int) -> bool:
+        """Whether a sensor that needs the motion has an update at this step or beside it."""
+        schedules = [s.schedule for s in self._runners if s.sensor.kind.asks_forces]
+        return any(
+            schedule.step(schedule.last_update(beside)) == beside
+            for schedule in schedules
+            for beside in range(max(step - 1, 0), step + 2)
+        )
+
+    def _watch(self, due: list[SensorRunner], step: int, depsgraph: Any) -> None:
+        """Lets those look that watch between their updates."""
+        for runner in self._runners:
+            # Of what cannot be sensed, the next update tells.
+            with suppress(SensorError):
+                if runner not in due and runner.watches:
+                    runner.watch(step, depsgraph, self._probes)
+
+    def _follow_one(
+        self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
+    ) -> bool:
+        """Whether the sensor's binary output changed."""
+        name, uid = runner.sensor.name, runner.uid
+        self._lit.pop(name, None)
+        try:
+            taken = runner.take(number, step, depsgraph, self._probes)
+        except SensorError as error:
+            self.problems[name] = str(error)
+            self.readings.pop(name, None)
+            self._last_update.pop(uid)
+            return False
+        if taken is None:
+            self.problems.pop(name, None)
+            self.readings.pop(name, None)
+            return False
+        if taken.request is not None:
+            self._lit[name] = taken
+            return False
+        if runner.sensor.kind.asks_forces and follows:
+            # After a jump the frames beside are not known anyway.
+            self._waiting[uid] = taken
+            return False
+        return self._show(taken)
+
+    def _light(self, depsgraph: Any, frame: int) -> list[bool]:
+        """Shows the light of the sensors whose engine is DIRECT, as a run would record it; whether
+        binary outputs changed. A frame handler must not render: the others' is left to be done."""
+        direct = [
+            taken
+            for taken in self._lit.values()
+            if taken.request is not None and taken.request.engine == "DIRECT"
+        ]
+        changed = []
+        try:
+            measured = self._probes.direct(depsgraph, [t.request for t in direct]) if direct else ()
+        except SensorError as error:
+            self._fail(direct, error)
+            measured = ()
+        for taken in direct:
+            if taken.runner.sensor.name in measured:
+                del self._lit[taken.runner.sensor.name]
+                changed.append(self._show(taken, frame))
+        return changed
+
+    def _fail(self, lit: Iterable[PendingUpdates], error: SensorError) -> None:
+        """What was to be measured cannot be."""
+        for taken in lit:
+            name = taken.runner.sensor.name
+            self._lit.pop(name, None)
+            self.readings.pop(name, None)
+            self.problems[name] = str(error)
+
+    @property
+    def left_to_do(self) -> bool:
+        return bool(self._lit) and not self._held
+
+    def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
+        """Measures the light at the present frame as a run does, of so many sensors at most, those
+        that are selected first."""
+        view_layer.update()
+        waiting = sorted(self._lit.values(), key=lambda taken: not taken.runner.sensor.selected)
+        lit = waiting[:at_most]
+        for taken in lit:
+            del self._lit[taken.runner.sensor.name]
+        state.CACHE.running = True
+        try:
+            depsgraph = view_layer.depsgraph
+            paths = scene.angen_light_reference
+            asked = [as_exact(taken.request, paths) for taken in lit if taken.request is not None]
+            for _ in self._probes.measure(scene, view_layer, depsgraph, asked):
+                pass
+            for taken in lit:
+                taken.runner.reset()
+                self._show(taken, scene.frame_current)
+            # What is shown must not be taken for an edit.
+            view_layer.update()
+        except SensorError as error:
+            self._fail(lit, error)
+        finally:
+            state.CACHE.running = False
+
+    def _finish(self, runner: SensorRunner, step: int) -> bool:
+        """Shows what waited for this frame, if it is the next one; the same."""
+        taken = self._waiting.pop(runner.uid, None)
+        return taken is not None and step == taken.steps[0] + 1 and self._show(taken)
+
+    def _show_again(self) -> list[bool]:
+        """Writes the last readings to outputs that say something else, as where keys of a bake were
+        removed; whether binary outputs changed."""
+        return [
+            outputs.show(runner.sensor, published.reading.active, published.reading.value)
+            for runner in self._runners
+            if (published := self.readings.get(runner.sensor.name)) is not None
+        ]
+
+    def _show(self, taken: PendingUpdates, frame: int | None = None) -> bool:
+        """Publishes a reading, sensed at its update's frame unless at another one; whether the
+        binary output changed."""
+        reading, sensor = taken.reading(), taken.runner.sensor
+        if frame is None:
+            frame = self._clock.frame_and_subframe(taken.steps[0])[0]
+        self.readings[sensor.name] = Published(reading, frame)
+        problem = reading.fields.get("problem", "")
+        if problem:
+            self.problems[sensor.name] = f"'{sensor.name}': {problem}"
+        else:
+            self.problems.pop(sensor.name, None)
+        return outputs.show(sensor, reading.active, reading.value)
+
+
+def as_exact(request: LightRequest, reference: int) -> LightRequest:
+    """What is asked once, without a reference that few paths could be corrected by: as many paths
+    as that has."""
+    if request.engine == "EEVEE":
+        return request
+    return replace(request, samples=max(request.samples, reference))
+
+
+def live_of(scene: Any) -> Live:
+    """What follows the playhead of a scene; made anew where it was another's."""
+    following = state.CACHE.live
+    if not isinstance(following, Live) or following.scene_uid != scene.session_uid:
+        following = state.CACHE.live = Live(scene)
+    return following

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the add-on keeps in memory between calls: one object, emptied by file load. Recordings
+outlive undo, as long as the scene is, or is again, the one that they were made of."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any, Protocol
+
+import bpy
+
+from ...sensor_logic.recording import Recording
+from ..recording.kept import Kept
+from ..sensors import Sensor, all_sensors
+from . import outputs
+
+
+class Watching(Protocol):
+    """What is told of each evaluation; `edited`: not by a change of frame."""
+
+    def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
+
+
+class Cache:
+    """The last run of each scene, by its session uid; `running` while a run drives the frames, so
+    that handlers keep still, and `progress` the share of it that is done; `live` is what follows
+    the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
+    `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
+    what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
+    `findings` what the doctor found, None before it was asked.
+    """
+
+    def __init__(self) -> None:
+        self.running = False
+        self.progress = 0.0
+        self.live: Any = None
+        self.shown_at = 0.0
+        self.notice = ""
+        self.lacks: list[str] = []
+        self.overlay: Any = None
+        self.findings: tuple[Any, ...] | None = None
+        # How often the scene was changed by anything but the playhead.
+        self._revision = 0
+        # The sensors as they were found last: of which view layer, at which revision.
+        self._sensors: tuple[Any, list[Sensor]] = (None, [])
+        # Whether drivers read outputs, as of which revision.
+        self._driven = -1, False
+        self._kept: dict[int, Kept] = {}
+        self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
+
+    def watch(self, probe: Watching) -> None:
+        """From now on `probe` is told what changes, for as long as it lives."""
+        self._watching.add(probe)
+
+    def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
+        """To be called at each evaluation. A script may change the scene just before it moves the
+        playhead: that tells of it too."""
+        if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
+            self._revision += 1
+        for probe in self._watching:
+            probe.note(depsgraph, edited, by_frame)
+
+    def sensors(self, view_layer: Any) -> list[Sensor]:
+        """All sensors, the same list as long as nothing but the playhead moved. For handlers and
+        drawing, before which Blender tells of edits; else there is `all_sensors`."""
+        key = self._revision, view_layer.id_data.session_uid, view_layer.name
+        known, sensors = self._sensors
+        if known != key or not _have_their_names(sensors):
+            sensors = all_sensors(view_layer)
+            self._sensors = key, sensors
+        return sensors
+
+    def outputs_are_driven(self) -> bool:
+        """Whether drivers read what sensors put out: all animation of the file is gone through, so
+        that is done once an edit."""
+        if self._driven[0] != self._revision:
+            self._driven = self._revision, outputs.are_driven()
+        return self._driven[1]
+
+    def recording(self, scene: Any) -> Recording | None:
+        """The last run, if the scene is as it was then."""
+        kept = self.kept(scene)
+        return kept.recording if kept is not None and not kept.stale else None
+
+    def kept(self, scene: Any) -> Kept | None:
+        """The last run, stale or not, unless it was cleared."""
+        kept = self._kept.get(scene.session_uid)
+        return None if kept is None or scene.angen_cleared == kept.mark else kept
+
+    def keep(self, scene: Any, kept: Kept) -> None:
+        self._kept[scene.session_uid] = kept
+        self.notice = ""
+
+    def clear_recording(self, scene: Any) -> None:
+        """Forgets the last run, until undo takes back what is noted in the scene."""
+        kept = self.kept(scene)
+        if kept is not None:
+            scene.angen_cleared = kept.mark
+        self.notice = ""
+
+    def all_kept(self) -> dict[int, Kept]:
+        """Those that were not cleared, by the session uid of the scene."""
+        found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
+        return {uid: kept for uid, kept in found.items() if kept is not None}
+
+    def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
+        """What other scenes share with this one: Blender does not tell of it once they are shown
+        again."""
+        for uid, kept in self._kept.items():
+            if uid != scene.session_uid:
+                kept.note_elsewhere(depsgraph)
+
+    def settings_changed(self, owner: Any) -> None:
+        """A recording made with other settings of `owner`, an object or scene, would be a lie."""
+        self._revision += 1
+        if not self.running:
+            for kept in self._kept.values():
+                kept.check(owner)
+            self.outdate_live()
+
+    def outdate_live(self) -> None:
+        if self.live is not None:
+            self.live.outdated = True
+
+    def forget_references(self) -> None:
+        """Undo and redo make the file's data anew: whatever refers to the old is void."""
+        self.running = False
+        self.live = None
+        self.overlay = None
+        self._revision += 1
+        self._sensors = None, []
+        self._watching = weakref.WeakSet()
+        for kept in self._kept.values():
+            kept.unsure = True
+
+    def clear(self) -> None:
+        """Another file takes the place of this one."""
+        self.forget_references()
+        self._kept.clear()
+        self.lacks = []
+        self.notice = ""
+        self.findings = None
+
+
+def _have_their_names(sensors: list[Sensor]) -> bool:
+    """Whether all of them still exist, under their names."""
+    try:
+        return all(sensor.name_now == sensor.name for sensor in sensors)
+    except ReferenceError:
+        return False
+
+
+CACHE = Cache()

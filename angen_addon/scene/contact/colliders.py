@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shapes with which Blender's physics engine lets rigid bodies collide.
+
+They are not the meshes: primitives take the size of the bounding box and sit at the object's
+origin, children of a compound lose their own scale, a scaled hull keeps its margin unscaled.
+Measured with resting bodies in Blender 4.2, 4.5 and 5.2 (tests/blender/test_colliders.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import bmesh
+import numpy as np
+
+from ....sensor_logic.contact import shapes
+from ....sensor_logic.contact.shapes import Shape
+from ..rays.geometry import triangles_of
+
+Array = np.typing.NDArray[np.float64]
+MARGIN = 0.04
+UNIT_SCALE_SLACK = 1e-4
+LEAST_EXTENT = 1e-6
+
+
+class Collider:
+    """Shapes of one rigid body or pad in its own space, scaled, without rotation and place.
+
+    `convex` are its shapes; `triangles` (n, 3, 3) those of a surface that is not convex, `shell`
+    (n, 3, 3) those of one that is, but hollow: a room's, for what is in it. `margin`:
+    meshes and cones keep others this far off, in metres; other shapes have it inside.
+    `lo`, `hi` (3,) are its bounds, `inertia` (3,) m² is per kilogram.
+    """
+
+    def __init__(self) -> None:
+        self.convex: list[Shape] = []
+        self.triangles: Array = np.empty((0, 3, 3))
+        self.shell: Array = np.empty((0, 3, 3))
+        self.margin = 0.0
+        self.inertia = np.zeros(3)
+
+    @property
+    def empty(self) -> bool:
+        return not self.convex and not self.meshy
+
+    @property
+    def meshy(self) -> bool:
+        return len(self.triangles) > 0
+
+    def finish(self) -> None:
+        """Bounds, and what they give for the inertia, as the engine has it for most shapes."""
+        corners = [c for shape in self.convex for c in (shape.lo, shape.hi)]
+        if self.meshy:
+            flat = self.triangles.reshape(-1, 3)
+            corners += [flat.min(axis=0), flat.max(axis=0)]
+        self.lo = np.min(corners, axis=0) if corners else np.full(3, np.inf)
+        self.hi = np.max(corners, axis=0) if corners else np.full(3, -np.inf)
+        if corners and not self.inertia.any():
+            self.inertia = box_inertia(self.hi - self.lo)
+
+    @property
+    def by_place(self) -> bool:
+        """Whether its shapes depend on what it meets."""
+        return self.meshy or len(self.shell) > 0
+
+    def holds(self, place: Array, pose: Array) -> bool:
+        """Whether a place (3,) of the world is within its hollow."""
+        if not len(self.shell) or len(self.convex) != 1:
+            return False
+        local = (place - pose[:3, 3]) @ pose[:3, :3]
+        hull = self.convex[0]
+        return bool((hull.normals @ local < hull.offsets).all())
+
+    def placed(self, pose: Array, lo: Array, hi: Array) -> list[Shape]:
+        """Its shapes at a pose (4, 4) without scale; of a surface, and where the middle of the box
+        `lo`, `hi` of the world is in its hollow, the triangles that come into this box."""
+        inside = self.holds((lo + hi) / 2.0, pose)
+        found = [] if inside else [shape.placed(pose) for shape in self.convex]
+        triangles = self.shell if inside else self.triangles
+        if len(triangles):
+            world = triangles @ pose[:3, :3].T + pose[:3, 3]
+            near = (world.min(axis=1) <= hi).all(axis=1) & (world.max(axis=1) >= lo).all(axis=1)
+            for triangle in world[near]:
+                try:
+                    found.append(shapes.polygon(triangle))
+                except ValueError:
+                    continue  # A triangle without an area.
+        return found
+
+
+def box_inertia(size: Array) -> Array:
+    square = size**2
+    return np.array([square[1] + square[2], square[0] + square[2], square[0] + square[1]]) / 12.0
+
+
+def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: float) -> Collider:
+    """The collider of an evaluated object with a rigid body; `scale` (3,) of its world matrix."""
+    collider = Collider()
+    _add(collider, depsgraph, evaluated, np.eye(4), scale, metres)
+    collider.finish()
+    return collider
+
+
+def surface_collider(evaluated: Any, scale: Array, metres: float) -> Collider:
+    """The collider of a pad that the physics engine does not know: its surface as it is."""
+    collider = Collider()
+    _add_surface(collider, _triangles(evaluated) * scale * metres)
+    collider.finish()
+    return collider
+
+
+def _add(
+    collider: Collider,
+    depsgraph: Any,
+    evaluated: Any,
+    place: Array,
+    scale: Array,
+    metres: float,
+    part: bool = False,
+) -> None:
+    body = evaluated.rigid_body
+    kind = body.collision_shape
+    if kind == "COMPOUND":
+        for child in evaluated.original.children:
+            if child.rigid_body is not None:
+                inner = child.evaluated_get(depsgraph)
+                own = place @ _child_place(inner, scale)
+                _add(collider, depsgraph, inner, own, scale, metres, part=True)
+        return
+    if kind == "MESH":
+        base = body.mesh_source == "BASE"
+        local = _triangles(evaluated.original if base else evaluated) * scale
+        local = (local @ place[:3, :3].T + place[:3, 3]) * metres
+        convex = len(collider.convex)
+        _add_surface(collider, local)
+        if len(collider.convex) > convex:
+            collider.shell = local
+        collider.margin = max(collider.margin, body.collision_margin * metres)
+        return
+    if kind == "CONVEX_HULL":
+        shape = _hull(evaluated, body, scale, part)
+        if body.use_margin:
+            collider.margin = max(collider.margin, body.collision_margin * metres)
+    else:
+        shape = _primitive(evaluated, kind, scale)
+        if kind == "CONE":
+            collider.margin = max(collider.margin, body.collision_margin * metres)
+    if shape is None:
+        return
+    in_metres = np.diag([metres, metres, metres, 1.0])
+    placed = shape.placed(in_metres @ place)
+    if metres != 1.0:
+        placed = _swept(placed, shape.radius * metres)
+    collider.convex.append(placed)
+    if kind in {"SPHERE", "CYLINDER"} and len(collider.convex) == 1:
+        collider.inertia = _round_inertia(kind, shape) * metres**2
+    elif collider.inertia.any():
+        collider.inertia = np.zeros(3)
+
+
+def _child_place(child: Any, scale: Array) -> Array:
+    """Place and rotation of a compound's child; its own scale is dropped, its parent's is not."""
+    place, turn, _ = child.matrix_local.decompose()
+    matrix = np.array(turn.to_matrix().to_4x4(), np.float64)
+    matrix[:3, 3] = np.array(place) * scale
+    return matrix
+
+
+def _half_extents(evaluated: Any) -> Array:
+    corners = np.array(evaluated.bound_box, np.float64)
+    return np.maximum((corners.max(axis=0) - corners.min(axis=0)) / 2.0, LEAST_EXTENT)
+
+
+def _primitive(evaluated: Any, kind: str, scale: Array) -> Shape:
+    """Centred on the object's origin, upright on its z axis, scaled as the engine scales it."""
+    half = _half_extents(evaluated)
+    if kind == "BOX":
+        return shapes.box(half * scale)
+    if kind == "SPHERE":
+        return shapes.sphere(float(half.max() * scale[0]))
+    radius, height = float(max(half[0], half[1])), float(half[2])
+    if kind == "CAPSULE":
+        straight = max(height - radius, 0.0)
+        return shapes.capsule(radius * float(scale[1]), max(straight * float(scale[2]), 1e-9))
+    if kind == "CYLINDER":
+        return shapes.cylinder(radius * float(scale[0]), height * float(scale[2]))
+    return shapes.cone(radius * float(scale[0] + scale[1]) / 2.0, height * float(scale[2]))
+
+
+def _round_inertia(kind: str, shape: Shape) -> Array:
+    if kind == "SPHERE":
+        return np.full(3, 0.4 * shape.radius**2)
+    half = (shape.hi - shape.lo) / 2.0
+    across = half[0] ** 2 / 4.0 + half[2] ** 2 / 3.0
+    return np.array([across, across, half[0] ** 2 / 2.0])
+
+
+def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
+    """The convex hull. The engine shrinks it by its margin first and scales what is left, the
+    margin by the least of the scales, a compound's `part`'s not at all: then the hull is elsewhere
+    than its mesh. A margin that the user set is outside."""
+    shape = convex_hull(_vertices(evaluated))
+    if shape is None:
+        return None
+    by_scale = np.diag([*scale, 1.0])
+    even = np.ptp(scale) < UNIT_SCALE_SLACK * scale.max()
+    unscaled = np.abs(scale - 1.0).max() < UNIT_SCALE_SLACK
+    if body.use_margin or unscaled or (even and not part):
+        return shape.placed(by_scale)
+    shrunk = _shrunk(shape, MARGIN)
+    if shrunk is None:
+        return shape.placed(by_scale)
+    return _swept(shrunk.placed(by_scale), MARGIN * (1.0 if part else float(scale.min())))
+
+
+def _shrunk(shape: Shape, margin: float) -> Shape | None:
+    """The hull with its faces moved inwards by `margin`; None where nothing is left."""
+    centre = shape.vertices.mean(axis=0)
+    depth = shape.offsets - shape.normals @ centre
+    if len(depth) < 4 or depth.min() <= margin:
+        return None
+    # The planes moved inwards are the dual of the points n / d: one more hull gives its corners.
+    dual = convex_hull(shape.normals / (depth - margin)[:, None])
+    if dual is None or len(dual.offsets) < 4:
+        return None
+    return convex_hull(dual.normals / dual.offsets[:, None] + centre)
+
+
+def convex_hull(points: Array) -> Shape | None:
+    """The hull of points (n, 3); None where they span no volume."""
+    mesh = bmesh.new()
+    try:
+        for point in points:
+            mesh.verts.new(point)
+        bmesh.ops.convex_hull(mesh, input=mesh.verts, use_existing_faces=False)
+        loose = [vertex for vertex in mesh.verts if not vertex.link_faces]
+        bmesh.ops.delete(mesh, geom=loose, context="VERTS")
+        mesh.verts.index_update()
+        corners = np.array([vertex.co for vertex in mesh.verts], np.float64).reshape(-1, 3)
+        faces = [[vertex.index for vertex in face.verts] for face in mesh.faces]
+    finally:
+        mesh.free()
+    try:
+        return shapes.polytope(corners, faces)
+    except ValueError:
+        return None
+
+
+def _swept(shape: Shape, radius: float) -> Shape:
+    """The same core under another ball."""
+    more = radius - shape.radius
+    return replace(
+        shape,
+        radius=radius,
+        size=shape.size + 2.0 * more,
+        lo=shape.lo - more,
+        hi=shape.hi + more,
+    )
+
+
+def _vertices(evaluated: Any) -> Array:
+    return np.unique(_triangles(evaluated).reshape(-1, 3), axis=0)
+
+
+def _triangles(evaluated: Any) -> Array:
+    """(n, 3, 3) in the object's own space."""
+    points, corners = triangles_of(evaluated)
+    return points[corners]
+
+
+def _add_surface(collider: Collider, triangles: Array) -> None:
+    """A surface that is the hull of its points is one convex shape, any other its triangles."""
+    if not len(triangles):
+        return
+    hull = convex_hull(np.unique(triangles.reshape(-1, 3), axis=0))
+    if hull is not None and _is_convex(triangles, hull):
+        collider.convex.append(hull)
+    else:
+        collider.triangles = np.concatenate([collider.triangles, triangles])
+
+
+def _is_convex(triangles: Array, hull: Shape) -> bool:
+    """Whether the triangles lie on the hull's faces."""
+    middles = triangles.mean(axis=1)
+    depth = (hull.offsets - middles @ hull.normals.T).min(axis=1)
+    return bool(depth.max() <= 1e-6 * float(np.linalg.norm(hull.hi - hull.lo)))

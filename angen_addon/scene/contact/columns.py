@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Many rays that all go one way, met all at once: how far an underside is above what is below.
+
+Seen along the rays, they are points and the surfaces flat triangles: a grid tells which point can
+lie in which triangle, and those pairs are tested in one go.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..rays.solids import Solid, Solids
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+# A ray this little beside a triangle, as share of it, meets it: no gap opens along an edge.
+RIM = 1e-9
+# Cells of the grid for each ray.
+CELLS = 4.0
+MOST_CELLS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Corners (m, 3, 3) and bounds (m, 3), (m, 3) in metres."""
+
+    corners: Array
+    lo: Array
+    hi: Array
+
+
+def with_bounds(corners: Array) -> Triangles:
+    one, two, three = corners[:, 0], corners[:, 1], corners[:, 2]
+    lo = np.minimum(np.minimum(one, two), three)
+    return Triangles(corners, lo, np.maximum(np.maximum(one, two), three))
+
+
+class Surfaces:
+    """The triangles of solids in the world, kept for as long as a solid stays as it is."""
+
+    def __init__(self, solids: Solids) -> None:
+        self._solids = solids
+        self._listing = -1
+        self._known: dict[int, tuple[int, float, Triangles]] = {}
+
+    def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
+        """Of a solid as it is now."""
+        if self._listing != self._solids.listing:
+            self._listing = self._solids.listing
+            self._known.clear()
+        version = int(self._solids.version[solid.row])
+        known = self._known.get(solid.number)
+        if known is None or known[:2] != (version, metres):
+            matrix = self._solids.matrix[solid.row]
+            world = solid.geometry.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+            corners = world[solid.geometry.triangles(depsgraph)] * metres
+            known = version, metres, with_bounds(corners)
+            self._known[solid.number] = known
+        return known[2]
+
+
+def meet(triangles: Triangles, starts: Array, way: Array, length: Array) -> Array:
+    """How far (n,) rays from `starts` (n, 3) along the unit vector `way` (3,) go to the nearest
+    triangle, inf where there is none within their length (n,)."""
+    return Columns(starts, way, length).meet(triangles)
+
+
+class Columns:
+    """Rays from `starts` (n, 3) along the unit vector `way` (3,), `length` (n,) long; what is
+    needed to find those in a triangle is made once, for all surfaces that they are to meet."""
+
+    def __init__(self, starts: Array, way: Array, length: Array) -> None:
+        self.starts, self.way, self.length = starts, way, length
+        self._axes = _across(way)
+        both = np.concatenate([starts, starts + length[:, None] * way]).T.copy()
+        self._lo, self._hi = both.min(axis=1), both.max(axis=1)
+
+    @cached_property
+    def _seen(self) -> Array:
+        """(3, n): the starts, seen along the rays."""
+        return np.ascontiguousarray((self.starts @ self._axes.T).T)
+
+    @cached_property
+    def _grid(self) -> _Grid:
+        return _Grid(self._seen[0], self._seen[1])
+
+    def meet(self, triangles: Triangles) -> Array:
+        """How far (n,) they go to the nearest triangle, inf where there is none in their length."""
+        far = np.full(len(self.starts), np.inf)
+        near = (triangles.lo <= self._hi) & (triangles.hi >= self._lo)
+        corners = triangles.corners[near.all(axis=1)]
+        if not len(corners):
+            return far
+        flat = corners.reshape(-1, 3) @ self._axes.T
+        x, y, depth = (flat[:, i].reshape(-1, 3) for i in range(3))
+        of, ray = self._grid.pairs(x, y)
+        if not len(of):
+            return far
+        seen, length = self._seen, self.length
+        ax, ay, ad = x[:, 0], y[:, 0], depth[:, 0]
+        one = x[:, 1] - ax, y[:, 1] - ay, depth[:, 1] - ad
+        two = x[:, 2] - ax, y[:, 2] - ay, depth[:, 2] - ad
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            # A triangle that is seen edge on has no area, and is met nowhere.
+            inverse = 1.0 / (one[0] * two[1] - one[1] * two[0])
+            across, along = seen[0][ray] - ax[of], seen[1][ray] - ay[of]
+            u = (across * (two[1] * inverse)[of]) - (along * (two[0] * inverse)[of])
+            v = (along * (one[0] * inverse)[of]) - (across * (one[1] * inverse)[of])
+            inside = np.flatnonzero((u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM))
+            of, ray, u, v = of[inside], ray[inside], u[inside], v[inside]
+            reach = ad[of] + u * one[2][of] + v * two[2][of] - seen[2][ray]
+            met = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
+        # The nearest is written last, and stays.
+        met = met[np.argsort(-reach[met], kind="stable")]
+        far[ray[met]] = reach[met]
+        return far
+
+
+def _across(way: Array) -> Array:
+    """(3, 3): rows are two unit vectors across the way, and the way."""
+    one = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
+    one /= np.linalg.norm(one)
+    return np.stack([one, np.cross(way, one), way])
+
+
+class _Grid:
+    """Points (n,), (n,) of a plane, by square cells, `count` along each axis."""
+
+    def __init__(self, at_x: Array, at_y: Array) -> None:
+        self._count = min(MOST_CELLS, 1 + int(np.sqrt(CELLS * len(at_x))))
+        self._x, self._y = _Axis(at_x, self._count), _Axis(at_y, self._count)
+        cell = self._y.cells_of(at_y) * self._count + self._x.cells_of(at_x)
+        self._order = np.argsort(cell, kind="stable")
+        # Points of a row's neighbouring cells follow each other.
+        filled = np.bincount(cell, minlength=self._count * self._count)
+        self._begin = np.concatenate([[0], np.cumsum(filled)])
+
+    def pairs(self, x: Array, y: Array) -> tuple[Indices, Indices]:
+        """Pairs of a triangle, with corners x, y (m, 3), and a point that may lie in it."""
+        first_x, last_x = self._x.spans(x)
+        first_y, last_y = self._y.spans(y)
+        of, row = _spread(last_y - first_y + 1)
+        row += first_y[of]
+        start = self._begin[row * self._count + first_x[of]]
+        which, place = _spread(self._begin[row * self._count + last_x[of] + 1] - start)
+        return of[which], self._order[start[which] + place]
+
+
+class _Axis:
+    """The cells along one axis, which hold all its points (n,)."""
+
+    def __init__(self, points: Array, count: int) -> None:
+        self._count = count
+        self._low = float(points.min())
+        extent = float(points.max()) - self._low
+        self._size = extent / count + 1e-9 + 1e-12 * abs(self._low)
+
+    def cells_of(self, points: Array) -> Indices:
+        """The cell of each point."""
+        return np.minimum(((points - self._low) / self._size).astype(np.intp), self._count - 1)
+
+    def spans(self, corners: Array) -> tuple[Indices, Indices]:
+        """First and last cell of each triangle, with corners (m, 3); last < first beside all
+        points."""
+        low, size, count = self._low, self._size, self._count
+        slack = RIM * size
+        least = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
+        most = np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
+        first = np.clip(np.floor((least - slack - low) / size), 0, count).astype(np.intp)
+        last = np.clip(np.floor((most + slack - low) / size), -1, count - 1).astype(np.intp)
+        return first, last
+
+
+def _spread(counts: Indices) -> tuple[Indices, Indices]:
+    """Each index as often as its count says, and a running number with each."""
+    counts = np.maximum(counts, 0)
+    of = np.repeat(np.arange(len(counts)), counts)
+    return of, np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)

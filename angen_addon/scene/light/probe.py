@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measures the light at sensors, at the scene's present frame: all sensors at once.
+
+Never to be called in a frame handler, where a render crashes Blender, nor during a user's render.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.model import LightSample
+from ....sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
+from ..rays.solids import Solids
+from . import eevee, engine
+from .cycles import CyclesLight
+from .cycles_scene import Steps, finished
+from .direct import Direct
+from .scene import LightScene, quietly
+
+Array = NDArray[np.float64]
+# A sensor farther from the origin than this many metres stands on a grid, in single precision,
+# too coarse for its face and its room's walls.
+FARTHEST = 100_000.0
+THROUGH_WALLS = "EEVEE lets the world's light through walls"
+BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
+_direct: WeakKeyDictionary[Solids, Direct] = WeakKeyDictionary()
+
+
+class LightError(Exception):
+    """The light cannot be measured; the text says why and what to do."""
+
+
+@dataclass(frozen=True)
+class LightRequest:
+    """What one sensor asks. `matrix` (4, 4): its pose in the world, orthonormal axes, Blender
+    units; lengths too in Blender units; the angle in radians. `samples`: light paths a reading.
+    `steady`: whether nothing in the file changes any of this from frame to frame."""
+
+    name: str
+    matrix: Array
+    method: str = "FOUR_WALL"
+    engine: str = "CYCLES"
+    samples: int = 1024
+    clip_start: float = 0.5
+    clip_end: float = 5.0
+    field_of_view: float = 0.02
+    exposure: float = 1.0
+    steady: bool = True
+
+
+def busy() -> bool:
+    """Whether the user renders or bakes: the sensors keep still then."""
+    return any(bpy.app.is_job_running(job) for job in BUSY_JOBS)
+
+
+def measure(*asked: Any, **options: Any) -> Mapping[str, LightSample]:
+    """As `measuring`, at one go."""
+    return finished(measuring(*asked, **options))
+
+
+def measuring(
+    scene: Any,
+    view_layer: Any,
+    requests: Iterable[LightRequest],
+    efficacy: float = EFFICACY,
+    kept: CyclesLight | None = None,
+) -> Steps[dict[str, LightSample]]:
+    """The light of each request, by name. What it reads does not depend on the other requests.
+
+    Where the closed forms of DIRECT do not model all that the scene holds, Cycles is asked instead.
+    With `kept`, much of the work is kept there for the next time. Before each picture it yields,
+    in words what takes long; until it goes on, nothing may change the scene. Raises LightError.
+    """
+    if busy():
+        raise LightError("a render is running: the light sensors wait for its end")
+    view_layer.update()
+    asked = sorted(requests, key=lambda request: request.name)
+    _check(scene, asked)
+    samples: dict[str, LightSample] = {}
+    closed_forms = [r for r in asked if r.engine == "DIRECT"]
+    if closed_forms:
+        solids = Solids()
+        solids.sync(view_layer.depsgraph)
+        samples.update(measure_direct(solids, view_layer.depsgraph, closed_forms, efficacy))
+    groups: dict[tuple[str, str, int, bool], list[LightRequest]] = {}
+    for request in asked:
+        known = samples.get(request.name)
+        if known is None or known.note:
+            # What the closed forms do not model, Cycles measures.
+            by = "CYCLES" if request.engine == "DIRECT" else request.engine
+            # One that moves would take the others' pictures from them.
+            apart = kept is not None and kept.refers(request.samples) and not request.steady
+            key = by, request.method, request.samples, apart
+            groups.setdefault(key, []).append(request)
+    lights = kept or CyclesLight()
+    try:
+        if any(by == "CYCLES" for by, *_ in groups):
+            lights.look(scene, view_layer)
+        for (by, *_), group in sorted(groups.items()):
+            if by == "CYCLES":
+                found, notes = yield from lights.light(group)
+            else:
+                yield "light by EEVEE"
+                with quietly():
+                    found, notes = _by_eevee(scene, view_layer, group)
+            for request in group:
+                before = samples.get(request.name)
+                handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
+                note = "; ".join(handed_over + notes)
+                samples[request.name] = _sample(request, found[request.name], efficacy, note)
+    finally:
+        if kept is None:
+            lights.close()
+    return samples
+
+
+def _by_eevee(
+    scene: Any, view_layer: Any, group: list[LightRequest]
+) -> tuple[dict[str, Array], list[str]]:
+    """What requests of one method and number of samples find by EEVEE, by name, and notes."""
+    with LightScene(scene, view_layer) as light_scene:
+        engine.set_up(light_scene.scene, "EEVEE")
+        way = eevee.four_walls if group[0].method == "FOUR_WALL" else eevee.faces
+        light = way(light_scene, group, group[0].samples)
+        if light_scene.scene.world is not None:
+            light_scene.notes.append(THROUGH_WALLS)
+        return dict(zip((r.name for r in group), light, strict=True)), light_scene.notes
+
+
+def measure_direct(
+    solids: Solids,
+    depsgraph: Any,
+    requests: Iterable[LightRequest],
+    efficacy: float = EFFICACY,
+) -> dict[str, LightSample]:
+    """The preview of each request, by name; a sample's note lists what it does not model.
+
+    Renders nothing and changes nothing: also for frame handlers. `solids`: as synced with the
+    depsgraph; what their rays meet is remembered as long as they live. Raises LightError.
+    """
+    asked = sorted(requests, key=lambda request: request.name)
+    _check(depsgraph.scene, asked)
+    direct = _direct.get(solids)
+    if direct is None:
+        direct = _direct[solids] = Direct(solids)
+    direct.update(depsgraph)
+    return {r.name: _sample(r, direct.light(r), efficacy, direct.note) for r in asked}
+
+
+def _check(scene: Any, requests: list[LightRequest]) -> None:
+    names = [request.name for request in requests]
+    if len(set(names)) != len(names):
+        raise LightError("two light sensors have the same name: rename one")
+    metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
+    for request in requests:
+        place = request.matrix[:3, 3]
+        if not np.isfinite(request.matrix).all():
+            raise LightError(f"'{request.name}': its transform is not a number")
+        if float(np.abs(place).max()) * metres > FARTHEST:
+            raise LightError(
+                f"'{request.name}' is {float(np.abs(place).max()) * metres / 1000:.0f} km from "
+                "the scene's origin, where Blender's coordinates are too coarse for light: "
+                "move the scene nearer to the origin"
+            )
+    if any(request.engine == "EEVEE" for request in requests):
+        reason = engine.why_no_eevee()
+        if reason:
+            raise LightError(reason)
+
+
+def _sample(request: LightRequest, colours: Array, efficacy: float, note: str) -> LightSample:
+    if not np.isfinite(colours).all():
+        colours = np.nan_to_num(colours, nan=0.0, posinf=0.0, neginf=0.0)
+        note = "; ".join(filter(None, [note, "some of the light is not a number and left out"]))
+    if request.method == "FOUR_WALL":
+        percent = luminance_percent(colours, request.exposure)
+        return LightSample(luminance_percent=percent, note=note)
+    return LightSample(illuminance_lux=illuminance(colours, efficacy), note=note)

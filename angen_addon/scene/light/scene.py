@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A passing scene to render light in: what the viewport shows, with Blender's factory settings.
+
+The user's own scene, objects and settings are never written to. The scene made here stands at the
+frame at which the user's stands; a render evaluates it anew there, so neither the frames before
+it nor unapplied changes of the view matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import bpy
+
+from ....sensor_logic.kind import LIGHT
+from ....sensor_logic.kinds import KINDS
+from ...animation import is_animated
+from ...commands.quiet import standard_output_silenced
+from .frozen import Frozen, Simulated
+from .instances import Instances
+from .twins import twins
+from .values import own_properties
+
+# Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
+LINES = {"WIRE", "BOUNDS"}
+# Unless an image or a sky says where the light is, the world is smooth.
+SMOOTH_MAP = 256
+DETAILED_MAP = 1024
+DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
+# Custom property by which what was made here is known from what the user made.
+MARK = "angen_light_made"
+MADE = ("scenes", "collections", "objects", "meshes", "materials", "cameras", "lights", "worlds")
+# Handlers of the user and of other add-ons take renders for the user's own.
+HANDLERS = (
+    "depsgraph_update_post",
+    "depsgraph_update_pre",
+    "frame_change_post",
+    "frame_change_pre",
+    "object_bake_cancel",
+    "object_bake_complete",
+    "object_bake_pre",
+    "render_cancel",
+    "render_complete",
+    "render_init",
+    "render_post",
+    "render_pre",
+    "render_stats",
+    "render_write",
+)
+
+
+class LightScene:
+    """A context: `scene` and `view_layer` to render, `notes` on what could not be carried over.
+
+    Datablocks made by `own` are removed at the end, also after an error. To be used `quietly`.
+    """
+
+    def __init__(self, scene: Any, view_layer: Any, simulated: Simulated | None = None) -> None:
+        self._user_scene = scene
+        self._user_layer = view_layer
+        self._simulated = simulated or Simulated()
+        self._made: list[Any] = []
+        self._images = {image.session_uid for image in bpy.data.images}
+        self.notes: list[str] = []
+        self.scene: Any = None
+        self.frozen: list[Frozen] = []
+
+    @property
+    def view_layer(self) -> Any:
+        return self.scene.view_layers[0]
+
+    def own(self, datablock: Any) -> Any:
+        datablock[MARK] = True
+        self._made.append(datablock)
+        return datablock
+
+    def disown(self, *datablocks: Any) -> None:
+        """Removes what was made by `own` and is of no use any more."""
+        for datablock in datablocks:
+            self._made.remove(datablock)
+        bpy.data.batch_remove(datablocks)
+
+    def __enter__(self) -> LightScene:
+        with ExitStack() as undo:
+            undo.callback(self.close)
+            # Not a copy: that would bring every setting of the user's along.
+            self.scene = self.own(bpy.data.scenes.new(".angen_light"))
+            self._begin()
+            self.follow()
+            self._show()
+            self._world()
+            undo.pop_all()
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def close(self) -> None:
+        made, self._made = self._made, []
+        if self.scene is not None and _alive(self.scene):
+            # What Cycles kept is freed now, and not when Blender ends: 4.2 crashes then.
+            self.scene.render.use_persistent_data = False
+        self.scene = None
+        # The "Render Result" that a render leaves, where there was none.
+        left = [i for i in bpy.data.images if i.session_uid not in self._images]
+        made += [image for image in left if image.type == "RENDER_RESULT"]
+        # A run may end because another file was opened: then they are gone already.
+        bpy.data.batch_remove([d for d in made if _alive(d)])
+
+    def _begin(self) -> None:
+        """Sets up the new scene."""
+        self.scene.camera = self._user_scene.camera
+
+    def follow_frozen(self) -> bool:
+        """Takes over the moment for what is frozen; whether that could be done."""
+        return all(found.follow(self._user_layer.depsgraph, self) for found in self.frozen)
+
+    def follow(self, first_frame: bool = False) -> None:
+        """Takes over the moment, and what else of the scene drivers and nodes look at.
+
+        `first_frame`: the moment of the scene's first frame, without what is known of the present
+        one alone.
+        """
+        user, scene = self._user_scene, self.scene
+        _take_over(user, scene, "frame_start", "frame_end")
+        # A whole frame too: setting its number alone leaves the sub-frame as it was.
+        frame = float(user.frame_start) if first_frame else user.frame_float
+        if scene.frame_float != frame:
+            scene.frame_float = frame
+        for found in self.frozen if first_frame else ():
+            for made in found.made:
+                made.hide_render = True
+        _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
+        _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
+        for of, to, path in (
+            (user, scene, ""),
+            (self._user_layer, self.view_layer, self._user_layer.path_from_id()),
+        ):
+            before = own_properties(to)
+            for key, value in own_properties(of).items():
+                escaped = bpy.utils.escape_identifier(key)
+                if first_frame and is_animated(user, f'{path}["{escaped}"]'):
+                    if key in before:
+                        del to[key]
+                elif before.get(key) != value:
+                    to[key] = value
+
+    def _show(self) -> None:
+        """Puts in what the viewport shows, whatever is hidden in renders."""
+        # Linked while the collection is in no scene, which would be told of each object.
+        shown = self.own(bpy.data.collections.new(".angen_light"))
+        housings = Housings()
+        instances = Instances(self.own, housings)
+        for obj in list(shown_objects(self._user_layer)):
+            if not is_left_out(obj, housings):
+                for seen in self._stand_ins(obj):
+                    shown.objects.link(instances.stand_in(seen, is_copy=seen != obj))
+        shown.objects.link(twins(list(shown.objects), self.own))
+        # For renders alone: operators from Python first evaluate what the viewport would show.
+        shown.hide_viewport = True
+        self.scene.collection.children.link(shown)
+
+    def _stand_ins(self, obj: Any) -> Iterator[Any]:
+        """What is to be seen for an object."""
+        if is_portal(obj) and self._user_scene.world is None:
+            # It would lead nowhere, and Blender 5.2 crash.
+            return
+        made = [obj]
+        if must_be_frozen(obj, self._simulated):
+            self.frozen.append(Frozen(obj, self._user_layer.depsgraph, self.own))
+            made = self.frozen[-1].made
+        for seen in made:
+            if seen.type != "LIGHT" or is_portal(seen):
+                yield seen
+            elif (lamp := self._lamp(seen, seen is not obj)) is not None:
+                yield lamp
+
+    def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
+        """What is to be seen for a lamp; `is_own`: it was made for this scene. None: nothing."""
+        return lamp
+
+    def _world(self) -> None:
+        """Bounds the time that Cycles spends on looking where the world is bright."""
+        world = self.scene.world = self._user_scene.world
+        if world is None or getattr(world.cycles, "sampling_method", "") != "AUTOMATIC":
+            return
+        nodes = world.node_tree.nodes if world.node_tree else ()
+        detailed = any(node.type in DETAILED for node in nodes)
+        world = self.scene.world = self.own(world.copy())
+        world.cycles.sampling_method = "MANUAL"
+        world.cycles.sample_map_resolution = DETAILED_MAP if detailed else SMOOTH_MAP
+
+
+def _take_over(of: Any, to: Any, *names: str) -> None:
+    """Sets what differs: what is set, Blender evaluates anew."""
+    for name in names:
+        if getattr(to, name) != getattr(of, name):
+            setattr(to, name, getattr(of, name))
+
+
+def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
+    """What decides which objects a light scene is made of, and its world."""
+    housings = Housings()
+    shown = tuple(
+        (obj.session_uid, must_be_frozen(obj, simulated))
+        for obj in shown_objects(view_layer)
+        if not is_left_out(obj, housings)
+    )
+    return scene.world.session_uid if scene.world else 0, shown
+
+
+def is_left_out(obj: Any, housings: Housings) -> bool:
+    if obj.angen_ignored or obj in housings:
+        return True
+    return bool(obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES)
+
+
+def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
+    return obj.hide_render or obj in simulated
+
+
+def is_portal(obj: Any) -> bool:
+    """Whether it is a lamp that shines not itself, but shows Cycles where the world's light is."""
+    return bool(obj.type == "LIGHT" and obj.data.type == "AREA" and obj.data.cycles.is_portal)
+
+
+class Housings:
+    """Membership: objects that are a light sensor, or hang on one, and would shade it.
+
+    They are left out for all light sensors, so that none reads another light because of how the
+    others are measured. Lamps stay.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[int, bool] = {}
+
+    def __contains__(self, obj: Any) -> bool:
+        return obj.type != "LIGHT" and self._is_part(obj)
+
+    def _is_part(self, obj: Any) -> bool:
+        uid = obj.session_uid
+        if uid not in self._known:
+            kind = KINDS.get(obj.angen_sensor.kind)
+            self._known[uid] = (kind is not None and kind.asks_for(LIGHT)) or (
+                obj.parent is not None and self._is_part(obj.parent)
+            )
+        return self._known[uid]
+
+
+def shown_objects(view_layer: Any) -> Iterator[Any]:
+    """The objects that the viewport shows, in the order of the view layer."""
+    for obj in view_layer.objects:
+        if obj.visible_get(view_layer=view_layer):
+            yield obj
+
+
+@contextmanager
+def quietly() -> Iterator[None]:
+    """Nobody is told of what is rendered."""
+    with _handlers_quiet(), standard_output_silenced():
+        yield
+
+
+@contextmanager
+def _handlers_quiet() -> Iterator[None]:
+    lists = [getattr(bpy.app.handlers, n) for n in HANDLERS if hasattr(bpy.app.handlers, n)]
+    before = [list(handlers) for handlers in lists]
+    for handlers in lists:
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for handlers, functions in zip(lists, before, strict=True):
+            handlers[:] = functions
+
+
+def remove_left() -> None:
+    """Removes the light scenes of a run amid which the file was saved or an undo step was made:
+    with the file or the step they come back, and nobody keeps them any more."""
+    if any(MARK in scene for scene in bpy.data.scenes):
+        left = [d for group in MADE for d in getattr(bpy.data, group) if MARK in d]
+        bpy.data.batch_remove(left)
+
+
+def _alive(datablock: Any) -> bool:
+    try:
+        return datablock.session_uid != 0
+    except ReferenceError:
+        return False

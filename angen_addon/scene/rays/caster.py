@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Casts rays against the solids: exact, and only where something can have changed.
+
+Still solids are met once for each bundle of rays and remembered; of those that move, only what has
+changed since the bundle was last cast is tested, for all frames that are kept at once, and only
+where a ray crosses its box. A ray is met in the solid's own space, where single precision is
+accurate wherever in the world the solid stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.model import Answers
+from ...instances import Uid
+from . import changing_shapes
+from .bundles import Array, Bundle, Index, Rays, Seen
+from .frames import Frames
+from .solids import Solid, Solids
+
+# A box test of more pairs of boxes and rays than this is split, to bound its memory.
+PAIRS_AT_ONCE = 200_000
+# The limit handed to the tree is in single precision: let it pass what is at the limit exactly.
+LIMIT_SLACK = 1.0 + 1e-6
+NOTHING = 0
+AWAY = 0
+
+
+@dataclass
+class _Own:
+    """The solids of one sensor, which its rays pass through: numbers; and of the others the rows,
+    and those of the moving ones as columns of the frames. Valid for one state of the list."""
+
+    state: tuple[int, int]
+    numbers: frozenset[int]
+    still: Index
+    moving: Index
+    columns: Index
+
+
+class RayCaster:
+    """Ranges in Blender units of rays through the solids, without the sensor's own objects."""
+
+    def __init__(self, solids: Solids | None = None) -> None:
+        self.solids = solids or Solids()
+        self.frames = Frames.present(self.solids)
+        self._bundles: dict[tuple[Uid, int], Bundle] = {}
+        self._own: dict[Uid, _Own] = {}
+        self._depsgraph: Any = None
+
+    def update(self, depsgraph: Any) -> None:
+        """To be called once after each evaluation, before rays are cast."""
+        self.solids.sync(depsgraph)
+        self.show(depsgraph, Frames.present(self.solids))
+
+    def show(self, depsgraph: Any, frames: Frames) -> None:
+        """From now on rays are cast at these frames."""
+        self._depsgraph = depsgraph
+        self.frames = frames
+
+    def cast(
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
+    ) -> Array:
+        """Ranges (n,) of rays from origins (n, 3) along unit vectors (n, 3), at most length (n,),
+        at the last of the frames.
+
+        `sensor` is the session uid, or path, of the object whose own solids the rays pass through.
+        """
+        return self.cast_met(sensor, bundle, origins, directions, length)[0]
+
+    def cast_met(
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
+        last = np.array([len(self.frames) - 1])
+        seen: Seen = self.see_at(sensor, bundle, origins, directions, length, last)[0]
+        return seen.ranges, seen.met
+
+    def cast_at(
+        self,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        """The ranges (n,) at each of some frames (k,), in order of time."""
+        found = self.see_at(sensor, bundle, origins, directions, length, frames)
+        return Answers(np.stack([seen.ranges for seen in found.table]), found.rows)
+
+    def see_at(
+        self,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        """What the rays meet at each of some frames (k,), in order of time: `Seen`, which nobody
+        may write to."""
+        own = self._own_solids(sensor)
+        known = self._meet_still(sensor, bundle, Rays(origins, directions, length), own)
+        if known.rows is not own.moving or known.seen is None:
+            known.rows, known.hits, known.seen = own.moving, {}, known.still
+            known.versions = np.full(len(own.moving), AWAY)
+        at = self.frames
+        lo, hi = at.lo[frames][:, own.columns], at.hi[frames][:, own.columns]
+        near = ((lo <= known.box[1]) & (hi >= known.box[0])).all(axis=2)
+        versions = np.where(near, at.version[frames][:, own.columns], AWAY)
+        changed = versions != np.concatenate([known.versions[None], versions[:-1]])
+        table, rows = [known.seen], np.zeros(len(frames), np.intp)
+        if changed.any():
+            known.versions = versions[-1]
+            when, which = np.nonzero(changed & (versions != AWAY))
+            hits = self._hits(known, frames[when], own.columns[which])
+            for i in np.flatnonzero(changed.any(axis=1)).tolist():
+                if self._renew(known, own.moving[changed[i]].tolist(), hits, int(frames[i])):
+                    table.append(known.seen)
+                rows[i:] = len(table) - 1
+        return Answers(table, rows)
+
+    def _renew(
+        self,
+        bundle: Bundle,
+        rows: list[int],
+        hits: dict[tuple[int, int], tuple[Index, Array, Index]],
+        frame: int,
+    ) -> bool:
+        """What a bundle sees where some solids have changed; False where it sees the same."""
+        dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
+        found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
+        if not found and not dropped:
+            return False
+        bundle.hits.update(found)
+        seen = bundle.still.copy()
+        for row in sorted(bundle.hits):
+            seen.shorten(self.solids.solids[row].number, *bundle.hits[row])
+        bundle.seen = seen
+        return True
+
+    def first_met(
+        self,
+        depsgraph: Any,
+        rows: NDArray[np.intp],
+        origins: Array,
+        directions: Array,
+        length: Array,
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """Ranges (n,) to the nearest of the solids `rows` as last synced, and its number (n,), or
+        NOTHING; remembers nothing."""
+        self._depsgraph = depsgraph
+        seen = self._nothing(length)
+        if len(length):
+            rays = Rays(origins, directions, length)
+            self._meet(rows, rays, rays.box(length), seen)
+        return seen.ranges, seen.met
+
+    def _nothing(self, length: Array) -> Seen:
+        count = len(length)
+        met = np.full(count, NOTHING, np.int64)
+        return Seen(length.copy(), met, np.zeros(count, np.intp))
+
+    def _own_solids(self, sensor: Uid) -> _Own:
+        state = self.solids.listing, len(self.solids.gone)
+        known = self._own.get(sensor)
+        if known is None or known.state != state:
+            mask = self.solids.owned_by(sensor)
+            numbers = frozenset(self.solids.solids[i].number for i in np.flatnonzero(mask))
+            moving = self.solids.moving
+            columns = np.flatnonzero(~mask[self.frames.rows])
+            rows = self.frames.rows[columns]
+            known = _Own(state, numbers, np.flatnonzero(~moving & ~mask), rows, columns)
+            self._own[sensor] = known
+        return known
+
+    def _meet_still(self, sensor: Uid, bundle: int, rays: Rays, own: _Own) -> Bundle:
+        """What is known of the bundle, made anew where solids that it met are gone."""
+        gone = self.solids.gone
+        known = self._bundles.get((sensor, bundle))
+        if known is None or known.own != own.numbers or not known.rays.same(rays):
+            still = self._nothing(rays.length)
+            known = Bundle(rays, own.numbers, still, rays.box(rays.length), len(gone))
+            self._bundles[sensor, bundle] = known
+            again = np.arange(len(rays.length))
+        elif known.gone_seen < len(gone):
+            again = np.flatnonzero(np.isin(known.still.met, gone[known.gone_seen :]))
+            known.gone_seen, known.rows = len(gone), None
+        else:
+            return known
+        if len(again):
+            part = Rays(rays.origins[again], rays.directions[again], rays.length[again])
+            seen = self._nothing(part.length)
+            self._meet(own.still, part, part.box(part.length), seen)
+            # What was seen before may be in other hands.
+            known.still = still = known.still.copy()
+            still.ranges[again], still.met[again] = seen.ranges, seen.met
+            still.faces[again] = seen.faces
+            known.box = rays.box(still.ranges)
+        return known
+
+    def _hits(
+        self, bundle: Bundle, frames: Index, columns: Index
+    ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
+        """By frame and row, of solids given by frame (p,) and column (p,): which rays of a bundle
+        meet it, how far they go and to which face."""
+        at, found = self.frames, {}
+        size = max(1, PAIRS_AT_ONCE // len(bundle.rays.length))
+        for start in range(0, len(frames), size):
+            frame, column = frames[start : start + size], columns[start : start + size]
+            enter, leave = _slabs(at.lo[frame, column], at.hi[frame, column], bundle.rays)
+            crossed = (leave >= enter) & (enter <= bundle.still.ranges)
+            some = np.flatnonzero(crossed.any(axis=1))
+            inverses = np.linalg.inv(at.matrix[frame[some], column[some]])
+            for i, inverse in zip(some.tolist(), inverses, strict=True):
+                which, row = np.flatnonzero(crossed[i]), int(at.rows[column[i]])
+                limits = bundle.still.ranges[which]
+                far, faces = self._far(row, which, bundle.rays, limits, inverse, int(frame[i]))
+                nearer = far < limits
+                if nearer.any():
+                    found[int(frame[i]), row] = which[nearer], far[nearer], faces[nearer]
+        return found
+
+    def _near(self, rows: Index, rays: Rays, box: tuple[Array, Array]) -> list[Index]:
+        """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
+        may compare with each ray."""
+        near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
+        rows = rows[near.all(axis=1)]
+        at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
+        return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
+
+    def _meet(self, rows: Index, rays: Rays, box: tuple[Array, Array], seen: Seen) -> None:
+        """Shortens what is `seen` to the nearest of the solids `rows`, as they are in the list."""
+        for part in self._near(rows, rays, box):
+            enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
+            crossed = (leave >= enter) & (enter <= seen.ranges)
+            hit_rows = np.flatnonzero(crossed.any(axis=1))
+            nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
+            for i in hit_rows[nearest_first].tolist():
+                which = np.flatnonzero(crossed[i] & (enter[i] <= seen.ranges))
+                if len(which):
+                    row = int(part[i])
+                    inverse, limits = self.solids.inverse[row], seen.ranges[which]
+                    far, faces = self._far(row, which, rays, limits, inverse, None)
+                    seen.shorten(self.solids.solids[row].number, which, far, faces)
+
+    def _far(
+        self,
+        row: int,
+        which: Index,
+        rays: Rays,
+        limits: Array,
+        inverse: Array,
+        frame: int | None,
+    ) -> tuple[Array, Index]:
+        """How far (k,) the rays `which` (k,) go to a solid with this inverse matrix, inf where that
+        is beyond the limits, and to which face; at a frame, or as the solid is in the list."""
+        solid = self.solids.solids[row]
+        origins, directions = rays.origins[which], rays.directions[which]
+        if solid.geometry.deforms:
+            return self._far_to_changing(solid, rays, origins, directions, inverse, frame)
+        geometry = solid.geometry
+        # Building the tree sets its pivot.
+        geometry.tree(self._depsgraph)
+        starts = _turned(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
+        ways = _turned(directions, inverse)
+        scale = np.linalg.norm(ways, axis=1)
+        limits = limits * scale * LIMIT_SLACK
+        far, faces = geometry.meet(self._depsgraph, starts, ways, limits)
+        return far / scale, faces
+
+    def _far_to_changing(
+        self,
+        solid: Solid,
+        rays: Rays,
+        origins: Array,
+        directions: Array,
+        inverse: Array,
+        frame: int | None,
+    ) -> tuple[Array, Index]:
+        surface = solid.geometry.state
+        if frame is not None:
+            surface = self.frames.surface(self.solids, solid.row, frame)
+        starts, ways = _turned(origins, inverse) + inverse[:3, 3], _turned(directions, inverse)
+        if surface.large:
+            return surface.meet(starts, ways)
+        corners, face = surface.triangles
+        apex = rays.apex
+        if apex is not None:
+            apex = _turned(apex[None], inverse)[0] + inverse[:3, 3]
+        far, triangle = changing_shapes.meet(surface.points, corners, starts, ways, apex)
+        return far, face[triangle]
+
+
+def _turned(vectors: Array, matrix: Array) -> Array:
+    """Vectors (n, 3), turned by a matrix; each the same to the bit whatever others there are."""
+    x, y, z = (vectors[:, i : i + 1] for i in range(3))
+    result: Array = x * matrix[:3, 0] + y * matrix[:3, 1] + z * matrix[:3, 2]
+    return result
+
+
+def _slabs(lo: Array, hi: Array, rays: Rays) -> tuple[Array, Array]:
+    """Where rays (n) enter and leave boxes (m): two arrays (m, n); it misses if leave < enter."""
+    enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
+    with np.errstate(invalid="ignore"):
+        for start, inverse, low, high in zip(rays.starts, rays.inverse, lo.T, hi.T, strict=True):
+            one, two = (low[:, None] - start) * inverse, (high[:, None] - start) * inverse
+            # fmin and fmax pass over the NaN of a ray that runs in the plane of a face.
+            enter = np.fmax(enter, np.fmin(one, two))
+            leave = np.fmin(leave, np.fmax(one, two))
+    return enter, leave

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The reference: Blender's own `scene.ray_cast` for every ray, at every update."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ....sensor_logic.model import Answers, Index
+from ...instances import Uid
+from .frames import Frames
+from .solids import Solids
+
+Array = NDArray[np.float64]
+# To pass through an object the ray starts anew this far behind it: more than single precision
+# rounds away, at any distance from the origin.
+STEP = 1e-6
+STEP_ROUNDINGS = 8
+
+
+class SceneRayCaster:
+    """As `RayCaster`, which see; slow, and as accurate as single precision in the world's frame."""
+
+    def __init__(self, scene: Any) -> None:
+        self.solids = Solids()
+        self.frames = Frames.present(self.solids)
+        self._scene = scene
+        self._depsgraph: Any = None
+        self._listing = -1
+        self._rows: dict[int, list[int]] = {}
+
+    def update(self, depsgraph: Any) -> None:
+        self.solids.sync(depsgraph)
+        self.show(depsgraph, Frames.present(self.solids))
+        if self._listing != self.solids.listing:
+            self._listing = self.solids.listing
+            self._rows = {}
+            for row, solid in enumerate(self.solids.solids):
+                self._rows.setdefault(solid.key[0], []).append(row)
+
+    def show(self, depsgraph: Any, frames: Frames) -> None:
+        """From now on rays are cast at these frames, of which there is one: the present."""
+        self._depsgraph, self.frames = depsgraph, frames
+
+    def cast(
+        self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
+    ) -> Array:
+        rays = zip(origins, directions, length.tolist(), strict=True)
+        return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
+
+    def cast_at(
+        self,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index,
+    ) -> Answers:
+        ranges = self.cast(sensor, bundle, origins, directions, length)
+        return Answers(ranges[None], np.zeros(len(frames), np.intp))
+
+    def _cast_one(self, sensor: Uid, origin: Array, direction: Array, limit: float) -> float:
+        start, way = Vector(origin), Vector(direction)
+        passed = 0.0
+        while passed < limit:
+            hit, place, _, _, seen, matrix = self._scene.ray_cast(
+                self._depsgraph, start, way, distance=limit - passed
+            )
+            if not hit:
+                return limit
+            passed += (place - start).length
+            if self._counts(sensor, seen, matrix):
+                return min(passed, limit)
+            largest = max(1.0, *(abs(c) for c in place))
+            step = max(STEP, STEP_ROUNDINGS * float(np.spacing(np.float32(largest))))
+            passed += step
+            start = place + way * step
+        return limit
+
+    def _counts(self, sensor: Uid, seen: Any, matrix: Any) -> bool:
+        """Whether what was hit is a solid, and none of the sensor's own."""
+        uid = seen.original.session_uid
+        rows = self._rows.get(uid, ())
+        solids = self.solids.solids
+        if uid not in self.solids.instanced:
+            return any(sensor not in solids[row].owners for row in rows)
+        here = np.array(matrix, np.float64)
+        for row in rows:
+            if np.allclose(self.solids.matrix[row], here, rtol=1e-6, atol=1e-6):
+                return sensor not in solids[row].owners
+        return False

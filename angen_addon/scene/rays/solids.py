@@ -1,0 +1,397 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the viewport shows as solid, kept up to date from frame to frame at little cost.
+
+Solid is what `scene.ray_cast` meets: evaluated meshes, curves with a surface, text, metaballs and
+instances of them; not what is hidden from the viewport. Objects with `angen_ignored` are left out.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
+from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
+from .made_by_nodes import MadeByNodes, made_shape
+from .matrices import invertible, matrices_of, world_bounds
+
+Array = NDArray[np.float64]
+
+Key = tuple[int, ...]
+# To be looked up once: at each evaluation it is asked of everything that changed.
+OBJECT = bpy.types.Object
+
+
+class Solid:
+    """One visible object or instance. `number` is never reused; `original` is the object of the
+    file that it is, or is an instance of; `owner` is that object or what instances it, and `owners`
+    are the session uids of this and of its parents, within instances also the paths of the sensors
+    that it hangs on. `moving` once it was seen to change. `name`: what people know it by."""
+
+    __slots__ = (
+        "geometry",
+        "key",
+        "moving",
+        "name",
+        "number",
+        "original",
+        "owner",
+        "owners",
+        "row",
+    )
+
+    def __init__(self, key: Key, number: int, moving: bool) -> None:
+        self.key = key
+        self.number = number
+        self.moving = moving
+        self.name = ""
+        self.original: Any = None
+        self.owner: Any = None
+        self.owners: frozenset[Uid] = frozenset()
+        self.geometry: Geometry
+        self.row = -1
+
+
+class Solids:
+    """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
+    world bounds `lo`, `hi` (n, 3), and `version` (n,), the number of the synchronisation, of which
+    there were `syncs`, at which one last moved or changed its shape. `listing` counts how often the
+    list was made anew; `edits` how often more than the frame may have
+    changed;
+    `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
+    that met them is void; `instanced` are the session uids of objects that others instance."""
+
+    def __init__(self) -> None:
+        self.solids: list[Solid] = []
+        self.matrix = np.empty((0, 4, 4))
+        self._inverse = np.empty((0, 4, 4))
+        self.lo = np.empty((0, 3))
+        self.hi = np.empty((0, 3))
+        self.moving = np.empty(0, bool)
+        self.version = np.empty(0, np.int64)
+        self.listing = 0
+        self.gone: list[int] = []
+        self._invertible = np.empty(0, bool)
+        self._not_inverted: set[int] = set()
+        self._by_key: dict[Key, Solid] = {}
+        self._by_shape: dict[int, list[Solid]] = {}
+        self._shapes: dict[int, Geometry] = {}
+        self._numbers = 0
+        self.syncs = 0
+        self.edits = 0
+        self._listed: list[int] = []
+        self._world = np.empty(0, np.float32)
+        self._solid_of_row: list[Solid | None] = []
+        self.instanced: set[int] = set()
+        # What instances, what is in an instanced collection, and what is instanced otherwise.
+        self._of_instances: set[int] = set()
+        self.must_list = True
+        self._unsure = False
+        self._touched: set[int] = set()
+        self._reshaped: set[int] = set()
+        # By mesh, a geometry of this synchronisation that has its present surface.
+        self._read_now: dict[int, Geometry] = {}
+        self.reshaped: set[int] = set()
+        self.bends: set[int] = set()
+
+    def note(self, depsgraph: Any, edited: bool, by_frame: bool = True) -> None:
+        """Takes down what the depsgraph says has changed; to be called in its handlers.
+
+        Frame changes name every object that could have changed. An edit can change anything,
+        visibility included.
+        """
+        if edited:
+            self.forget()
+        for update in depsgraph.updates:
+            changed = update.id
+            if not isinstance(changed, OBJECT):
+                continue
+            original = changed.original
+            uid = original.session_uid
+            self._touched.add(uid)
+            self.must_list |= _may_instance(original)
+            if update.is_updated_geometry:
+                for named in (self._reshaped, self.reshaped):
+                    named.add(uid)
+                if by_frame:
+                    self.bends.add(uid)
+
+    def forget(self) -> None:
+        """Anything may have changed unheard: all is looked at again."""
+        self.edits += 1
+        self.must_list = True
+        self._unsure = True
+
+    @property
+    def inverse(self) -> Array:
+        """Of each matrix, made when it is asked for; of one that has none it means nothing."""
+        if self._not_inverted:
+            rows = np.array(sorted(self._not_inverted), np.intp)
+            self._not_inverted.clear()
+            good = self._invertible[rows, None, None]
+            self._inverse[rows] = np.linalg.inv(np.where(good, self.matrix[rows], np.eye(4)))
+        return self._inverse
+
+    def sync(self, depsgraph: Any) -> None:
+        """Brings the solids to the depsgraph's present state."""
+        self.syncs += 1
+        if self.stands(depsgraph):
+            self._follow(depsgraph, len(self._listed))
+        else:
+            self._listed = pointers_of(depsgraph)
+            self._list(depsgraph)
+        self._touched.clear()
+        self._reshaped.clear()
+        self._read_now.clear()
+        self._unsure = False
+
+    def stands(self, depsgraph: Any) -> bool:
+        """Whether the list is that of the depsgraph: nothing can have come or gone."""
+        return self.settled and self._listed == pointers_of(depsgraph)
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing was told of that has to be listed anew."""
+        return not self.must_list and self._of_instances.isdisjoint(self._touched)
+
+    def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
+        """Mask (n,) of the solids that belong to the object `uid`, perhaps in an instance: itself
+        and its children."""
+        return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
+
+    def note_seen(self) -> None:
+        """What was told of changes at this frame is dealt with."""
+        self.reshaped.clear()
+        self._touched.clear()
+
+    def shape_of(self, uid: int) -> Geometry | None:
+        """The shape of an object of the file, where solids have it."""
+        return self._shapes.get(uid)
+
+    def rows_of_shape(self, uid: int) -> list[int]:
+        """The rows of the solids that have it."""
+        return [solid.row for solid in self._by_shape.get(uid, ())]
+
+    def show(self, rows: NDArray[np.intp], matrix: Array, lo: Array, hi: Array) -> None:
+        """Some rows are where they were found to be otherwise than by `sync`."""
+        self.syncs += 1
+        self.matrix[rows], self.lo[rows], self.hi[rows] = matrix, lo, hi
+        self.version[rows] = self.syncs
+        self._note_inverse(rows)
+
+    def row_of(self, key: Key) -> int | None:
+        """The row of the solid with this key, if there is one."""
+        solid = self._by_key.get(key)
+        return None if solid is None else solid.row
+
+    def name_of(self, number: int) -> str:
+        """What people know the solid `number` by; empty for one that is no more."""
+        return next((s.name for s in self.solids if s.number == number), "")
+
+    def _follow(self, depsgraph: Any, count: int) -> None:
+        """Nothing appeared or went: moves what moved, reads shapes again that may have changed."""
+        world = np.empty(count * 16, np.float32)
+        depsgraph.objects.foreach_get("matrix_world", world)
+        differs = (world != self._world).reshape(count, 16).any(axis=1)
+        changed = np.flatnonzero(differs).tolist()
+        moved = {s.row: row for row in changed if (s := self._solid_of_row[row])}
+        if moved:
+            rows = np.array(list(moved), np.intp)
+            self.matrix[rows] = matrices_of(world.reshape(count, 16)[list(moved.values())])
+            self._note_inverse(rows)
+        if changed:
+            self._world = world
+        reshaped = [
+            solid.row
+            for uid in self._reshaped
+            for solid in self._by_shape.get(uid, ())
+            if self._read_again(depsgraph, solid)
+        ]
+        for row in moved:
+            self._set_moving(self.solids[row])
+        both = sorted(moved.keys() | set(reshaped))
+        if both:
+            self._place(np.array(both, np.intp))
+
+    def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
+        solid.geometry.deforms = solid.geometry.deforms or solid.key[0] in self.bends
+        if not self._read(depsgraph, solid.geometry):
+            return False
+        self._set_moving(solid)
+        return True
+
+    def _set_moving(self, solid: Solid) -> None:
+        if not solid.moving:
+            solid.moving = True
+            self.moving[solid.row] = True
+            self.gone.append(solid.number)
+
+    def set_moving(self, rows: NDArray[np.intp]) -> None:
+        """Some rows are seen to change."""
+        for row in rows.tolist():
+            self._set_moving(self.solids[row])
+
+    def _note_inverse(self, rows: NDArray[np.intp]) -> None:
+        """Takes down which of some rows have an inverse matrix, to be made when asked for."""
+        self._invertible[rows] = invertible(self.matrix[rows])
+        self._not_inverted.update(rows.tolist())
+
+    def _place(self, rows: NDArray[np.intp]) -> None:
+        """World bounds of some rows. A flattened or NaN one is never hit."""
+        self.version[rows] = self.syncs
+        shapes = [self.solids[row].geometry for row in rows.tolist()]
+        lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
+        self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], lo, hi)
+
+    def _list(self, depsgraph: Any) -> None:
+        """Makes the list anew; what was known of solids that stay is kept."""
+        before, self._by_key = self._by_key, {}
+        self.solids, self.instanced = [], set()
+        made: dict[int, MadeByNodes] = {}
+        shapes: dict[int, Geometry] = {}
+        paths = Paths()
+        matrices: list[Array] = []
+        holders: set[Any] = set()
+        view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
+        for instance in depsgraph.object_instances:
+            seen = instance.object
+            if not instance.show_self or seen.type not in SURFACE_TYPES:
+                continue
+            original = seen.original
+            owner = instance.parent.original if instance.is_instance else original
+            if instance.is_instance and _is_own_surface(instance, original, owner):
+                continue
+            if instance.is_instance:
+                self.instanced.add(original.session_uid)
+                holders.add(owner)
+            if original.angen_ignored or owner.angen_ignored:
+                continue
+            # The closed eye of a collection leaves its objects in the depsgraph.
+            if not owner.visible_get(view_layer=view_layer):
+                continue
+            key: Key = (original.session_uid,)
+            if instance.is_instance:
+                key += (owner.session_uid, *instance.persistent_id)
+            made_by_nodes = instance.is_instance and _is_transient(depsgraph, seen, original)
+            solid = before.pop(key, None)
+            geometry: Geometry
+            if made_by_nodes:
+                last = solid.geometry if solid is not None else None
+                geometry = made_shape(depsgraph, seen, made, last)
+                reshaped = geometry is not last
+            else:
+                geometry, reshaped = self._shape(depsgraph, original, shapes)
+            matrix = np.array(instance.matrix_world, np.float64)
+            if solid is None:
+                self._numbers += 1
+                solid = Solid(key, self._numbers, moving=self.listing > 0)
+            elif not solid.moving and (
+                reshaped or not np.array_equal(matrix, self.matrix[solid.row])
+            ):
+                solid.moving = True
+                self.gone.append(solid.number)
+            solid.geometry = geometry
+            solid.name = _name(original, owner, made_by_nodes)
+            solid.original, solid.owner = original, owner
+            solid.owners = _owners(owner)
+            if instance.is_instance:
+                solid.owners |= paths.owners(instance)
+            self._by_key[key] = solid
+            self.solids.append(solid)
+            matrices.append(matrix)
+        self.gone += [solid.number for solid in before.values() if not solid.moving]
+        self._shapes = shapes
+        self._of_instances = self.instanced | set(parts_of_instances(holders))
+        self._finish_list(depsgraph, matrices)
+
+    def _finish_list(self, depsgraph: Any, matrices: list[Array]) -> None:
+        count = len(self.solids)
+        self.matrix = np.array(matrices).reshape(count, 4, 4)
+        self._inverse = np.empty((count, 4, 4))
+        self._not_inverted.clear()
+        self.lo, self.hi = np.empty((count, 3)), np.empty((count, 3))
+        self.version = np.empty(count, np.int64)
+        self._invertible = np.empty(count, bool)
+        self.moving = np.fromiter((s.moving for s in self.solids), bool, count)
+        for row, solid in enumerate(self.solids):
+            solid.row = row
+        if count:
+            self._note_inverse(np.arange(count))
+            self._place(np.arange(count))
+        self._by_shape = defaultdict(list)
+        for solid in self.solids:
+            self._by_shape[solid.key[0]].append(solid)
+        objects = list(depsgraph.objects)
+        self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
+        self._world = np.empty(len(objects) * 16, np.float32)
+        depsgraph.objects.foreach_get("matrix_world", self._world)
+        self.must_list = False
+        self.listing += 1
+
+    def _shape(
+        self, depsgraph: Any, original: Any, shapes: dict[int, Geometry]
+    ) -> tuple[Geometry, bool]:
+        """The shape of an object of the file, shared by all its instances; whether it changed."""
+        uid = original.session_uid
+        if uid in shapes:
+            return shapes[uid], uid in self._reshaped
+        geometry = shapes[uid] = self._shapes.get(uid) or Geometry(original)
+        geometry.deforms = uid in self.bends
+        known = uid in self._shapes and uid not in self._reshaped and not self._unsure
+        if known:
+            self._read_now.setdefault(mesh_shared_by(original), geometry)
+        changed = not known and self._read(depsgraph, geometry)
+        if changed:
+            self._reshaped.add(uid)
+        else:
+            self._reshaped.discard(uid)
+        return geometry, changed
+
+    def _read(self, depsgraph: Any, geometry: Geometry) -> bool:
+        """Reads a surface, but once that of a mesh which several objects have; whether it
+        changed."""
+        mesh = mesh_shared_by(geometry.original)
+        first = self._read_now.setdefault(mesh, geometry) if mesh else geometry
+        if first is not geometry and not geometry.deforms:
+            return geometry.share(first)
+        return geometry.read(geometry.original.evaluated_get(depsgraph))
+
+
+def pointers_of(depsgraph: Any) -> list[int]:
+    """What tells whether its objects are the same: what is evaluated has no session uid."""
+    return [evaluated.as_pointer() for evaluated in depsgraph.objects]
+
+
+def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
+    """The object's name, and for an instance also that of what brings it forth."""
+    if original == owner or made_by_nodes:
+        return str(owner.name)
+    return f"{original.name} in {owner.name}"
+
+
+def _is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
+    """Curves, text and the like come twice: as themselves and as an instance of their mesh."""
+    return (
+        original == owner and original.type != "MESH" and instance.persistent_id[1] == UNUSED_LEVEL
+    )
+
+
+def _may_instance(original: Any) -> bool:
+    """Whether an object's own evaluation can bring forth instances."""
+    return original.is_instancer or any(
+        modifier.type in {"NODES", "PARTICLE_SYSTEM"} for modifier in original.modifiers
+    )
+
+
+def _is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
+    """Whether an instance is of a mesh that nodes made, not of the object it is listed under."""
+    data = original.evaluated_get(depsgraph).data
+    return data is None or seen.data.as_pointer() != data.as_pointer()
+
+
+def _owners(owner: Any) -> frozenset[Uid]:
+    return frozenset(obj.session_uid for obj in chain(owner))

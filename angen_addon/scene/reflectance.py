@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much of the light that falls on them the things throw back that rays meet: the luminance of
+the colours of their materials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...sensor_logic.model import Answers, Array, Index
+from ...sensor_logic.photometry import luminance
+from ..animation import all_animated
+from ..instances import Uid
+from .light.surfaces import Surfaces
+from .rays.bundles import Seen
+from .rays.caster import NOTHING, RayCaster
+from .rays.reference import SceneRayCaster
+from .rays.solids import Solid
+
+NO_MATERIAL = 0
+COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
+
+
+class Reflectance:
+    """The reflectance of the solids of a ray caster."""
+
+    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
+        self._reference = not isinstance(caster, RayCaster)
+        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
+        self._listing = -1
+        self._surfaces = Surfaces()
+        # Whether materials are animated.
+        self._changing = False
+        self._solids: dict[int, Solid] = {}
+
+    def see(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index | None = None,
+    ) -> Answers:
+        """(n,) from 0 to 1 where a sensor's rays end, at each of the frames (k,) that are kept, or
+        at the last of them; in Blender units, after the caster was brought up to date; the other
+        arguments as of `RayCaster.cast`. 0 where a ray meets nothing."""
+        if self._reference:
+            self._rays.update(depsgraph)
+        solids = self._rays.solids
+        if self._listing != solids.listing:
+            self._listing, self._surfaces = solids.listing, Surfaces()
+            self._changing = colours_change()
+            self._solids = {solid.number: solid for solid in solids.solids}
+        if self._changing:
+            self._surfaces = Surfaces()
+        if frames is None:
+            frames = np.array([len(self._rays.frames) - 1])
+        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+        return Answers([self._of(depsgraph, seen) for seen in found.table], found.rows)
+
+    def _of(self, depsgraph: Any, seen: Seen) -> Array:
+        found = np.zeros(len(seen.met))
+        for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
+            which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry
+            materials = geometry.materials(depsgraph) or [NO_MATERIAL]
+            each = np.array([luminance(self._surfaces.of(uid)[0]) for uid in materials], np.float64)
+            slot: Index = np.zeros(len(which), np.intp)
+            if np.ptp(each) > 0.0:
+                slots = geometry.material_slots(depsgraph)
+                slot = slots[np.clip(seen.faces[which], 0, len(slots) - 1)].astype(np.intp)
+            found[which] = each[np.clip(slot, 0, len(each) - 1)]
+        return found
+
+
+def colours_change() -> bool:
+    """Whether the colours of anything may be animated."""
+    return any(isinstance(owner, COLOURED) for owner in all_animated())

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How warm the things are that rays meet.
+
+A temperature is set on a material, an object or a collection: the first of these counts, and of
+collections the nearest. What has none is as warm as the scene's ambient temperature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.model import Answers, Emission, Index
+from ...sensor_logic.quantities import ZERO_CELSIUS
+from ..animation import is_animated
+from ..instances import Uid
+from .rays.bundles import Seen
+from .rays.caster import NOTHING, RayCaster
+from .rays.reference import SceneRayCaster
+from .rays.solids import Solid, Solids
+
+Array = NDArray[np.float64]
+TEMPERATURE, EMISSIVITY = "angen_warmth.temperature", "angen_warmth.emissivity"
+DEFAULT_EMISSIVITY = 0.95
+# Kelvin and emissivity of what has no temperature of its own.
+AMBIENT = (np.nan, DEFAULT_EMISSIVITY)
+
+
+@dataclass
+class _Patches:
+    """A solid whose faces are not all equally warm: kelvin and emissivity of each material slot,
+    and the slot of each face."""
+
+    solid: Solid
+    temperature: Array
+    emissivity: Array
+    slots: NDArray[np.int32] | None = None
+    faces: Any = None
+
+
+class Warmth:
+    """The temperatures of the solids of a ray caster."""
+
+    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
+        self._reference = not isinstance(caster, RayCaster)
+        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
+        self._listing = -1
+        self._temperature = np.empty(0)
+        self._emissivity = np.empty(0)
+        self._patches: dict[int, _Patches] = {}
+        self._changing: list[Solid] = []
+
+    @property
+    def _solids(self) -> Solids:
+        return self._rays.solids
+
+    def see(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index | None = None,
+    ) -> Answers:
+        """The `Emission` that a sensor's rays see at each of the frames (k,) that are kept, or at
+        the last of them; in Blender units, after the caster was brought up to date; the other
+        arguments as of `RayCaster.cast`."""
+        if self._reference:
+            self._rays.update(depsgraph)
+        self._follow(depsgraph)
+        if frames is None:
+            frames = np.array([len(self._rays.frames) - 1])
+        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+        ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
+        return Answers([self._emission(depsgraph, s, ambient) for s in found.table], found.rows)
+
+    def _emission(self, depsgraph: Any, seen: Seen, ambient: float) -> Emission:
+        temperature, emissivity = self._temperature[seen.met], self._emissivity[seen.met]
+        for number in np.unique(seen.met).tolist() if self._patches else ():
+            patches = self._patches.get(number)
+            if patches is not None:
+                which = np.flatnonzero(seen.met == number)
+                slot = self._slots(depsgraph, patches, seen.faces[which])
+                temperature[which] = patches.temperature[slot]
+                emissivity[which] = patches.emissivity[slot]
+        return Emission(np.where(np.isnan(temperature), ambient, temperature), emissivity, ambient)
+
+    def _slots(self, depsgraph: Any, patches: _Patches, faces: Index) -> Index:
+        geometry = patches.solid.geometry
+        # Faces may come and go with the surface, as under a modifier.
+        if patches.slots is None or patches.faces is not geometry.state.corners:
+            patches.slots, patches.faces = (
+                geometry.material_slots(depsgraph),
+                geometry.state.corners,
+            )
+        found: Index = np.clip(
+            patches.slots[np.clip(faces, 0, len(patches.slots) - 1)],
+            0,
+            len(patches.temperature) - 1,
+        )
+        return found
+
+    def _follow(self, depsgraph: Any) -> None:
+        """Reads all again where the scene was edited, else what is animated."""
+        solids = self._solids
+        if self._listing == solids.listing:
+            if self._changing:
+                by_uid, parents = _by_uid(), collection_parents()
+                for solid in self._changing:
+                    self._read(depsgraph, solid, by_uid, parents)
+            return
+        self._listing = solids.listing
+        size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
+        self._temperature = np.full(size, AMBIENT[0])
+        self._emissivity = np.full(size, AMBIENT[1])
+        self._patches.clear()
+        by_uid, parents = _by_uid(), collection_parents()
+        self._changing = [s for s in solids.solids if self._read(depsgraph, s, by_uid, parents)]
+
+    def _read(
+        self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
+    ) -> bool:
+        """Takes down how warm a solid is; whether that is animated."""
+        original = by_uid[solid.key[0]]
+        whole = own_warmth(original.evaluated_get(depsgraph))
+        if whole is None:
+            inherited = inherited_warmth(original, parents)
+            whole = AMBIENT if inherited is None else inherited
+        self._temperature[solid.number], self._emissivity[solid.number] = whole
+        animated = _is_animated(original)
+        materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
+        each = [own_warmth(m.evaluated_get(depsgraph)) if m else None for m in materials]
+        animated |= any(_is_animated(m) for m in materials if m)
+        if any(warmth is not None for warmth in each):
+            values = np.array([whole if warmth is None else warmth for warmth in each])
+            known = self._patches.setdefault(
+                solid.number, _Patches(solid, values[:, 0], values[:, 1])
+            )
+            known.temperature, known.emissivity = values[:, 0], values[:, 1]
+        else:
+            self._patches.pop(solid.number, None)
+        return animated
+
+
+def kelvin(celsius: float) -> float:
+    """Single precision, as Blender stores it, is undone."""
+    return float(f"{celsius:.7g}") + ZERO_CELSIUS
+
+
+def own_warmth(owner: Any) -> tuple[float, float] | None:
+    """Kelvin and emissivity that are set on an object, collection or material itself."""
+    settings = owner.angen_warmth
+    if not settings.use_temperature:
+        return None
+    return kelvin(settings.temperature), float(f"{settings.emissivity:.7g}")
+
+
+def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, float] | None:
+    """Of the nearest collection with a temperature that an object is in, by the collections' names
+    where several are equally near."""
+    level = sorted(obj.users_collection, key=lambda c: c.name_full)
+    seen = set(level)
+    while level:
+        found = next((w for w in map(own_warmth, level) if w is not None), None)
+        if found is not None:
+            return found
+        above = {p for collection in level for p in parents.get(collection, ())} - seen
+        seen |= above
+        level = sorted(above, key=lambda c: c.name_full)
+    return None
+
+
+def collection_parents() -> dict[Any, list[Any]]:
+    """The collections that each collection is directly in."""
+    found: dict[Any, list[Any]] = {}
+    tops = [scene.collection for scene in bpy.data.scenes]
+    for collection in [*tops, *bpy.data.collections]:
+        for child in collection.children:
+            found.setdefault(child, []).append(collection)
+    return found
+
+
+def _by_uid() -> dict[int, Any]:
+    """The objects and materials of the file by their session uids."""
+    return {owner.session_uid: owner for owner in (*bpy.data.objects, *bpy.data.materials)}
+
+
+def _is_animated(owner: Any) -> bool:
+    return is_animated(owner, TEMPERATURE) or is_animated(owner, EMISSIVITY)
+
+
+def changes_by_itself(scene: Any) -> bool:
+    """Whether the temperature of anything is animated, or the scene is, which has the ambient."""
+    owners = *bpy.data.objects, *bpy.data.materials
+    return scene.animation_data is not None or any(map(_is_animated, owners))

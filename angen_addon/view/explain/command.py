@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen explain`: simulates up to a moment and tells why a sensor reads what it does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from ....sensor_logic.clock import Schedule
+from ....sensor_logic.kind import LIGHT
+from ....sensor_logic.recording import Recording
+from ...runtime import outputs
+from ...runtime.simulation import Progress, simulate
+from ...runtime.time_base import clock_of
+from ...sensors import Sensor, SensorError, decimal, simulated
+from ..timeline.events import log_indices
+from . import explain
+
+
+class Moment:
+    """One sensor at a time (s): what has to be simulated first, and the explanation."""
+
+    def __init__(self, scene: Any, sensors: Sequence[Sensor], sensor: Sensor, time: float) -> None:
+        self._scene = scene
+        self._sensor = sensor
+        self._recording = Recording()
+        # What drivers make of other sensors belongs to the scene.
+        self._sensors = list(sensors) if outputs.are_driven() else [sensor]
+        clock = clock_of(scene)
+        # A hair, so that a time as the log writes it is not before its own event.
+        step = int((time + 1e-6) * float(clock.steps_per_second))
+        self.last = clock.frame_and_subframe(step)[0]
+        self._limit = clock.step_frame(step)
+        self.first = scene.frame_start
+        if sensor.kind.asks_for(LIGHT):
+            # Light does not depend on the frames before, and rendering them all takes long.
+            schedule = Schedule(clock, decimal(sensor.settings.update_rate))
+            earlier = max(schedule.last_update(step) - 1, 0)
+            self.first = clock.frame_and_subframe(schedule.step(earlier))[0]
+
+    def run(self) -> Iterator[Progress]:
+        """Simulates. Raises SensorError."""
+        if not simulated([self._sensor]):
+            raise SensorError(f"'{self._sensor.name}' is switched off: it reports nothing")
+        return simulate(self._scene, self._sensors, self.first, self.last, self._recording)
+
+    @property
+    def updates(self) -> int:
+        """How many were simulated."""
+        return sum(len(track) for track in self._recording.tracks.values())
+
+    def text(self, now: bool = False) -> str:
+        """The explanation of the last event at or before the time, or `now` of the update at it, as
+        lines; after `run`. Raises SensorError."""
+        track = self._recording.tracks[self._sensor.name]
+        # Which readings of light are events is not known without the time before.
+        every = now or self._sensor.kind.asks_for(LIGHT)
+        indices = range(len(track)) if every else log_indices(track).tolist()
+        told = [i for i in indices if track.frames[i] <= self._limit + 1e-6]
+        if not told:
+            raise SensorError(f"'{self._sensor.name}' has reported nothing by then")
+        return explain(self._scene, self._sensor, self._recording, told[-1]).as_text()

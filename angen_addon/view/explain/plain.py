@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is told of any sensor: what it published at an update, and with which parameters."""
+
+from __future__ import annotations
+
+from ....sensor_logic.kind import RAYS
+from ....sensor_logic.parameters import specs, used, value_text
+from ..wording import quoted
+from .facts import Explanation, Facts
+from .replay import Replay
+
+
+def explain_plainly(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a sensor of a kind that tells no more of itself. Raises SensorError."""
+    taken, kind = replay.take(index), replay.sensor.kind
+    if taken is None:
+        return replay.off(index)
+    track, lengths = replay.track, replay.lengths
+    facts: Facts = []
+    for field in kind.samples:
+        value = track.columns[field.name][index]
+        told = field.text(value, lengths) if field.type is float else str(value)
+        facts.append((field.name, ("yes" if value else "no") if field.type is bool else told))
+    if list(kind.needs) == [RAYS]:
+        taken.reading()
+        facts.append(("Nearest", _nearest(replay)))
+    for name, spec in specs(kind.parameters).items():
+        if used(taken.parameters, name, spec):
+            value = getattr(taken.parameters, name)
+            facts.append(
+                (spec.label, value_text(value, spec, kind.unit_of(spec, taken.parameters), lengths))
+            )
+    word = kind.active_label if track.active[index] else kind.idle_label
+    reading = track.reading_at(index).text(track.value[index], lengths)
+    return replay.told(index, f"{word}: {reading}", facts)
+
+
+def _nearest(replay: Replay) -> str:
+    """What its rays met first."""
+    ranges, names = replay.witness.seen
+    met = [(length, name) for length, name in zip(ranges.tolist(), names, strict=True) if name]
+    if not met:
+        return "nothing"
+    length, name = min(met)
+    return f"{quoted(name)}, {replay.lengths.text(length * replay.metres)} away"

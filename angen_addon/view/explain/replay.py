@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Goes back to updates of a recording: the same frames, rays and noise as in the run."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ....sensor_logic.model import Array, Pose
+from ....sensor_logic.recording import Recording, Track
+from ...runtime import handlers, outputs, state
+from ...runtime.probes import Probes
+from ...runtime.sensor_runner import PendingUpdates, SensorRunner
+from ...runtime.time_base import evaluated_depsgraph
+from ...sensors import Sensor, all_sensors, read_pose, unit_scale
+from ...units import lengths_of
+from .facts import Explanation
+from .witness import Witness
+
+
+class Replay:
+    """One sensor at chosen updates of a recording. `runner` keeps its model's state between
+    them; `witness` says what its rays met at the last one; `lengths` is what to tell lengths in."""
+
+    def __init__(self, scene: Any, sensor: Sensor, recording: Recording) -> None:
+        track, clock = recording.track_of(sensor.uid), recording.clock
+        assert track is not None and clock is not None
+        self.scene = scene
+        self.sensor = sensor
+        self.track: Track = track
+        self.runner = SensorRunner(sensor, clock)
+        self.metres = unit_scale(scene)
+        self.lengths = lengths_of(scene)
+        self.probes = Probes(scene)
+        self.probes.serve([sensor])
+        self.witness = Witness(self.probes.caster)
+        self.probes.caster = self.witness  # type: ignore[assignment]
+        self._recording = recording
+        self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []
+
+    def step(self, index: int) -> int:
+        """The step of the clock at which update `index` of the track was made."""
+        clock = self.runner.clock
+        return round((self.track.frames[index] - clock.frame_start) * clock.substeps)
+
+    def number(self, index: int) -> int:
+        """Which update that was, counted from t = 0."""
+        return self.runner.schedule.last_update(self.step(index))
+
+    def index_of(self, number: int, index: int) -> int | None:
+        """Where in the track update `number` is, if every update from there to `index` was
+        recorded: the sensor forgot what was before a gap."""
+        back = self.number(index) - number
+        if back > index or self.number(index - back) != number:
+            return None
+        return index - back
+
+    def go(self, step: int) -> Any:
+        """Evaluates the scene at a step; returns the depsgraph."""
+        frame, subframe = self.runner.clock.frame_and_subframe(step)
+        self._show_outputs_before(self.runner.clock.step_frame(step))
+        self.scene.frame_set(frame, subframe=subframe)
+        return evaluated_depsgraph()
+
+    def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
+        """Update `index` anew, not yet read; None where the sensor is off now. `frame`: as in
+        `Probes.look`. Raises SensorError."""
+        step = self.step(index)
+        depsgraph = self.go(step)
+        self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
+        return self.runner.take(self.number(index), step, depsgraph, self.probes)
+
+    def watch(self, first: int, last: int) -> None:
+        """Lets the sensor look at the steps between two updates of the track, where it does so."""
+        if not self.runner.watches:
+            return
+        for step in range(self.step(first) + 1, self.step(last)):
+            depsgraph = self.go(step)
+            self.probes.look(depsgraph, None)
+            self.runner.watch(step, depsgraph, self.probes)
+
+    def bounds(self, index: int, own: bool = False) -> dict[str, Array]:
+        """Least and greatest corner (2, 3) in metres of what rays meet at an update, by name;
+        `own`: the sensor's own too."""
+        depsgraph = self.go(self.step(index))
+        self.probes.look(depsgraph, None)
+        solids = self.witness.solids
+        found: dict[str, Array] = {}
+        for solid in solids.solids:
+            box = np.stack([solids.lo[solid.row], solids.hi[solid.row]]) * self.metres
+            if not np.isfinite(box).all() or (not own and self.sensor.uid in solid.owners):
+                continue
+            known = found.get(solid.name, box)
+            found[solid.name] = np.stack(
+                [np.minimum(known[0], box[0]), np.maximum(known[1], box[1])]
+            )
+        return found
+
+    @property
+    def pose(self) -> Pose:
+        """Where the sensor stands at the update that was taken last."""
+        matrix = self.sensor.world_matrix(evaluated_depsgraph())
+        return read_pose(self.sensor, matrix, self.metres)
+
+    def told(
+        self,
+        index: int,
+        headline: str,
+        facts: Iterable[tuple[str, str]],
+        doubt: str = "",
+        cause: Any = None,
+    ) -> Explanation:
+        """The explanation of update `index`."""
+        frame, time = self.track.frames[index], self.track.times[index]
+        name = self.sensor.name
+        return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
+
+    def off(self, index: int) -> Explanation:
+        """The explanation of an update at which the sensor, as it is now, senses nothing."""
+        return self.told(index, "It is switched off at this frame", ())
+
+    def _show_outputs_before(self, frame: float) -> None:
+        """Drivers saw what the sensors had published before this frame."""
+        for sensor in self._driven:
+            track = self._recording.track_of(sensor.uid)
+            if track is None:
+                continue
+            # What needs the motion is known a frame later.
+            until = frame - 1.0 if sensor.kind.asks_forces else frame
+            last = bisect_left(track.frames, until) - 1
+            if last < 0:
+                outputs.show(sensor, False, 0.0)
+            else:
+                outputs.show(sensor, bool(track.active[last]), track.value[last])
+
+
+@contextmanager
+def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Replay]:
+    """A replay of a sensor with a track in the recording. The frame and the outputs are put back,
+    also after an error. Not in a frame handler, nor while a run is on."""
+    frame, subframe = scene.frame_current, scene.frame_subframe
+    view_layer = bpy.context.view_layer
+    before = [(s, s.settings.active, s.settings.value) for s in all_sensors(view_layer)]
+    handlers.ensure()
+    state.CACHE.running = True
+    try:
+        yield Replay(scene, sensor, recording)
+    finally:
+        try:
+            with suppress(ReferenceError):
+                for other, active, value in before:
+                    outputs.show(other, active, value)
+                scene.frame_set(frame, subframe=subframe)
+                # What is put back must not be taken for an edit.
+                view_layer.update()
+        finally:
+            state.CACHE.running = False

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which marker the mouse is over: Blender tells nobody but gizmos where the mouse is.
+
+The gizmo here draws nothing and is never hit, so that clicks go where they always do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Gizmo, GizmoGroup
+
+from ...runtime import state
+
+# Pixels at an interface scale of 1.
+REACH = 11.0
+
+
+class ANGEN_GT_hover(Gizmo):
+    bl_idname = "ANGEN_GT_hover"
+
+    def draw(self, context: Context) -> None:
+        pass
+
+    def test_select(self, context: Context, location: Any) -> int:
+        look(context, location)
+        return -1
+
+
+class ANGEN_GGT_hover(GizmoGroup):
+    bl_idname = "ANGEN_GGT_hover"
+    bl_label = "Sensor under the Mouse"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "WINDOW"
+    bl_options = {"PERSISTENT"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return bool(context.scene.angen_overlay.show and context.space_data.overlay.show_overlays)
+
+    def setup(self, context: Context) -> None:
+        self.gizmos.new(ANGEN_GT_hover.bl_idname)
+
+
+def look(context: Context, location: Any) -> None:
+    """Notes which marker of a region is at a place (pixels), for the labels."""
+    field = state.CACHE.overlay
+    if field is None or context.region is None:
+        return
+    board = field.boards.get(context.region.as_pointer())
+    reach = REACH * context.preferences.system.ui_scale
+    found = nearest(board.markers if board is not None else {}, location, reach)
+    if found != field.hovered:
+        field.hovered = found
+        context.region.tag_redraw()
+
+
+def nearest(markers: dict[int, tuple[float, float]], place: Any, reach: float) -> int | None:
+    """The key of the marker nearest to a place, and within reach."""
+    apart = {uid: (x - place[0]) ** 2 + (y - place[1]) ** 2 for uid, (x, y) in markers.items()}
+    uid = min(apart, key=lambda u: apart[u], default=None)
+    return uid if uid is not None and apart[uid] < reach * reach else None
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_GT_hover, ANGEN_GGT_hover))

@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Signs, names and readings beside the sensors, on the screen."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....panels.readings import IDLE, UNKNOWN, Shown
+from .covered import covered
+from .label_layout import Point, Rect, arrange
+from .looks import LOOKS, disc
+
+# Pixels at a scale of 1.
+SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
+# Farther away than this many pixels a metre, a sensor has a sign only.
+LEAST_PIXELS_A_METRE = 22.0
+# Of the dark disc behind a sign, in radii of the sign.
+BACK = 1.7
+# Of the ring around what is selected or hovered, in the same.
+RING = 2.1
+# Of those nearest to the eye, at most this many have labels.
+MOST_LABELS = 100
+PLATE = (0.06, 0.07, 0.08, 0.72)
+NAME = (0.95, 0.95, 0.95, 1.0)
+NAME_COLOUR, PLATE_COLOUR = np.array(NAME, np.float32), np.array(PLATE, np.float32)
+NO_CORNERS, NO_COLOURS = np.empty((0, 2), np.float32), np.empty((0, 4), np.float32)
+TEXT_SIZE_FONT = 0
+
+
+# A sensor as it is drawn (field.Seen), what it reads, its name.
+Row = tuple[Any, Shown, str]
+
+
+class Word(NamedTuple):
+    """A text to write, where, in which colour."""
+
+    x: float
+    y: float
+    text: str
+    colour: tuple[float, ...]
+
+
+class Board:
+    """What one region shows, kept from frame to frame: `markers`, where each sensor's sign is, by
+    its uid; `rooms`, where there is room for labels, by row; `words`; `batches`, the GPU's copy of
+    signs and plates. `looked` is what was projected last and where it was found; `places` with
+    `widths`, and `picture` are what rooms and batches were made for."""
+
+    def __init__(self) -> None:
+        self.looked: tuple[Any, Any] = None, None
+        self.places: Any = None
+        self.picture: Any = None
+        self.markers: dict[int, Point] = {}
+        self.widths: list[float] = []
+        self.rooms: dict[int, Rect] = {}
+        self.words: list[Word] = []
+        self.batches: list[tuple[str, Any]] = []
+
+
+def to_screen(
+    points: NDArray[np.float64], matrix: NDArray[np.float64], width: int, height: int
+) -> NDArray[np.float64]:
+    """Pixels (n, 2) of points (n, 3) seen through a 4 × 4 matrix; NaN behind the eye."""
+    clip = np.c_[points, np.ones(len(points))] @ matrix.T
+    depth = np.where(clip[:, 3] > 1e-6, clip[:, 3], np.nan)
+    return (clip[:, :2] / depth[:, None] + 1.0) / 2.0 * (width, height)
+
+
+def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
+    """Of every sensor that the view shows."""
+    board = field.boards.setdefault(context.region.as_pointer(), Board())
+    rows, markers, sizes = _in_sight(context, board, field, states)
+    board.markers = {seen.uid: m for (seen, *_), m in zip(rows, markers, strict=True)}
+    wanted = frozenset(
+        n for n, (seen, *_) in enumerate(rows) if seen.selected or seen.uid == field.hovered
+    )
+    texts = [_texts(context, row, n in wanted) for n, row in enumerate(rows)]
+    widths = [_wide(context, words) for words in texts]
+    _find_places(context, board, markers, sizes, widths, wanted)
+    picture = board.places, board.widths, texts, [one.icon for _, one, _ in rows]
+    if picture != board.picture:
+        board.picture = picture
+        plates = {n: _plate(room, markers[n], widths[n]) for n, room in board.rooms.items()}
+        board.words = [
+            word
+            for n, plate in plates.items()
+            for word in _words(context, plate, texts[n], rows[n][1])
+        ]
+        marked = [markers[n] for n in plates if n in wanted]
+        sign = SIGN * context.preferences.system.ui_scale
+        board.batches = _batches(list(plates.values()), rows, markers, marked, sign)
+    _draw(context, board)
+
+
+def _in_sight(
+    context: Any, board: Board, field: Any, states: list[Shown | None]
+) -> tuple[list[Row], list[Point], list[float]]:
+    """The sensors that are in the picture with their readings and names, where they are there, and
+    how many pixels a metre takes at each; looked for anew where view or sensors moved."""
+    region, view = context.region, context.region_data
+    rows = [
+        (seen, one, seen.sensor.name)
+        for seen, one in zip(field.seen, states, strict=True)
+        if one is not None and seen.matrix is not None
+    ]
+    window = region.width, region.height
+    key = view.perspective_matrix.copy(), window, field.metres, [s.matrix for s, *_ in rows]
+    if board.looked[0] != key:
+        where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
+        matrix = np.array(view.perspective_matrix, np.float64)
+        up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
+        both = to_screen(np.concatenate([where, where + up]), matrix, *window)
+        at, above = both[: len(rows)], both[len(rows) :]
+        size = np.linalg.norm(above - at, axis=1)
+        inside = np.flatnonzero(((at > 0.0) & (at < window)).all(axis=1))
+        markers: list[Point] = [(x, y) for x, y in at[inside].tolist()]
+        board.looked = key, (inside.tolist(), markers, size[inside].tolist())
+    inside, markers, sizes = board.looked[1]
+    return [rows[n] for n in inside], markers, sizes
+
+
+def _find_places(
+    context: Any,
+    board: Board,
+    markers: list[Point],
+    near: list[float],
+    widths: list[float],
+    wanted: frozenset[int],
+) -> None:
+    """Room for labels; anew only where something moved, or a text is longer than all that its
+    sensor had since: labels stay where they are while numbers change."""
+    region, scale = context.region, context.preferences.system.ui_scale
+    hidden = covered(context.area, region, context.space_data, context.preferences)
+    there = [wide > 0.0 for wide in widths]
+    places = markers, near, there, wanted, hidden, region.width, region.height
+    if places == board.places:
+        if all(wide <= room for wide, room in zip(widths, board.widths, strict=True)):
+            return
+        widths = [max(pair) for pair in zip(widths, board.widths, strict=True)]
+    board.places, board.widths = places, widths
+    height = (FONT + 2 * PADDING) * scale
+    # The nearest to the eye first; one after the other in the list where that is the same.
+    order = [
+        n
+        for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
+        if there[n] and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted)
+    ][:MOST_LABELS]
+    window = (0.0, 0.0, float(region.width), float(region.height))
+    off = (SIGN + GAP / 2) * scale
+    sizes = [(wide, height) for wide in widths]
+    board.rooms = arrange(markers, sizes, order, wanted, window, hidden, off)
+
+
+def _plate(room: Rect, marker: Point, wide: float) -> Rect:
+    """So wide a part of the room for a label, on the side of its marker."""
+    left, low, right, high = room
+    if right <= marker[0]:
+        left = right - wide
+    elif left < marker[0]:
+        left = (left + right - wide) / 2
+    return left, low, left + wide, high
+
+
+def _texts(context: Any, row: Row, full: bool) -> tuple[str, str]:
+    """Name and reading; in full for what is selected or hovered. Of a sensor without a reading
+    the sign tells enough."""
+    settings, one = context.scene.angen_overlay, row[1]
+    value = "" if one.icon == UNKNOWN else one.text if full else one.short
+    return row[2] if settings.names else "", value if settings.values else ""
+
+
+def _wide(context: Any, texts: tuple[str, str]) -> float:
+    """Pixels of the plate of a label; none where it has no text."""
+    if not any(texts):
+        return 0.0
+    scale = context.preferences.system.ui_scale
+    name, value = (_width(text, FONT * scale) for text in texts)
+    return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
+
+
+def _words(context: Any, plate: Rect, texts: tuple[str, str], one: Shown) -> list[Word]:
+    scale = context.preferences.system.ui_scale
+    x, y = plate[0] + PADDING * scale, plate[1] + 1.35 * PADDING * scale
+    found = []
+    if texts[0]:
+        found.append(Word(x, y, texts[0], NAME))
+        x += _width(texts[0], FONT * scale) + GAP * scale
+    if texts[1]:
+        found.append(Word(x, y, texts[1], (*LOOKS[one.icon].colour, 1.0)))
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _width(text: str, size: float) -> float:
+    """Pixels of a text in the font of this size."""
+    import blf
+
+    blf.size(TEXT_SIZE_FONT, size)
+    return float(blf.dimensions(TEXT_SIZE_FONT, text)[0]) if text else 0.0
+
+
+def _draw(context: Any, board: Board) -> None:
+    import blf
+    import gpu
+
+    scale = context.preferences.system.ui_scale
+    gpu.state.blend_set("ALPHA")
+    for kind, batch in board.batches:
+        if kind == "TRIS":
+            batch.draw(gpu.shader.from_builtin("SMOOTH_COLOR"))
+        else:
+            shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+            shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+            shader.uniform_float("lineWidth", 1.6 * scale)
+            batch.draw(shader)
+    gpu.state.blend_set("NONE")
+    blf.size(TEXT_SIZE_FONT, FONT * scale)
+    blf.disable(TEXT_SIZE_FONT, blf.SHADOW)
+    for word in board.words:
+        blf.color(TEXT_SIZE_FONT, *word.colour)
+        blf.position(TEXT_SIZE_FONT, word.x, word.y, 0.0)
+        blf.draw(TEXT_SIZE_FONT, word.text)
+
+
+def _batches(
+    plates: list[Rect],
+    rows: list[Row],
+    markers: list[Point],
+    marked: list[Point],
+    sign: float,
+) -> list[tuple[str, Any]]:
+    """Signs, each by its icon on a dark disc, so that it stands out from what is behind it; rings
+    around those that are `marked`; and the plates of labels."""
+    shapes = [_shape(one.icon) for _, one, _ in rows]
+    ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)
+    shapes += [(NO_CORNERS, NO_COLOURS, ring, np.tile(NAME_COLOUR, (len(ring), 1)))] * len(marked)
+    places = np.array([*markers, *marked], np.float32).reshape(-1, 2)
+    found = []
+    for kind, points, colours in (("TRIS", 0, 1), ("LINES", 2, 3)):
+        corners = [NO_CORNERS, *(shape[points] for shape in shapes)]
+        counts = [len(part) for part in corners[1:]]
+        at = np.concatenate(corners) * np.float32(sign) + np.repeat(places, counts, axis=0)
+        coloured = np.concatenate([NO_COLOURS, *(shape[colours] for shape in shapes)])
+        if kind == "TRIS" and plates:
+            at = np.concatenate([at, _quads(plates)])
+            coloured = np.concatenate([coloured, np.tile(PLATE_COLOUR, (6 * len(plates), 1))])
+        if len(at):
+            found.append((kind, _batch(at, coloured, kind)))
+    return found
+
+
+def _quads(plates: list[Rect]) -> Any:
+    x0, y0, x1, y1 = np.array(plates, np.float32).T
+    return np.stack([x0, y0, x1, y0, x1, y1, x0, y0, x1, y1, x0, y1], axis=1).reshape(-1, 2)
+
+
+@lru_cache
+def _shape(icon: str) -> tuple[Any, Any, Any, Any]:
+    """Corners (n, 2) of a sign's triangles with their colours (n, 4), and those of its lines."""
+    look = LOOKS[icon]
+    colour = np.array([*look.colour, 1.0], np.float32)
+    back, front = disc().reshape(-1, 2) * np.float32(BACK), look.faces.reshape(-1, 2)
+    lines = look.lines.reshape(-1, 2)
+    dark = np.tile(PLATE_COLOUR, (len(back), 1))
+    faces = np.concatenate([back, front])
+    colours = np.concatenate([dark, np.tile(colour, (len(front), 1))])
+    return faces, colours, lines, np.tile(colour, (len(lines), 1))
+
+
+def _batch(points: Any, colours: Any, kind: str) -> Any:
+    import gpu
+
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="pos", comp_type="F32", len=3, fetch_mode="FLOAT")
+    layout.attr_add(id="color", comp_type="F32", len=4, fetch_mode="FLOAT")
+    buffer = gpu.types.GPUVertBuf(layout, len(points))
+    flat = np.zeros((len(points), 3), np.float32)
+    flat[:, :2] = points
+    buffer.attr_fill("pos", flat)
+    buffer.attr_fill("color", np.ascontiguousarray(colours, np.float32))
+    return gpu.types.GPUBatch(type=kind, buf=buffer)

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When what is drawn is worked out: in the frame handler, or a moment after an edit.
+
+Rays are cast there and never while Blender draws.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from typing import Any
+
+import bpy
+
+from ...runtime import state
+from .field import Field
+from .settings import redraw_views
+
+# s: after an edit; while something is dragged, the drawing follows in steps of this.
+SOON = 0.05
+# s: once the playhead has stood still for this long, all is drawn as it is at its frame.
+REST = 0.25
+
+
+def wanted(scene: Any) -> bool:
+    """Whether anything is drawn at all; there is no viewport in the background."""
+    return not bpy.app.background and scene.angen_overlay.show
+
+
+def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
+    """To be called in each frame change, after the sensors have sensed."""
+    if not wanted(scene):
+        state.CACHE.overlay = None
+        return
+    # An overlay must never keep the handler that it is called in from doing its work.
+    try:
+        _field(scene).follow(scene, view_layer, depsgraph, in_handler=True)
+    except Exception:
+        _give_up(scene)
+    if state.CACHE.overlay is not None and state.CACHE.overlay.unseen:
+        state.CACHE.overlay.followed_at = time.monotonic()
+        if not bpy.app.timers.is_registered(_at_rest):
+            bpy.app.timers.register(_at_rest, first_interval=REST)
+
+
+def note_edit(scene: Any) -> None:
+    """To be called after each edit of the scene."""
+    if wanted(scene):
+        if state.CACHE.overlay is not None:
+            state.CACHE.overlay.outdated = True
+        soon()
+
+
+def soon() -> None:
+    """Brings the drawing up to date once Blender has nothing else to do."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(_later):
+        bpy.app.timers.register(_later, first_interval=SOON)
+
+
+def _at_rest() -> float | None:
+    """Seconds until the next look at whether the playhead rests; None where nothing is left."""
+    field = state.CACHE.overlay
+    if field is None or not field.unseen:
+        return None
+    stood = time.monotonic() - field.followed_at
+    if stood < REST:
+        return REST - stood
+    _later()
+    return None
+
+
+def _later() -> None:
+    context = bpy.context
+    scene = context.scene
+    if scene is None or state.CACHE.running or not wanted(scene):
+        return
+    try:
+        # What was removed since Blender evaluated last is still listed, and freed.
+        context.view_layer.update()
+        _field(scene).follow(scene, context.view_layer, context.view_layer.depsgraph)
+    except Exception:
+        _give_up(scene)
+    redraw_views()
+
+
+def _field(scene: Any) -> Field:
+    known = state.CACHE.overlay
+    if known is None or known.scene_uid != scene.session_uid:
+        known = state.CACHE.overlay = Field(scene)
+    return known
+
+
+def _give_up(scene: Any) -> None:
+    """Says what went wrong and keeps still until the next edit."""
+    traceback.print_exc(file=sys.stderr)
+    if state.CACHE.overlay is not None:
+        state.CACHE.overlay.fail(scene)
+
+
+def cancel() -> None:
+    for timer in (_later, _at_rest):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
+    state.CACHE.overlay = None

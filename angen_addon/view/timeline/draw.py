@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws the sensors' history over the Timeline and the Dope Sheet. Nothing without a window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+from bpy.types import SpaceDopeSheetEditor
+
+from ...instances import Uid
+from ...runtime import state
+from ...sensors import Sensor
+from .history import HISTORIES, History
+from .layout import CHIP, Colour, Picture, View, Word, labels, strips
+
+MODES = {"TIMELINE", "DOPESHEET"}
+# Pixels at an interface scale of 1: the scrubbing area, the scroll bar, the row of markers.
+SCRUB, SCROLL_BAR, MARKERS = 24.0, 16.0, 22.0
+MOST_PAINTERS = 24
+
+
+class Painter:
+    """Keeps what was drawn last in one region as batches: while only the playhead moves nothing is
+    made anew."""
+
+    def __init__(self) -> None:
+        self._key: Any = None
+        self._batches: list[Any] = []
+        self._words: list[Word] = []
+
+    def paint(self, key: Any, make: Callable[[], Picture]) -> None:
+        """Draws what was made for the same key, or makes it."""
+        import gpu
+
+        if key != self._key:
+            picture = make()
+            self._batches, self._words = _batches(picture), picture.words
+            self._key = key
+        shader = gpu.shader.from_builtin("FLAT_COLOR")
+        gpu.state.blend_set("ALPHA")
+        gpu.state.line_width_set(1.0)
+        for batch in self._batches:
+            batch.draw(shader)
+        _draw_words(shader, self._words)
+        gpu.state.blend_set("NONE")
+
+
+# By the region that it draws in, and what.
+_painters: dict[tuple[int, str], Painter] = {}
+_handles: list[tuple[Any, str]] = []
+
+
+def rows_shown(settings: Any, sensors: list[Sensor], context: Any) -> list[Sensor]:
+    """The sensors that have a row."""
+    active = context.view_layer.objects.active
+    if settings.rows == "SELECTED":
+        return [s for s in sensors if s.handle == active or s.selected]
+    if settings.rows == "ROOM":
+        rooms = {s.room for s in sensors if s.handle == active}
+        return [s for s in sensors if s.room in rooms]
+    return sensors
+
+
+def draw_window() -> None:
+    """The handler of the region with the frames."""
+    found = _shown()
+    if found is None:
+        return
+    history, chosen, settings = found
+    region, area = bpy.context.region, bpy.context.area
+    view = view_of(bpy.context.scene, region)
+    if view is None:
+        return
+    key = (history, view, chosen)
+    _painter("strips").paint(key, lambda: strips(history, view, chosen))
+    # Beside the strips there may be no list of channels to write the names in.
+    aside = any(r.type == "CHANNELS" and r.width > 1 for r in area.regions)
+    if settings.names and not aside:
+        _painter("names").paint(key, lambda: labels(history, view, chosen, ground=False))
+
+
+def draw_channels() -> None:
+    """The handler of the list beside it."""
+    found = _shown()
+    if found is None or bpy.context.region.width <= 1:
+        return
+    history, chosen, settings = found
+    region = bpy.context.region
+    if not settings.names:
+        return
+    bottom, top, scale = _between(bpy.context.scene, region)
+    view = View(region.width, bottom, top, scale, 0.0, 1.0)
+    key = (history, view, chosen)
+    _painter("list").paint(key, lambda: labels(history, view, chosen, ground=True))
+
+
+def _shown() -> tuple[History, frozenset[Uid], Any] | None:
+    """The rows to draw in the present region, which of them stand out, and the settings."""
+    context = bpy.context
+    scene, space = context.scene, context.space_data
+    if scene is None or not scene.angen_timeline.show or space.mode not in MODES:
+        return None
+    recording = state.CACHE.recording(scene)
+    if recording is None:
+        return None
+    settings = scene.angen_timeline
+    sensors = state.CACHE.sensors(context.view_layer)
+    history = HISTORIES.get(recording, sensors)
+    if settings.rows != "ALL":
+        uids = frozenset(s.uid for s in rows_shown(settings, sensors, context))
+        history = history.only(uids)
+    active = context.view_layer.objects.active
+    chosen = frozenset(s.uid for s in sensors if s.handle == active or s.selected)
+    return history, chosen, settings
+
+
+def _painter(what: str) -> Painter:
+    if len(_painters) > MOST_PAINTERS:
+        # Regions that are no more.
+        _painters.clear()
+    return _painters.setdefault((bpy.context.region.as_pointer(), what), Painter())
+
+
+def view_of(scene: Any, region: Any) -> View | None:
+    """Where in a region rows go; None where it is too small for any."""
+    bottom, top, scale = _between(scene, region)
+    left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
+    if top <= bottom or right <= left:
+        return None
+    return View(region.width, bottom, top, scale, left, right)
+
+
+def _between(scene: Any, region: Any) -> tuple[float, float, float]:
+    """Where rows go, from bottom to top, and the interface's scale."""
+    scale = bpy.context.preferences.system.ui_scale
+    bottom = SCROLL_BAR * scale
+    if len(scene.timeline_markers):
+        bottom += MARKERS * scale
+    return bottom, region.height - SCRUB * scale, scale
+
+
+def _batches(picture: Picture) -> list[Any]:
+    import gpu
+    from gpu_extras.batch import batch_for_shader
+
+    shader = gpu.shader.from_builtin("FLAT_COLOR")
+    made = []
+    places: list[tuple[float, float]] = []
+    colours: list[Colour] = []
+    for x0, y0, x1, y1, colour in picture.quads:
+        places += [(x0, y0), (x1, y0), (x1, y1), (x0, y0), (x1, y1), (x0, y1)]
+        colours += [colour] * 6
+    if places:
+        made.append(batch_for_shader(shader, "TRIS", {"pos": places, "color": colours}))
+    places, colours = [], []
+    for x0, y0, x1, y1, colour in picture.lines:
+        # Through the middle of the pixels, so that each is one pixel wide.
+        places += [(x0, y0 + 0.5), (x1, y1 + 0.5)]
+        colours += [colour] * 2
+    if places:
+        made.append(batch_for_shader(shader, "LINES", {"pos": places, "color": colours}))
+    return made
+
+
+def _draw_words(shader: Any, words: list[Word]) -> None:
+    import blf
+    from gpu_extras.batch import batch_for_shader
+
+    for word in words:
+        blf.size(0, word.size)
+        wide = blf.dimensions(0, word.text)[0]
+        x = word.x - wide if word.to_the_left else word.x
+        y = word.y - 0.36 * word.size
+        pad = 2.0
+        corners = (x - pad, y - pad), (x + wide + pad, y + word.size - pad)
+        (x0, y0), (x1, y1) = corners
+        places = [(x0, y0), (x1, y0), (x1, y1), (x0, y0), (x1, y1), (x0, y1)]
+        batch_for_shader(shader, "TRIS", {"pos": places, "color": [CHIP] * 6}).draw(shader)
+        blf.color(0, *word.colour)
+        blf.position(0, x, y, 0)
+        blf.draw(0, word.text)
+
+
+def register() -> None:
+    if bpy.app.background:
+        return
+    for region, handler in (("WINDOW", draw_window), ("CHANNELS", draw_channels)):
+        handle = SpaceDopeSheetEditor.draw_handler_add(handler, (), region, "POST_PIXEL")
+        _handles.append((handle, region))
+
+
+def unregister() -> None:
+    while _handles:
+        SpaceDopeSheetEditor.draw_handler_remove(*_handles.pop())
+    _painters.clear()
+    HISTORIES.clear()

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""At which updates of a track something happened: the rows of the event log, found fast."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.event_log import news
+from ....sensor_logic.recording import Track
+
+Indices = NDArray[np.intp]
+
+
+def log_indices(track: Track) -> Indices:
+    """The updates that the event log tells of, in order; the first update is one of them."""
+    return _together(news(track, published) for published in track.kind.events)
+
+
+def switch_indices(track: Track) -> Indices:
+    """The updates at which a published state changed: not the first one, no measured values."""
+    return _together(news(track, f)[1:] for f in track.kind.events if f.type is not float)
+
+
+def _together(found: Iterable[list[int]]) -> Indices:
+    return np.array(sorted(set().union(*found)), np.intp)
+
+
+def event_indices(track: Track) -> Indices:
+    """The updates to jump to: where a state changed; of a track whose states never did, where a
+    measured value did by its step."""
+    found = switch_indices(track)
+    if len(found):
+        return found
+    told = log_indices(track)
+    return told[told > 0]

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the sensors' history to rectangles, lines and words in a region's pixels. Draws nothing.
+
+States differ by shape: active is solid, invalid hatched, not simulated dotted, idle a thin line.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.kinds import KINDS
+from ...instances import Uid
+from .history import ACTIVE, IDLE, INVALID, OFF, History, Row
+
+Array = NDArray[np.float64]
+Colour = tuple[float, float, float, float]
+# Okabe and Ito's colours, which colour-blind people tell apart, by the kinds' numbers in turn.
+COLOURS: tuple[Colour, ...] = (
+    (0.902, 0.624, 0.0, 1.0),
+    (0.337, 0.706, 0.914, 1.0),
+    (0.0, 0.720, 0.540, 1.0),
+    (0.941, 0.894, 0.259, 1.0),
+    (0.8, 0.475, 0.655, 1.0),
+    (0.835, 0.369, 0.0, 1.0),
+)
+GROUND: Colour = (0.10, 0.10, 0.10, 0.80)
+CHOSEN: Colour = (1.0, 1.0, 1.0, 0.10)
+RULE: Colour = (1.0, 1.0, 1.0, 0.22)
+FAINT: Colour = (0.72, 0.72, 0.72, 0.55)
+CHIP: Colour = (0.10, 0.10, 0.10, 0.72)
+WORD: Colour = (0.92, 0.92, 0.92, 1.0)
+BRIGHT: Colour = (1.0, 1.0, 1.0, 1.0)
+DIM: Colour = (0.72, 0.72, 0.72, 1.0)
+# Pixels at an interface scale of 1.
+MOST_HIGH, LEAST_HIGH, LEAST_NAMED = 17.0, 4.0, 10.0
+BETWEEN_ROOMS = 3.0
+HATCH = 5
+DOT, DOTS = 2, 7
+LETTER = 11.0
+# A lit or pressed sensor's area is at least so much of its row's height.
+LEAST_AREA = 0.2
+
+
+class View(NamedTuple):
+    """The region in pixels: its width, where rows may be (bottom to top), the interface's scale,
+    and the frames at its left and right edge."""
+
+    width: int
+    bottom: float
+    top: float
+    scale: float
+    left: float
+    right: float
+
+    def x(self, frame: Array) -> Array:
+        """Pixels, not rounded, of frames (n,)."""
+        return (frame - self.left) / (self.right - self.left) * self.width
+
+
+class Word(NamedTuple):
+    """A text with its lower left corner, or its lower right one, and the height of its letters."""
+
+    x: float
+    y: float
+    text: str
+    size: float
+    colour: Colour
+    to_the_left: bool = False
+
+
+@dataclass
+class Picture:
+    """`quads`: (x0, y0, x1, y1, colour); `lines`: the same from end to end; `words`, each on a
+    ground of its own."""
+
+    quads: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
+    lines: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
+    words: list[Word] = field(default_factory=list)
+
+
+def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pixel columns [from, to) that spans (n,) in pixels touch, merged: none is lost, however
+    short, and there are never more than the region has columns."""
+    seen = (ends > 0.0) & (starts < width)
+    first = np.clip(np.floor(starts[seen] + 0.5), 0, width - 1).astype(np.int64)
+    last = np.clip(np.floor(ends[seen] + 0.5), first + 1, width).astype(np.int64)
+    edges = np.zeros(width + 1, np.int64)
+    np.add.at(edges, first, 1)
+    np.add.at(edges, last, -1)
+    covered = np.concatenate([[0], (np.cumsum(edges)[:width] > 0).astype(np.int64), [0]])
+    turns = np.diff(covered)
+    return np.flatnonzero(turns == 1), np.flatnonzero(turns == -1)
+
+
+class Placed(NamedTuple):
+    """A row with its lower edge and its height."""
+
+    row: Row
+    y: float
+    high: float
+
+
+def place(rows: tuple[Row, ...], view: View) -> list[Placed]:
+    """The rows that fit, from the top down, upwards from the bottom of the view."""
+    if not rows:
+        return []
+    gap = BETWEEN_ROOMS * view.scale
+    rooms = len({row.room for row in rows})
+    room_for = view.top - view.bottom - (rooms - 1) * gap
+    high = math.floor(min(MOST_HIGH * view.scale, room_for / len(rows)))
+    high = max(high, math.ceil(LEAST_HIGH * view.scale))
+    shown = rows[: max(0, int(room_for // high))]
+    if not shown:
+        return []
+    y = view.bottom + len(shown) * high + (len({row.room for row in shown}) - 1) * gap
+    placed: list[Placed] = []
+    for row in shown:
+        if placed and row.room != placed[-1].row.room:
+            y -= gap
+        y -= high
+        placed.append(Placed(row, y, high))
+    return placed
+
+
+def strips(history: History, view: View, chosen: frozenset[Uid]) -> Picture:
+    """The rows of a history and their rooms; `chosen`: session uids of sensors that stand out."""
+    picture = Picture()
+    placed = place(history.rows, view)
+    if not placed or view.right <= view.left:
+        return picture
+    _ground(picture, placed, view, chosen)
+    for row, y, high in placed:
+        _strip(picture, view, row, y + 1, high - 2)
+    for room in dict.fromkeys(p.row.room for p in placed):
+        inside = [p for p in placed if p.row.room == room]
+        _room(picture, view, room, inside[-1].y, inside[0].y + inside[0].high, inside[0].high)
+    left_out = len(history.rows) - len(placed)
+    if left_out:
+        text = f"{left_out} more: make this editor higher"
+        # On the lowest row: above the highest one are the numbers of the frames.
+        size = LETTER * view.scale
+        picture.words.append(Word(6 * view.scale, placed[-1].y + size / 2, text, size, DIM))
+    return picture
+
+
+def labels(history: History, view: View, chosen: frozenset[Uid], ground: bool) -> Picture:
+    """The names of the rows, where these are high enough; `ground`: on one of their own."""
+    picture = Picture()
+    placed = place(history.rows, view)
+    if ground:
+        _ground(picture, placed, view, chosen)
+    for row, y, high in placed:
+        if high >= LEAST_NAMED * view.scale:
+            size = min(LETTER * view.scale, high - 3)
+            colour = BRIGHT if row.uid in chosen else WORD
+            picture.words.append(Word(4 * view.scale, y + high / 2, row.name, size, colour))
+    return picture
+
+
+def _ground(picture: Picture, placed: list[Placed], view: View, chosen: frozenset[Uid]) -> None:
+    if not placed:
+        return
+    width = float(view.width)
+    top = placed[0].y + placed[0].high
+    picture.quads.append((0.0, placed[-1].y - 2, width, top + 2, GROUND))
+    above = None
+    for row, y, high in placed:
+        if above is not None and row.room != above:
+            middle = y + high + BETWEEN_ROOMS * view.scale / 2
+            picture.lines.append((0.0, middle, width, middle, RULE))
+        above = row.room
+        if row.uid in chosen:
+            picture.quads.append((0.0, y, width, y + high, CHOSEN))
+
+
+def _room(picture: Picture, view: View, room: str, bottom: float, top: float, high: float) -> None:
+    size = min(LETTER * view.scale, max(top - bottom, high) - 1)
+    if room and size >= 7 * view.scale:
+        middle = (bottom + top) / 2
+        word = Word(view.width - 6 * view.scale, middle, room, size, DIM, to_the_left=True)
+        picture.words.append(word)
+
+
+def _strip(picture: Picture, view: View, row: Row, y: float, high: float) -> None:
+    colour = COLOURS[(KINDS[row.kind].number - 1) % len(COLOURS)]
+    spans = row.spans
+    x0, x1 = view.x(spans.starts), view.x(spans.ends)
+    columns = {
+        state: runs(x0[spans.states == state], x1[spans.states == state], view.width)
+        for state in (IDLE, ACTIVE, INVALID, OFF)
+    }
+    middle = y + high / 2
+    for a, b in zip(*columns[OFF], strict=True):
+        for x in range(int(a) - int(a) % DOTS + DOTS, int(b), DOTS):
+            picture.quads.append((x, middle - 1, min(x + DOT, b), middle + 1, FAINT))
+    for a, b in zip(*columns[IDLE], strict=True):
+        base = y if len(row.frames) else middle
+        picture.lines.append((float(a), base, float(b), base, (*colour[:3], 0.45)))
+    if len(row.frames):
+        _curve(picture, view, row, y, high, colour, columns[ACTIVE])
+    else:
+        for a, b in zip(*columns[ACTIVE], strict=True):
+            picture.quads.append((float(a), y, float(b), y + high, colour))
+    for a, b in zip(*columns[INVALID], strict=True):
+        _hatch(picture, float(a), y, float(b), y + high, colour)
+
+
+def _curve(
+    picture: Picture,
+    view: View,
+    row: Row,
+    y: float,
+    high: float,
+    colour: Colour,
+    active: tuple[NDArray[np.int64], NDArray[np.int64]],
+) -> None:
+    """The greatest value in each column of pixels, filled where the sensor is active."""
+    columns = np.arange(view.width + 1, dtype=np.float64)
+    frames = view.left + columns / view.width * (view.right - view.left)
+    # A value holds until the next: the one at a column's left edge, and all that come within it.
+    at = np.searchsorted(row.frames, frames, side="right") - 1
+    lo, hi = np.maximum(at[:-1], 0), np.maximum(at[1:], 0)
+    padded = np.append(row.values, 0.0)
+    bounds = np.stack([lo, hi + 1], axis=1).ravel()
+    peaks = np.maximum.reduceat(padded, bounds)[::2]
+    known = (at[1:] >= 0) & (frames[:-1] < row.spans.ends[-1])
+    heights = np.clip(peaks / max(row.full, 1e-9), 0.0, 1.0) * high
+    filled = np.zeros(view.width, bool)
+    for a, b in zip(*active, strict=True):
+        filled[a:b] = True
+    heights[filled] = np.maximum(heights[filled], LEAST_AREA * high)
+    heights = np.round(heights)
+    change = np.flatnonzero(
+        (heights[1:] != heights[:-1]) | (filled[1:] != filled[:-1]) | (known[1:] != known[:-1])
+    )
+    starts = np.concatenate([[0], change + 1])
+    ends = np.append(starts[1:], view.width)
+    last: float | None = None
+    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
+        if not known[a]:
+            last = None
+            continue
+        level = y + float(heights[a])
+        if filled[a]:
+            picture.quads.append((a, y, b, level, colour))
+        elif level > y:
+            picture.lines.append((a, level, b, level, colour))
+        if last is not None and not filled[a] and last != level:
+            picture.lines.append((a, last, a, level, colour))
+        last = level
+
+
+def _hatch(picture: Picture, x0: float, y0: float, x1: float, y1: float, colour: Colour) -> None:
+    """Diagonal lines, cut at the rectangle, that run on from one rectangle to the next."""
+    high = y1 - y0
+    begin = math.floor((x0 - high) / HATCH) * HATCH
+    for c in range(int(begin), math.ceil(x1), HATCH):
+        a, b = max(float(c), x0), min(c + high, x1)
+        if b > a:
+            picture.lines.append((a, y0 + a - c, b, y0 + b - c, colour))
+    for y in (y0, y1):
+        picture.lines.append((x0, y, x1, y, colour))

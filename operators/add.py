@@ -9,11 +9,9 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
-from ..angen_addon.housing import housing_of, mesh_of
-from ..angen_addon.sensors import unit_scale
+from ..angen_addon.presets import find_preset, new_sensor
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
-from .preset import apply, find_preset
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
 
@@ -37,23 +35,6 @@ def preset_property() -> Any:
 def preset_of(operator: Any) -> Preset | None:
     """The preset that an operator is asked for. Raises KeyError with what to tell the user."""
     return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
-
-
-def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
-    """A sensor in the active collection, selected and active; not yet at its place."""
-    label = KINDS[kind].label.partition(" (")[0]
-    housing = housing_of(kind, preset.identifier if preset else "")
-    mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))
-    sensor = bpy.data.objects.new(name or label, mesh)
-    sensor.angen_sensor.kind = kind
-    if preset is not None:
-        apply(sensor, preset)
-    context.collection.objects.link(sensor)
-    for selected in context.selected_objects:
-        selected.select_set(False)
-    sensor.select_set(True)
-    context.view_layer.objects.active = sensor
-    return sensor
 
 
 def can_add(cls: Any, context: Context) -> bool:

@@ -14,8 +14,9 @@ from mathutils import Matrix, Vector
 from ..angen_addon.housing import Housing, mesh_of
 from ..angen_addon.kinds.optical_switch.housing import fork
 from ..angen_addon.placing import parent_keeping, place_on
+from ..angen_addon.presets import new_sensor
 from ..angen_addon.sensors import unit_scale
-from .add import can_add, new_sensor
+from .add import can_add
 from .door_motion import DoorError, Leaf, leaves_of
 from .surface import Surface, belongs_to, first_surface
 

@@ -14,9 +14,10 @@ from mathutils import Matrix, Vector
 
 from ..angen_addon.housing import housing_of
 from ..angen_addon.placing import parent_keeping, place_on
+from ..angen_addon.presets import new_sensor
 from ..angen_addon.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
-from .add import KIND_ITEMS, can_add, new_sensor, preset_of, preset_property
+from .add import KIND_ITEMS, can_add, preset_of, preset_property
 from .height import ENDS, TypedLength, below, height_text, raised
 from .place_preview import Preview, remove_all
 from .surface import Surface, first_surface

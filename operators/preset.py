@@ -3,50 +3,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..sensor_logic.kind import Kind, Preset
+from ..angen_addon.presets import apply, find_preset
 from ..sensor_logic.kinds import KINDS, NO_KIND
-
-# Blender stores single precision.
-SAME = 1e-6
-# What a stored value of a type may be set to.
-SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
-    bool: (bool,), int: (int,), float: (int, float), str: (str,)
-}  # fmt: skip
-
-
-def find_preset(kind: Kind, identifier: str) -> Preset:
-    """The preset of a kind with this identifier. Raises KeyError with what to tell the user."""
-    known = {preset.identifier: preset for preset in kind.presets}
-    if identifier not in known:
-        hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
-        raise KeyError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
-    return known[identifier]
-
-
-def apply(obj: Any, preset: Preset) -> None:
-    """Sets the parameters that the preset names, and no other."""
-    group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
-    for name, value in preset.values.items():
-        setattr(group, name, value)
-
-
-def is_applied(obj: Any, preset: Preset) -> bool:
-    """Whether the parameters that the preset names are as it would set them."""
-    group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
-    return all(_same(getattr(group, name), value) for name, value in preset.values.items())
-
-
-def _same(stored: Any, value: Any) -> bool:
-    if isinstance(value, float):
-        return math.isclose(stored, value, rel_tol=SAME, abs_tol=1e-12)
-    return bool(stored == value)
 
 
 def sensor_can_change(cls: Any, context: Context) -> bool:

@@ -13,12 +13,11 @@ from bpy.types import Context, Operator
 from ..angen_addon.coverage import ghosts, kept, mesh
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
+from ..angen_addon.presets import find_preset, new_sensor
 from ..angen_addon.rooms import room_of
 from ..angen_addon.sensors import Sensor, SensorError, all_sensors, decimal
 from ..sensor_logic.kinds import KINDS
-from .add import new_sensor
 from .coverage import Staged, can_look
-from .preset import find_preset
 
 
 def pattern_of(context: Context) -> Sensor | None:

@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, Menu
 
-from ..operators.preset import ANGEN_OT_preset_apply, is_applied
+from ..angen_addon.presets import is_applied
+from ..operators.preset import ANGEN_OT_preset_apply
 from ..operators.user_preset import (
     ANGEN_OT_user_preset_apply,
     ANGEN_OT_user_preset_save,

@@ -44,8 +44,8 @@ def build(folder: Path) -> int:
 
 def asset(kind: Any, preset: Any, catalog: str) -> Any:
     """The sensor of a preset, named as the part, marked as an asset."""
-    add = import_module(f"{PACKAGE}.operators.add")
-    sensor = add.new_sensor(bpy.context, kind.identifier, preset, preset.label)
+    presets = import_module(f"{PACKAGE}.angen_addon.presets")
+    sensor = presets.new_sensor(bpy.context, kind.identifier, preset, preset.label)
     sensor.asset_mark()
     facts = sensor.asset_data
     facts.catalog_id = catalog

@@ -12,8 +12,6 @@ import numpy as np
 import numpy.typing as npt
 from mathutils import Matrix, Vector
 
-from ...operators.add import new_sensor
-from ...operators.preset import find_preset
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import LayoutError
@@ -24,6 +22,7 @@ from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
+from ..presets import find_preset, new_sensor
 from ..recording.kept import keep
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE

@@ -7,7 +7,7 @@ viewport, and call no operators.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import bpy
 from bpy.app.handlers import persistent
@@ -17,9 +17,28 @@ from ..recording import digests
 from ..recording import store as recording_store
 from ..recording.fingerprint import SHADING
 from ..scene.light.scene import remove_left
-from ..view import overlay
 from . import playhead, resting, state
 from .live import live_of
+
+
+class View(Protocol):
+    """What shows the sensors, and is told after they have sensed."""
+
+    def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None: ...
+    def note_edit(self, scene: Any) -> None: ...
+
+
+# Those that are registered: sensing knows of no view, views make themselves known.
+_views: list[View] = []
+
+
+def tell(view: View) -> None:
+    """From now on `view` is told of frame changes and edits."""
+    _views.append(view)
+
+
+def tell_no_more(view: View) -> None:
+    _views.remove(view)
 
 
 @persistent
@@ -39,7 +58,8 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
         following.follow(scene, view_layer, depsgraph)
         if following.left_to_do:
             resting.soon()
-    overlay.follow(scene, view_layer, depsgraph)
+    for view in _views:
+        view.follow(scene, view_layer, depsgraph)
 
 
 def _is_shown(scene: Any, depsgraph: Any) -> bool:
@@ -67,7 +87,8 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
         state.CACHE.outdate_live()
     if state.CACHE.live is not None and state.CACHE.live.outdated:
         resting.soon()
-    overlay.note_edit(scene)
+    for view in _views:
+        view.note_edit(scene)
 
 
 def _holds_an_edit(updates: Any, playing: bool) -> bool:

@@ -9,15 +9,11 @@ mouse is over. Only `draw` and `labels` know the GPU.
 
 from __future__ import annotations
 
-from .refresh import follow, note_edit
-
-__all__ = ("follow", "note_edit", "register", "unregister")
-
 
 def _modules() -> tuple:
-    from . import draw, hover, settings
+    from . import draw, hover, refresh, settings
 
-    return (settings, hover, draw)
+    return (settings, hover, draw, refresh)
 
 
 def register() -> None:

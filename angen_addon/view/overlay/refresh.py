@@ -13,7 +13,7 @@ from typing import Any
 
 import bpy
 
-from ...runtime import state
+from ...runtime import handlers, state
 from .field import Field
 from .settings import redraw_views
 
@@ -103,3 +103,12 @@ def cancel() -> None:
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)
     state.CACHE.overlay = None
+
+
+def register() -> None:
+    handlers.tell(sys.modules[__name__])
+
+
+def unregister() -> None:
+    handlers.tell_no_more(sys.modules[__name__])
+    cancel()

@@ -12,7 +12,7 @@ from typing import NoReturn
 from .commands.console import note, tell
 from .commands.leaving import leave_hard
 from .commands.opening import open_file, unreadable
-from .commands.quiet import fill_closed_streams, standard_output_silenced
+from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
 VERBS = "{simulate,list,apply,check,explain,coverage,place,doctor,convert,compare,replay}"

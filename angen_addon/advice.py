@@ -9,7 +9,7 @@ from typing import Any
 from .animation import is_animated
 from .instances import with_instanced
 from .scene.rays.solids import SURFACE_TYPES
-from .view.wording import Advice, named, uncapped
+from .wording import Advice, named, uncapped
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:

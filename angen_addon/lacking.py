@@ -15,7 +15,7 @@ from ..sensor_logic.kinds import KINDS
 from .animation import all_animated
 from .runtime import state
 from .sensors import all_sensors, simulated
-from .view.wording import named
+from .wording import named
 
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
 FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .commands.quiet import standard_output_silenced
+from .quiet import standard_output_silenced
 
 _unregister: Callable[[], None] | None = None
 

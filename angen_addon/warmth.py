@@ -13,8 +13,8 @@ from .scene.rays.geometry import evaluated_materials
 from .scene.rays.solids import SURFACE_TYPES
 from .scene.warmth import collection_parents, inherited_warmth
 from .sensors import Sensor
-from .view.wording import Advice
 from .weights import chain
+from .wording import Advice
 
 # Materials with one of these in their name are bare skin.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")

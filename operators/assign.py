@@ -10,7 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice import without_surface
-from ..angen_addon.view.wording import uncapped
+from ..angen_addon.wording import uncapped
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from .add import KIND_ITEMS

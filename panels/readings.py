@@ -13,7 +13,7 @@ from ..angen_addon.runtime import playhead, state
 from ..angen_addon.runtime.playhead import Playhead, Told
 from ..angen_addon.sensors import Sensor
 from ..angen_addon.units import lengths_of
-from ..angen_addon.view.wording import capital
+from ..angen_addon.wording import capital
 from ..sensor_logic.kind import Field, Kind
 from ..sensor_logic.model import NOT_YET, Reading
 from ..sensor_logic.output_timing import waiting

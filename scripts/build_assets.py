@@ -103,6 +103,6 @@ def picture(sensor: Any, path: Path) -> None:
 
 if __name__ == "__main__":
     target = Path(sys.argv[1])
-    with import_module("angen_addon.commands.quiet").standard_output_silenced():
+    with import_module("angen_addon.quiet").standard_output_silenced():
         count = build(target)
     print(f"{count} assets in {target / FILE}")

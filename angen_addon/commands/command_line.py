@@ -40,6 +40,7 @@ from ..output.mqtt.sending import Sending
 from ..output.output_files import Outputs, check_outputs
 from ..output.report import check_name, report_text
 from ..output.run_log import log_of_run
+from ..quiet import fill_closed_streams, standard_output_silenced
 from ..recording import bake
 from ..recording.kept import keep
 from ..runtime import state
@@ -53,7 +54,6 @@ from .console import note
 from .interrupt import Interrupt
 from .leaving import leave_hard
 from .progress import ProgressLine
-from .quiet import fill_closed_streams, standard_output_silenced
 
 SHOWN_DIFFERENCES = 50
 DONE, FAILED, BAD_INPUT = 0, 1, 2

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..angen_error import AngenError
-from .quiet import standard_output_silenced
+from ..quiet import standard_output_silenced
 
 if TYPE_CHECKING:
     from ..api.home import Home

@@ -8,7 +8,7 @@ import bpy
 from ...sensor_logic.kind import FORCES
 from .. import advice, warmth
 from ..sensors import Sensor, simulated
-from ..view.wording import uncapped
+from ..wording import uncapped
 from .console import note
 
 

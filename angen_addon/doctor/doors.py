@@ -12,7 +12,7 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ..animation import motion_paths
 from ..instances import chain
-from ..view.wording import named
+from ..wording import named
 from .examined import Examined, Found
 
 WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from ...sensor_logic.kind import LIGHT
 from .. import lacking
-from ..view.wording import capital
+from ..wording import capital
 from .examined import Examined, Found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...sensor_logic.kind import FORCES
 from .. import advice
 from ..scene.rays.caster import NOTHING
-from ..view.wording import uncapped
+from ..wording import uncapped
 from .examined import Examined, Found
 
 BUNDLE = -41

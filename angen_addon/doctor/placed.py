@@ -20,7 +20,7 @@ from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
 from ..sensors import Sensor, SensorError
 from ..view.sight import sight_of
-from ..view.wording import named
+from ..wording import named
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43

@@ -11,7 +11,7 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import SURFACE_TYPES
-from ..view.wording import named
+from ..wording import named
 from .examined import Examined, Found
 
 # m: no home is larger than the first, with half of its things larger than the second; none is

@@ -17,7 +17,7 @@ from ..housing import Housing, housing_of, mesh_of
 from ..instances import chain
 from ..runtime.time_base import evaluated_depsgraph
 from ..sensors import Sensor, unit_scale
-from ..view.wording import named
+from ..wording import named
 from .plan import Change, Planner
 from .told import of_faces
 

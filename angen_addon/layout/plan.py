@@ -24,7 +24,7 @@ from ..animation import is_animated, motion_paths
 from ..instances import is_holder
 from ..output.describe import describe
 from ..sensors import Sensor, all_sensors, pointed_at, unit_scale
-from ..view.wording import named
+from ..wording import named
 
 Array = NDArray[np.float64]
 # What counts as the same place: single precision at its distance from the origin (m), and an angle.

@@ -13,7 +13,7 @@ from ...sensor_logic.kind import LIGHT, REFLECTANCE
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording import Recording
 from ..sensors import Sensor, all_sensors
-from ..view.wording import listed
+from ..wording import listed
 from .fingerprint import (
     SCENE,
     SHOWN,

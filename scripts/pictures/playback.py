@@ -16,8 +16,8 @@ from collections.abc import Callable
 from typing import Any
 
 import bpy
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, live
-from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import draw
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import live
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import draw, refresh
 
 # A round has so many frames; the first few, in which all is looked at anew, do not count.
 ROUNDS, FRAMES, FIRST = 4, 40, 6
@@ -63,7 +63,7 @@ def start() -> None:
     draw.draw_fields, draw.draw_labels = timed(draw.draw_fields), timed(draw.draw_labels)
     draw.register()
     live.Live.follow = timed(live.Live.follow)
-    handlers.overlay.follow = timed(handlers.overlay.follow)
+    refresh.follow = timed(refresh.follow)
     bpy.types.SpaceView3D.draw_handler_add(count, (), "WINDOW", "POST_PIXEL")
     window = bpy.context.window_manager.windows[0]
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ....sensor_logic.quantities import Lengths, measured
 from ...view.explain.facts import Explanation, at_frame
 from ...view.explain.replay import Replay
-from ...view.wording import quoted
+from ...wording import quoted
 from .panel import NO_MAGNET
 
 

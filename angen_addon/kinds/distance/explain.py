@@ -10,7 +10,7 @@ from ....sensor_logic.kinds.distance.model import sigma
 from ....sensor_logic.kinds.distance.parameters import DistanceParameters
 from ...view.explain.facts import Explanation, Facts, at_frame
 from ...view.explain.replay import Replay
-from ...view.wording import named, quoted
+from ...wording import named, quoted
 
 # m: a recorded distance that differs by more is of another scene.
 TOLERANCE = 1e-6

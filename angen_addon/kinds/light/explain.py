@@ -9,7 +9,7 @@ from ....sensor_logic.kind import Field
 from ...view.explain.facts import Explanation, at_frame, more_needed
 from ...view.explain.lamps import LampShare, LightParts, light_parts
 from ...view.explain.replay import Replay
-from ...view.wording import quoted
+from ...wording import quoted
 
 LAMPS_SHOWN = 6
 SHADOWED_SHOWN = 3

@@ -10,7 +10,7 @@ from bpy.types import Context
 from ....panels.lines import draw_lines
 from ....panels.readings import Shown
 from ...sensors import Sensor
-from ...view.wording import capital
+from ...wording import capital
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:

@@ -11,7 +11,7 @@ from ....sensor_logic.kinds.optical_switch.model import SWITCHING_LEVEL, Optical
 from ....sensor_logic.quantities import Lengths
 from ...view.explain.facts import Explanation, Facts, at_frame
 from ...view.explain.replay import Replay
-from ...view.wording import quoted
+from ...wording import quoted
 
 RANGE_TOLERANCE = 1e-6
 

@@ -11,7 +11,7 @@ import numpy as np
 from ....sensor_logic.output_timing import waiting
 from ...view.explain.facts import Explanation, Facts
 from ...view.explain.replay import Replay
-from ...view.wording import capital, quoted
+from ...wording import capital, quoted
 from .explain_scan import SAME as CHANGED
 from .explain_scan import explain_range_scan
 from .explain_warmth import WarmCause, explain_pyroelectric

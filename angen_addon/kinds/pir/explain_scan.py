@@ -15,7 +15,7 @@ from ....sensor_logic.model import Array, Pose
 from ....sensor_logic.quantities import Lengths
 from ...view.explain.facts import Explanation, at_frame
 from ...view.explain.replay import Replay
-from ...view.wording import quoted
+from ...wording import quoted
 
 # A range that changed by less than this, in m, without the noise, did not change.
 SAME = 1e-6

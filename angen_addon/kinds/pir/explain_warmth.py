@@ -17,7 +17,7 @@ from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.model import Array, Emission
 from ...view.explain.facts import Explanation
 from ...view.explain.replay import Replay
-from ...view.wording import quoted
+from ...wording import quoted
 
 # s: what the elements felt earlier than this the amplifier has mostly forgotten.
 WINDOW = 0.5

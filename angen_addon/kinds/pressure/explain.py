@@ -14,7 +14,7 @@ from ....sensor_logic.partner_names import split
 from ....sensor_logic.quantities import Lengths, typed
 from ...view.explain.facts import Explanation, at_frame, more_needed
 from ...view.explain.replay import Replay
-from ...view.wording import capital, quoted
+from ...wording import capital, quoted
 from .words import centre_text
 
 # Of the recorded force, or of a newton where that is less.

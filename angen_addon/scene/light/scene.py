@@ -17,7 +17,7 @@ import bpy
 from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...animation import is_animated
-from ...commands.quiet import standard_output_silenced
+from ...quiet import standard_output_silenced
 from .frozen import Frozen, Simulated
 from .instances import Instances
 from .twins import twins

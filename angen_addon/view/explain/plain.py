@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from ....sensor_logic.kind import RAYS
 from ....sensor_logic.parameters import specs, used, value_text
-from ..wording import quoted
+from ...wording import quoted
 from .facts import Explanation, Facts
 from .replay import Replay
 

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who may import whom: sensing knows of nothing that shows it, and nothing imports in a circle."""
+
+import ast
+import graphlib
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PRODUCT = ("angen_addon", "operators", "panels", "sensor_logic")
+SENSING = tuple(f"angen_addon.{name}" for name in ("runtime", "scene", "recording"))
+INTERFACE = (
+    "operators",
+    "panels",
+    *(f"angen_addon.{name}" for name in ("view", "kinds", "commands", "output", "api")),
+)
+
+
+def modules() -> dict[str, Path]:
+    found = {}
+    for folder in PRODUCT:
+        for path in (ROOT / folder).rglob("*.py"):
+            name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+            found[name.removesuffix(".__init__")] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imported(name: str) -> Iterator[str]:
+    """The modules of the product that a module imports as it is loaded."""
+    path = MODULES[name]
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and node.level:
+            above = package.split(".")
+            base = above[: len(above) - node.level + 1] + [node.module] * bool(node.module)
+            for alias in node.names:
+                inner = ".".join([*base, alias.name])
+                yield inner if inner in MODULES else ".".join(base)
+
+
+GRAPH = {name: set(imported(name)) & set(MODULES) - {name} for name in MODULES}
+
+
+def reached(name: str, found: set[str]) -> set[str]:
+    for other in GRAPH[name] - found:
+        found.add(other)
+        reached(other, found)
+    return found
+
+
+def test_the_product_was_found() -> None:
+    assert len(MODULES) > 300
+    assert "angen_addon.runtime.stage" in GRAPH["angen_addon.runtime.simulation"]
+
+
+def test_sensing_imports_nothing_that_shows_or_writes_it() -> None:
+    wrong = {
+        (name, other)
+        for name in MODULES
+        if name.startswith(SENSING)
+        for other in reached(name, set())
+        if other.startswith(INTERFACE)
+    }
+    assert not wrong
+
+
+def test_nothing_imports_in_a_circle() -> None:
+    # Raises CycleError, which names them.
+    list(graphlib.TopologicalSorter(GRAPH).static_order())

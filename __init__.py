@@ -34,7 +34,7 @@ def open(path: str | Path) -> Home:
 
     Blender holds one file at a time: the home that was open before is closed.
     """
-    from .angen_addon.commands.opening import opened
+    from .angen_addon.opening import opened
 
     return opened(path)
 

@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from .commands.console import note, tell
 from .commands.leaving import leave_hard
-from .commands.opening import open_file, unreadable
+from .opening import open_file, unreadable
 from .quiet import fill_closed_streams, standard_output_silenced
 from .standalone import PACKAGE, load_extension
 
@@ -32,7 +32,9 @@ def main(arguments: list[str]) -> int:
     verb, options = arguments[:1], arguments[1:]
     if verb and verb[0] in WITHOUT_BLENDER:
         load_extension()
-        return int(import_module(f"{PACKAGE}.angen_addon.{verb[0]}").main(options, PROGRAM))
+        return int(
+            import_module(f"{PACKAGE}.angen_addon.commands.{verb[0]}").main(options, PROGRAM)
+        )
     help_only = "-h" in options or "--help" in options
     file = None
     if not help_only:

@@ -17,12 +17,11 @@ from typing import Any
 import bpy
 import numpy as np
 
-PROBE = "angen_sensors.angen_addon.scene"
+PROBE = "angen_sensors.angen_addon"
 # Where a checkout has its parts: the present one, or one before light was a sum over lamps.
 PLACES = (
-    ("light.probe", "light.engine", "light.cycles", "CyclesLight"),
-    ("light.probe", "light.engine", "light.kept", "KeptScenes"),
-    ("light", "light_engine", "light_kept", "KeptScenes"),
+    ("scene.light.probe", "scene.light.engine", "scene.light.cycles", "CyclesLight"),
+    ("scene_probe.light", "scene_probe.light_engine", "scene_probe.light_kept", "KeptScenes"),
 )
 
 

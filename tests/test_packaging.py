@@ -125,7 +125,7 @@ import os, sys
 import bpy, addon_utils
 addon = addon_utils.enable("bl_ext.user_default.angen_sensors", default_set=True)
 assert addon and os.path.realpath(addon.__file__).startswith(os.path.realpath(sys.argv[1]))
-from bl_ext.user_default.angen_sensors.angen_addon.command_line import run_command
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
 bpy.ops.wm.open_mainfile(filepath=sys.argv[2])
 status = run_command(["simulate", "--frames", "1:24", "--events", sys.argv[1] + "/events.csv"])
 addon_utils.disable("bl_ext.user_default.angen_sensors")

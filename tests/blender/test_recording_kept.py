@@ -702,8 +702,8 @@ def test_while_it_plays_what_is_shown_is_not_looked_at_again(home, monkeypatch):
     home.scene.frame_set(2)
     home.scene.frame_set(3)
     looked = []
-    for name in ("kept.what_is_shown", "state.all_sensors"):
-        module, function = name.split(".")
+    for name in ("recording.kept.what_is_shown", "runtime.state.all_sensors"):
+        module, _, function = name.rpartition(".")
         part = import_module(f"{ADDON}.angen_addon.{module}")
         known = getattr(part, function)
         monkeypatch.setattr(part, function, lambda *a, f=known: looked.append(1) or f(*a))

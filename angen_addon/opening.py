@@ -7,11 +7,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..angen_error import AngenError
-from ..quiet import standard_output_silenced
+from .angen_error import AngenError
+from .quiet import standard_output_silenced
 
 if TYPE_CHECKING:
-    from ..api.home import Home
+    from .api.home import Home
 
 
 def opened(path: str | Path) -> Home:

@@ -41,7 +41,7 @@ def measure(*requests: Any, efficacy: float = 1.0) -> dict[str, Any]:
 def preview(*requests: Any) -> dict[str, Any]:
     """By closed forms alone, whatever they do not model."""
     bpy.context.view_layer.update()
-    solids, depsgraph = part("solids").Solids(), bpy.context.evaluated_depsgraph_get()
+    solids, depsgraph = part("rays.solids").Solids(), bpy.context.evaluated_depsgraph_get()
     solids.sync(depsgraph)
     return dict(part("light.probe").measure_direct(solids, depsgraph, requests, 1.0))
 

@@ -20,7 +20,7 @@ ASKED = (
 @pytest.fixture
 def scrub():
     """Measures in a frame handler; a list that grows by what each frame gave."""
-    solids, found = part("solids").Solids(), []
+    solids, found = part("rays.solids").Solids(), []
 
     @bpy.app.handlers.persistent
     def follow(_, depsgraph):

@@ -593,7 +593,7 @@ def test_nothing_is_done_in_the_background(world, addon_part):
 
 def test_the_handlers_call_it(world, addon_part, monkeypatch):
     called = []
-    overlay = addon_part("angen_addon.view.overlay")
+    overlay = addon_part("angen_addon.view.overlay.refresh")
     monkeypatch.setattr(overlay, "follow", lambda *a: called.append("follow"))
     monkeypatch.setattr(overlay, "note_edit", lambda *a: called.append("edit"))
     world.scene.frame_set(7)

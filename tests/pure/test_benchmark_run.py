@@ -19,6 +19,8 @@ def bench(monkeypatch, tmp_path, capsys):
     """Runs the command on data as given for its parts (an error is raised) in an empty place."""
     from benchmarks import __main__ as command
 
+    light_holds = command._light_holds
+
     def run(*arguments, **parts):
         def measured(name, quick, docs):
             data = parts.get(name, DATA[name])
@@ -29,6 +31,8 @@ def bench(monkeypatch, tmp_path, capsys):
 
         monkeypatch.setattr(command, "ROOT", tmp_path)
         monkeypatch.setattr(command, "_measure", measured)
+        if command._light_holds is light_holds:
+            monkeypatch.setattr(command, "_light_holds", lambda quick: True)
         monkeypatch.setattr(sys, "argv", ["benchmarks", "--quick", *arguments])
         said = ""
         try:
@@ -126,6 +130,9 @@ def test_the_page_in_docs_leads_beside_itself():
     assert page._linked(text, page.DOCS) == text and "](hard_cases.md)" in text
 
 
-def test_a_glance_at_light_is_sent_to_its_own_program(bench):
+def test_light_that_is_out_of_its_bounds_fails_a_run(bench, monkeypatch):
     said, _ = bench("--only", "light")
-    assert said == "2"
+    assert said == ""
+    monkeypatch.setattr("benchmarks.__main__._light_holds", lambda quick: False)
+    said, _ = bench("--only", "light")
+    assert "light: out of bounds" in said

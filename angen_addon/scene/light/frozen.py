@@ -83,22 +83,17 @@ class Frozen:
                 self.made.clear()
             self.made += _instances(obj, depsgraph, own)
 
-    def follow(self, depsgraph: Any, light_scene: Any) -> bool:
+    def follow(self, depsgraph: Any) -> bool:
         """Brings them to the present moment; whether that could be done. What stands costs
-        nothing, what moves its matrix, and what changes its shape a new mesh."""
+        nothing, and what moves its matrix. A new shape needs new objects: where the mesh of one is
+        exchanged, Cycles now and then goes on with the one before."""
         evaluated = self._obj.evaluated_get(depsgraph)
         if self._has_instances or _looks(evaluated) != self._looks:
             return False
-        made, shape = self.made[0], _facts(evaluated)
-        if shape != self._shape:
-            if self._obj.type != "MESH":
-                return False
-            before, made.data = made.data, _shape(evaluated, depsgraph, light_scene.own)
-            light_scene.disown(before)
-            _give_materials(made, evaluated)
-            self._shape = shape
-        if made.matrix_world != evaluated.matrix_world:
-            made.matrix_world = evaluated.matrix_world
+        if _facts(evaluated) != self._shape:
+            return False
+        if self.made[0].matrix_world != evaluated.matrix_world:
+            self.made[0].matrix_world = evaluated.matrix_world
         return True
 
 

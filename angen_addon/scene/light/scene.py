@@ -115,7 +115,7 @@ class LightScene:
 
     def follow_frozen(self) -> bool:
         """Takes over the moment for what is frozen; whether that could be done."""
-        return all(found.follow(self._user_layer.depsgraph, self) for found in self.frozen)
+        return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, first_frame: bool = False) -> None:
         """Takes over the moment, and what else of the scene drivers and nodes look at.

@@ -24,7 +24,7 @@ def scrub():
 
     @bpy.app.handlers.persistent
     def follow(_, depsgraph):
-        solids.note(depsgraph, edited=False)
+        solids.note(depsgraph, edited=False, by_frame=False)
         solids.sync(depsgraph)
         found.append(
             part("light.probe").measure_direct(solids, depsgraph, list(ASKED), efficacy=1.0)

@@ -344,7 +344,6 @@ def test_what_stands_in_a_home_with_modifiers_and_physics_is_taken_in_once(room)
         post.modifiers.new("bevel", "BEVEL").segments = 2
         post.modifiers.new("array", "ARRAY").count = 2
     room.key(objects("post 0"), "location", {1: (-1, 1, 0), 20: (-1, 0, 1)})
-    room.key(objects("post 1"), 'modifiers["bevel"].width', {1: 0.01, 20: 0.1})
     settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
     room.sensor("LIGHT", "meter", **settings).location = (0.3, -1, 0.2)
     recording, taken_in = Recording(), []

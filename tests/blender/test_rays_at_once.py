@@ -92,6 +92,27 @@ def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, co
     assert hits > 3
 
 
+@pytest.mark.parametrize("passed", [0.0, 2.0])
+def test_rays_to_a_place_meet_what_is_on_their_way(passed):
+    """Those to a lamp begin all around it and end there, or go on behind it."""
+    random = np.random.default_rng(2)
+    points, corners = lump()
+    tree, hits = tree_of(points, corners), 0
+    for _ in range(12):
+        lamp = random.normal(size=3) * 2.0
+        ways = random.normal(size=(80, 3)) * 0.4 + lamp
+        ways /= np.linalg.norm(ways, axis=1)[:, None]
+        origins = lamp - ways * random.uniform(1.0, 5.0, (80, 1)) + ways * passed
+        expected = met_by(tree, origins, ways, np.full(80, 9.0))
+        apex = changing_shapes.apex_of(origins, ways)
+        far, _ = changing_shapes.meet(points.T, corners.T, origins, ways, apex)
+        both = np.isfinite(far) & np.isfinite(expected)
+        assert (np.isfinite(far) != np.isfinite(expected)).sum() <= 1
+        np.testing.assert_allclose(far[both], expected[both], atol=TOLERANCE)
+        hits += both.sum()
+    assert hits > 100
+
+
 def test_only_rays_from_one_point_have_one():
     random = np.random.default_rng(2)
     origins, ways = rays_at(random, np.array([1.0, 2.0, 3.0]), 0.3, 9)

@@ -58,8 +58,8 @@ def meet(
     of the triangles `corners` (3, m) of `points` (3, k), inf where they meet none; and the triangle
     (n,) that each meets. `apex` (3,): where the rays' lines all meet, if they do."""
     far, face = np.full(len(origins), np.inf), np.zeros(len(origins), np.intp)
-    for which, eye in _pictures(origins, ways, apex):
-        ray, triangle = _together(points, corners, ways[which], eye)
+    for which, looks, eye in _pictures(origins, ways, apex):
+        ray, triangle = _together(points, corners, looks, eye)
         ray = which[ray]
         length = _lengths(points, corners[:, triangle], origins[ray], ways[ray])
         hit = np.flatnonzero(length < np.inf)
@@ -67,23 +67,38 @@ def meet(
         order = np.lexsort((triangle, length, ray))
         ray = ray[order]
         first = np.flatnonzero(ray != np.concatenate([[-1], ray[:-1]]))
-        far[ray[first]], face[ray[first]] = length[order[first]], triangle[order[first]]
+        ray, first = ray[first], order[first]
+        nearer = length[first] < far[ray]
+        ray, first = ray[nearer], first[nearer]
+        far[ray], face[ray] = length[first], triangle[first]
     return far, face
 
 
-def _pictures(origins: Array, ways: Array, apex: Array | None) -> list[tuple[Index, Array]]:
-    """Which rays are seen in one picture, each with its eye (3,)."""
+def _pictures(origins: Array, ways: Array, apex: Array | None) -> list[tuple[Index, Array, Array]]:
+    """Which rays are seen in one picture, the ways in which each is looked along, and the picture's
+    eye (3,). Rays that go towards their apex, as those to a lamp do, are looked back along too."""
     every = np.arange(len(origins))
     if apex is None:
-        return [(every[i : i + 1], origins[i]) for i in every.tolist()]
+        return [(every[i : i + 1], ways[i : i + 1], origins[i]) for i in every.tolist()]
+    ahead = ((origins - apex) * ways).sum(axis=1)
+    behind = bool((ahead < -THROUGH * float(np.abs(ahead).max(initial=0.0))).any())
+    found = []
+    for looks in (ways, -ways) if behind else (ways,):
+        found += [(which, looks[which], apex) for which in _narrow(looks)]
+    return found
+
+
+def _narrow(ways: Array) -> list[Index]:
+    """Which of some ways (n, 3) fit into one picture."""
+    every = np.arange(len(ways))
     units = ways / np.linalg.norm(ways, axis=1)[:, None]
     middle = units.mean(axis=0)
     if float((units @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
-        return [(every, apex)]
+        return [every]
     # One picture for each side of a cube about the eye.
     axis = np.abs(units).argmax(axis=1)
     side = 2 * axis + (units[every, axis] > 0.0)
-    return [(np.flatnonzero(side == one), apex) for one in np.unique(side).tolist()]
+    return [np.flatnonzero(side == one) for one in np.unique(side).tolist()]
 
 
 def _together(points: Array, corners: Index, ways: Array, eye: Array) -> tuple[Index, Index]:

@@ -62,6 +62,17 @@ def test_the_examples_of_the_docs_run_as_they_stand(home, run, tmp_path) -> None
     assert (tmp_path / "with_sensor.blend").exists()
 
 
+def test_runs_that_are_spread_over_processes_are_those_of_one(home, run) -> None:
+    text = (ROOT / "docs" / "package.md").read_text(encoding="utf-8")
+    (spread,) = re.findall(r"```py\n(.*?)```", text, re.DOTALL)
+    alone = spread[: spread.index("if __name__")] + (
+        "for rate in [1.0, 6.0, 24.0]: print(rate, events(rate))\n"
+    )
+    assert run(spread) == run(
+        alone.replace("from dask.distributed import Client, LocalCluster", "")
+    )
+
+
 def test_events_are_those_of_the_command_line(home, run, tmp_path) -> None:
     command = [sys.executable, "-m", "angen_addon", "simulate", home, "--quiet"]
     told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout

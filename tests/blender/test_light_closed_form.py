@@ -99,7 +99,7 @@ def test_a_disk_lamp(world, engine, distance):
     lamp(world, "AREA", at=(0, 0, distance + 0.001), shape="DISK", size=1.0)
     radiance = 1 / (math.pi * math.pi / 4)
     expected = math.pi * radiance * 0.25 / (0.25 + distance**2)
-    found = lux(request(engine=engine, samples=1024))
+    found = lux(request(engine=engine, samples=4096))
     assert found == pytest.approx(expected, rel=AREA_TOLERANCE)
 
 

@@ -145,7 +145,7 @@ def test_no_change_makes_a_reading_wrong(room, scenes, what):
             if frame in (6, 9):
                 engine.SEED = 77
                 true = plain(4 * MANY)
-                for engine.SEED in range(4):
+                for engine.SEED in range(8):
                     scenes.close()
                     errors += list(in_a_run(scenes) / true - 1)
                     without += list(plain(FEW) / true - 1)

@@ -50,7 +50,8 @@ class MovingScene:
         """Removes it from the file."""
         # Undo, or another file, may have taken it away.
         with suppress(ReferenceError):
-            bpy.data.scenes.remove(self._scene)
+            # Blender 4.3 without windows crashes where a scene is removed by itself.
+            bpy.data.batch_remove([self._scene])
 
 
 def moving_scene(

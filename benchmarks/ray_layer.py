@@ -104,14 +104,14 @@ def run(scene: Any, sensors: list[Sensor], caster_name: str, frames: int) -> Run
     runners = [SensorRunner(sensor, clock) for sensor in sensors]
     probes = Probes(scene)
     done = Run()
-    cast = probes.caster.cast
+    cast = probes.caster.cast_at
 
     def noting_cast(*arguments: Any) -> Any:
-        ranges = cast(*arguments)
-        done.ranges.append(ranges.copy())
-        return ranges
+        answers = cast(*arguments)
+        done.ranges.append(answers[-1].copy())
+        return answers
 
-    probes.caster.cast = noting_cast  # type: ignore[method-assign]
+    probes.caster.cast_at = noting_cast  # type: ignore[method-assign]
     first = FIRST_FRAME - scene.frame_start
     scene.frame_set(FIRST_FRAME - START_FRAMES - 1)
     for step in range(first - START_FRAMES, first + frames):

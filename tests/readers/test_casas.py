@@ -46,7 +46,7 @@ def test_aruba_loader_finds_the_activities(aruba) -> None:
     assert list(found["activity"]) == ["Anna_Enter_home", "Bo_Cook_eat"]
     # CASAS marks activities on changes: on the first and the last within.
     assert list(found["start_time"]) == [at(2.833333), at(5)]
-    assert list(found["end_time"]) == [at(3.625), at(8)]
+    assert list(found["end_time"]) == [at(3.8), at(8)]
 
 
 def test_ids_tell_the_kinds_apart_and_the_second_file_keeps_names_and_states(written) -> None:

@@ -16,8 +16,8 @@ MUJOCO_WORST_M = 1e-7
 RAYS = 30_000
 # Relative error of a box at rest.
 TOUCH = 1e-6
-# 2.6 % measured with an eighth of the rays; 6.2 % of rtrace by few of them, in a glance.
-LIGHT, MOST_RAYS = 0.05, 0.08
+# 2.6 % measured with an eighth of the rays.
+LIGHT, MOST_RAYS = 0.05, 0.06
 
 
 def check(data: dict[str, Any], bounds: Bounds) -> None:

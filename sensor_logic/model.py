@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -153,7 +154,7 @@ class Updates:
 
         number = int(self.numbers[i])
         scene = {need: one(need) for need in self.scene}
-        noise = lambda: self.noise(number)  # noqa: E731
+        noise = partial(self.noise, number)
         return Update(number, float(self.times[i]), self.pose, scene, noise, self.part)
 
     def _once(self, need: str, question: tuple[Any, ...]) -> Answers:

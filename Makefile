@@ -54,6 +54,7 @@ sample: ## rebuild sample_blends/*.blend (with Blender 4.2, so that every later 
 	@.venv-4.2/bin/python sample_blends/build_pressure.py
 	@.venv-4.2/bin/python sample_blends/build_light.py
 	@.venv-4.2/bin/python sample_blends/build_light_control.py
+	@.venv-4.2/bin/python sample_blends/build_atelier.py
 
 clean: ## remove what these targets made
 	rm -rf .venv* .types build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -34,14 +34,14 @@ def open(path: str | Path) -> Home:
 
     Blender holds one file at a time: the home that was open before is closed.
     """
-    from .angen_addon.opening import opened
+    from .angen_addon.api.opening import opened
 
     return opened(path)
 
 
 # What users may want to name beside `open`, and where it is; only homes need Blender's module.
 _NAMES = {
-    "AngenError": "angen_addon.angen_error",
+    "AngenError": "angen_addon.api.error",
     "EventRow": "angen_addon.api.recording",
     "Home": "angen_addon.api.home",
     "HomeSensor": "angen_addon.api.home",

@@ -5,17 +5,24 @@
 def _modules() -> tuple:
     """Everything that registers, in order; later ones may need earlier ones."""
     from .. import operators, panels
-    from . import active, coverage, properties
+    from . import coverage, properties
     from .commands import command_line
+    from .days import settings as days
+    from .residents import settings
+    from .residents.places import marks
     from .runtime import handlers
-    from .view import overlay, timeline
+    from .view import active, overlay, places, timeline
 
     return (
         properties,
+        marks,
+        settings,
         active,
         overlay,
+        places,
         timeline,
         coverage,
+        days,
         operators,
         panels,
         handlers,
@@ -28,7 +35,7 @@ _registered = False
 
 def register() -> None:
     global _registered
-    from . import taking_down
+    from .process import taking_down
 
     for module in _modules():
         module.register()

@@ -9,15 +9,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
+from .api.opening import open_file, unreadable
 from .commands.console import note, tell
 from .commands.leaving import leave_hard
-from .opening import open_file, unreadable
-from .quiet import fill_closed_streams, standard_output_silenced
-from .standalone import PACKAGE, load_extension
+from .process.quiet import fill_closed_streams, standard_output_silenced
+from .process.standalone import PACKAGE, load_extension
 
-VERBS = "{simulate,list,apply,check,explain,coverage,place,doctor,convert,compare,replay}"
+VERBS = (
+    "{simulate,list,apply,check,explain,coverage,place,places,day,doctor,convert,compare,replay,"
+    "study}"
+)
 # Verbs that read logs alone, each in the module of its name.
-WITHOUT_BLENDER = ("convert", "compare", "replay")
+WITHOUT_BLENDER = ("convert", "compare", "replay", "study")
 # Where the home comes after another file.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"

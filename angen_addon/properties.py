@@ -19,10 +19,10 @@ from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
-from .lengths import OVERRIDABLE, in_units, length_in_units
-from .rooms import known_rooms
 from .runtime import state
-from .units import SUBTYPES, with_unit
+from .scene.lengths import OVERRIDABLE, property_group
+from .scene.rooms import known_rooms
+from .scene.units import SUBTYPES, with_unit
 
 # Decimals of fields, where three are not enough or more than there are.
 PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}
@@ -90,12 +90,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
     Its hard limits are looser than the valid range on purpose: a value that makes no sense must
     be told to the user, not silently changed.
     """
-    facts: dict[str, Any] = {
-        "name": with_unit(spec.label, spec.unit),
-        "description": _tip(spec),
-        "override": OVERRIDABLE,
-        "update": _settings_changed,
-    }
+    facts: dict[str, Any] = {"name": with_unit(spec.label, spec.unit), "description": _tip(spec)}
     if spec.pointer:
         return PointerProperty(type=POINTERS[spec.pointer], **facts)
     facts["default"] = default
@@ -106,10 +101,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
         return BoolProperty(**facts)
     if isinstance(default, str):
         return StringProperty(**facts)
-    if spec.minimum >= 0:
-        facts["min"] = 0
-    if math.isfinite(spec.minimum):
-        facts["soft_min"] = max(spec.minimum, 0)
+    facts["min"], facts["soft_min"] = 0, spec.minimum
     if math.isfinite(spec.maximum):
         facts["soft_max"] = spec.maximum
     if isinstance(default, int):
@@ -125,28 +117,25 @@ def _blender_property(default: Any, spec: Spec) -> Any:
 def _group_of(name: str, parameters: type[Parameters]) -> type:
     """A PropertyGroup class with a property for each parameter."""
     known = defaults(parameters)
-    annotations = {}
-    for parameter, spec in specs(parameters).items():
-        annotations[parameter] = _blender_property(known[parameter], spec)
-        if spec.unit == "m":
-            annotations[in_units(parameter)] = length_in_units(
-                parameter, spec.label, _tip(spec), PRECISIONS["m"]
-            )
-    return type(name, (PropertyGroup,), {"__annotations__": annotations})
+    return property_group(
+        name,
+        {key: _blender_property(known[key], spec) for key, spec in specs(parameters).items()},
+        override=OVERRIDABLE,
+        update=_settings_changed,
+    )
 
 
 def _sensor_group(groups: dict[str, type]) -> type:
     """The PropertyGroup of an object as a sensor, with those of every kind in it."""
     kinds = [(NO_KIND, "None", "Not a sensor", "NONE", 0)]
     kinds += [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
-    annotations = {
+    properties = {
         "kind": EnumProperty(
             name="Kind",
             description="What sensor the object is",
             items=kinds,
             options=set(),
             update=_kind_changed,
-            override=OVERRIDABLE,
             **_none_where_unknown({number for *_, number in kinds}),
         ),
         "enabled": BoolProperty(
@@ -154,7 +143,6 @@ def _sensor_group(groups: dict[str, type]) -> type:
             description="Off: the sensor costs nothing and reports nothing",
             default=True,
             update=_settings_changed,
-            override=OVERRIDABLE,
         ),
         "update_rate": FloatProperty(
             name="Update rate (Hz)",
@@ -165,7 +153,6 @@ def _sensor_group(groups: dict[str, type]) -> type:
             soft_min=0.1,
             soft_max=100.0,
             update=_settings_changed,
-            override=OVERRIDABLE,
         ),
         "room": StringProperty(
             name="Room",
@@ -174,30 +161,25 @@ def _sensor_group(groups: dict[str, type]) -> type:
             options=set(),
             search=known_rooms,
             search_options={"SUGGESTION"},
-            override=OVERRIDABLE,
         ),
         "active": BoolProperty(
-            name="Active",
-            description="Output: moved, open, pressed or lit. Drivers can read it",
-            override=OVERRIDABLE,
+            name="Active", description="Output: moved, open, pressed or lit. Drivers can read it"
         ),
         "value": FloatProperty(
             name="Value",
             description="Output: the main reading (tilt, range, force or light). "
             "Drivers can read it",
             precision=4,
-            override=OVERRIDABLE,
         ),
     }
     for kind in KINDS.values():
-        annotations[kind.attribute] = PointerProperty(
-            type=groups[kind.attribute], name=kind.label, override=OVERRIDABLE
-        )
-    return type("AngenSensor", (PropertyGroup,), {"__annotations__": annotations})
+        properties[kind.attribute] = PointerProperty(type=groups[kind.attribute], name=kind.label)
+    return property_group("AngenSensor", properties, override=OVERRIDABLE)
 
 
-def _load_group() -> type:
-    annotations = {
+LOAD = property_group(
+    "AngenLoad",
+    {
         "mass": FloatProperty(
             name="Mass (kg)",
             description="Weight that an animated, not simulated, body such as a person's mesh or "
@@ -206,8 +188,6 @@ def _load_group() -> type:
             soft_max=200.0,
             precision=2,
             step=10,
-            update=_load_changed,
-            override=OVERRIDABLE,
         ),
         "tolerance": FloatProperty(
             name="Contact tolerance",
@@ -216,24 +196,18 @@ def _load_group() -> type:
             default=0.03,
             min=0.0,
             soft_max=0.2,
-            update=_load_changed,
-            override=OVERRIDABLE,
         ),
-        in_units("tolerance"): length_in_units(
-            "tolerance", "Contact tolerance", "What is less than this below it carries its weight"
-        ),
-    }
-    return type("AngenLoad", (PropertyGroup,), {"__annotations__": annotations})
-
-
-def _warmth_group() -> type:
-    annotations = {
+    },
+    override=OVERRIDABLE,
+    update=_load_changed,
+)
+WARMTH = property_group(
+    "AngenWarmth",
+    {
         "use_temperature": BoolProperty(
             name="Own temperature",
             description="It has a temperature of its own, which pyroelectric motion detectors see. "
             "A material's counts more than its object's, and that more than its collections'",
-            update=_warmth_changed,
-            override=OVERRIDABLE,
         ),
         "temperature": FloatProperty(
             name="Temperature (°C)",
@@ -244,8 +218,6 @@ def _warmth_group() -> type:
             soft_max=100.0,
             precision=1,
             step=50,
-            update=_warmth_changed,
-            override=OVERRIDABLE,
         ),
         "emissivity": FloatProperty(
             name="Emissivity",
@@ -255,96 +227,90 @@ def _warmth_group() -> type:
             default=0.95,
             min=0.0,
             max=1.0,
-            update=_warmth_changed,
-            override=OVERRIDABLE,
         ),
-    }
-    return type("AngenWarmth", (PropertyGroup,), {"__annotations__": annotations})
-
-
-def _scene_properties() -> dict[str, Any]:
-    return {
-        "angen_seed": IntProperty(
-            name="Seed",
-            description="Seed of every sensor's noise: the same file gives the same log",
-            min=0,
-            options=set(),
-            update=_settings_changed,
-        ),
-        "angen_substeps": IntProperty(
-            name="Substeps",
-            description="Divides frames, for movement too fast for the frame rate. "
-            "While scrubbing, sensors look at whole frames only",
-            default=1,
-            min=1,
-            soft_max=64,
-            options=set(),
-            update=_settings_changed,
-        ),
-        "angen_luminous_efficacy": FloatProperty(
-            name="Luminous efficacy (lm/W)",
-            description="Lumens that a watt of Blender's light counts as, for sensors in lux. "
-            "683: as Blender's glTF exporter writes its lamps; 179: equal-energy white, as in "
-            "Radiance",
-            default=683.0,
-            min=0.0,
-            soft_max=683.0,
-            options=set(),
-            update=_settings_changed,
-        ),
-        "angen_light_reference": IntProperty(
-            name="Reference paths",
-            description="Takes most of the noise out of a run with Cycles: the first frame is "
-            "measured once with so many light paths a reading, for any state of the lamps, and "
-            "every update, with its few (Samples), is corrected by that. Worth its time where "
-            "there are many updates. 0: off",
-            default=0,
-            min=0,
-            soft_max=65536,
-            max=1 << 20,
-            options=set(),
-            update=_settings_changed,
-        ),
-        "angen_ambient_temperature": FloatProperty(
-            name="Ambient temperature (°C)",
-            description="Temperature of everything that has none of its own, in degrees Celsius, "
-            "for pyroelectric motion detectors",
-            default=20.0,
-            min=-273.15,
-            soft_min=-20.0,
-            soft_max=45.0,
-            precision=1,
-            step=50,
-            update=_settings_changed,
-        ),
-        "angen_ray_caster": EnumProperty(
-            name="Ray caster",
-            description="How rays meet the scene. Both give the same events",
-            items=[
-                ("FAST", "Fast", "Casts again only where something moved", 0),
-                ("SCENE", "Reference", "Blender's own scene.ray_cast for every ray", 1),
-            ],
-            options=set(),
-            update=_settings_changed,
-        ),
-        "angen_live": BoolProperty(
-            name="Live",
-            description="Without a recording, sensors follow the playhead",
-            default=True,
-        ),
-        "angen_cleared": IntProperty(
-            name="Cleared recording",
-            description="Which recording was cleared, so that undo brings it back",
-            options={"HIDDEN"},
-        ),
-    }
-
-
+    },
+    override=OVERRIDABLE,
+    update=_warmth_changed,
+)
+# What readings depend on.
+SCENE_SETTINGS = {
+    "angen_seed": IntProperty(
+        name="Seed",
+        description="Seed of every sensor's noise: the same file gives the same log",
+        min=0,
+        options=set(),
+    ),
+    "angen_substeps": IntProperty(
+        name="Substeps",
+        description="Divides frames, for movement too fast for the frame rate. "
+        "While scrubbing, sensors look at whole frames only",
+        default=1,
+        min=1,
+        soft_max=64,
+        options=set(),
+    ),
+    "angen_luminous_efficacy": FloatProperty(
+        name="Luminous efficacy (lm/W)",
+        description="Lumens that a watt of Blender's light counts as, for sensors in lux. "
+        "683: as Blender's glTF exporter writes its lamps; 179: equal-energy white, as in "
+        "Radiance",
+        default=683.0,
+        min=0.0,
+        soft_max=683.0,
+        options=set(),
+    ),
+    "angen_light_reference": IntProperty(
+        name="Reference paths",
+        description="Takes most of the noise out of a run with Cycles: the first frame is "
+        "measured once with so many light paths a reading, for any state of the lamps, and "
+        "every update, with its few (Samples), is corrected by that. Worth its time where "
+        "there are many updates. 0: off",
+        default=0,
+        min=0,
+        soft_max=65536,
+        max=1 << 20,
+        options=set(),
+    ),
+    "angen_ambient_temperature": FloatProperty(
+        name="Ambient temperature (°C)",
+        description="Temperature of everything that has none of its own, in degrees Celsius, "
+        "for pyroelectric motion detectors",
+        default=20.0,
+        min=-273.15,
+        soft_min=-20.0,
+        soft_max=45.0,
+        precision=1,
+        step=50,
+    ),
+    "angen_ray_caster": EnumProperty(
+        name="Ray caster",
+        description="How rays meet the scene. Both give the same events",
+        items=[
+            ("FAST", "Fast", "Casts again only where something moved", 0),
+            ("SCENE", "Reference", "Blender's own scene.ray_cast for every ray", 1),
+        ],
+        options=set(),
+    ),
+}
+SCENE = {
+    **{
+        name: prop.function(update=_settings_changed, **prop.keywords)
+        for name, prop in SCENE_SETTINGS.items()
+    },
+    "angen_live": BoolProperty(
+        name="Live", description="Without a recording, sensors follow the playhead", default=True
+    ),
+    "angen_cleared": IntProperty(
+        name="Cleared recording",
+        description="Which recording was cleared, so that undo brings it back",
+        options={"HIDDEN"},
+    ),
+}
 KIND_GROUPS = {
     kind.attribute: _group_of(f"Angen{kind.parameters.__name__}", kind.parameters)
     for kind in KINDS.values()
 }
-SENSOR, LOAD, WARMTH = _sensor_group(KIND_GROUPS), _load_group(), _warmth_group()
+SENSOR = _sensor_group(KIND_GROUPS)
 _register_groups, _unregister_groups = bpy.utils.register_classes_factory(
     (*KIND_GROUPS.values(), SENSOR, LOAD, WARMTH)
 )
@@ -363,12 +329,12 @@ def register() -> None:
         update=_ignored_changed,
         override=OVERRIDABLE,
     )
-    for name, prop in _scene_properties().items():
+    for name, prop in SCENE.items():
         setattr(Scene, name, prop)
 
 
 def unregister() -> None:
-    for name in reversed(_scene_properties()):
+    for name in reversed(SCENE):
         delattr(Scene, name)
     del Object.angen_ignored
     for owner in WARM:

@@ -18,7 +18,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from angen_addon.standalone import load_extension
+from angen_addon.process.standalone import load_extension
 
 from . import page, pressure_report
 from .regressions import broken, held

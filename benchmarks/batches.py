@@ -56,10 +56,15 @@ def work(case: str, frames: int) -> dict[str, float]:
         settings.enabled = settings.kind in kinds
         if pyroelectric and settings.kind == "PIR":
             settings.pir.model, settings.update_rate = "PYROELECTRIC", 24.0
+    # Without warmth nothing is felt.
+    warmth = bpy.data.objects["Person"].angen_warmth
+    warmth.use_temperature, warmth.temperature = True, 33.0
     simulate = _part("angen_addon.runtime.simulation", "angen_addon.simulation").simulate
-    recording = _part("sensor_logic.recording").Recording()
+    tracks = _part("sensor_logic.recording.tracks", "sensor_logic.recording")
+    recording = tracks.Recording()
     last = min(scene.frame_end, scene.frame_start + frames - 1)
-    every = _part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    sensors = _part("angen_addon.scene.sensors", "angen_addon.sensors")
+    every = sensors.all_sensors(bpy.context.view_layer)
     begin = time.perf_counter()
     for _ in simulate(scene, every, scene.frame_start, last, recording):
         pass

@@ -165,7 +165,7 @@ def measure(name: str, triangles: int) -> dict[str, float]:
     """What one scene costs in this process."""
     import bpy
 
-    from angen_addon.standalone import PACKAGE, load_extension
+    from angen_addon.process.standalone import PACKAGE, load_extension
 
     load_extension().register()
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -184,11 +184,11 @@ def measure(name: str, triangles: int) -> dict[str, float]:
     def part(module: str) -> Any:
         return import_module(f"{PACKAGE}.{module}")
 
-    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    sensors = part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     simulate = part("angen_addon.runtime.simulation").simulate
     spent = []
     for last in (1, FRAMES):
-        recording = part("sensor_logic.recording").Recording()
+        recording = part("sensor_logic.recording.tracks").Recording()
         started = time.perf_counter()
         for _ in simulate(scene, sensors, 1, last, recording):
             pass
@@ -198,7 +198,7 @@ def measure(name: str, triangles: int) -> dict[str, float]:
     started = time.perf_counter()
     part("angen_addon.recording.kept").keep(recording, scene, bpy.context.evaluated_depsgraph_get())
     keep_s = time.perf_counter() - started
-    events = part("sensor_logic.event_log").events(recording)
+    events = part("sensor_logic.log.event_log").events(recording)
     found = [blender_s, before, spent[0], start_mb, spent[1], keep_s]
     found += [_memory(peak=True) - before, len(events)]
     found += _ray_parts(part("angen_addon.scene.rays.caster").RayCaster())

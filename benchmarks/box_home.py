@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.sensors import all_sensors, read_pose
+from angen_sensors.angen_addon.scene.sensors import all_sensors, read_pose
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from angen_sensors.sensor_logic.model import Pose
 

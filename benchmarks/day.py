@@ -16,9 +16,9 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime import stillness
 from angen_sensors.angen_addon.runtime.simulation import simulate
-from angen_sensors.angen_addon.sensors import Sensor, all_sensors
+from angen_sensors.angen_addon.scene.sensors import Sensor, all_sensors
 from angen_sensors.sensor_logic.kind import LIGHT
-from angen_sensors.sensor_logic.recording import Recording
+from angen_sensors.sensor_logic.recording.tracks import Recording
 
 from .day_scene import DAY_S, EVERY_S, FPS, open_day
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from angen_sensors.angen_addon.animation import action_curves, all_animated
+from angen_sensors.angen_addon.scene.animation import action_curves, all_animated
 
 from .common import open_home
 

@@ -88,8 +88,8 @@ def _run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[
     detectors of the thesis's kind, all 24 fps at 10 Hz."""
     import bpy
     from angen_sensors.angen_addon.runtime.simulation import simulate
-    from angen_sensors.angen_addon.sensors import all_sensors
-    from angen_sensors.sensor_logic.recording import Recording
+    from angen_sensors.angen_addon.scene.sensors import all_sensors
+    from angen_sensors.sensor_logic.recording.tracks import Recording
 
     from .growth_scene import hall
 
@@ -129,7 +129,7 @@ def _run_recording(seconds: int) -> dict[str, Any]:
     """A recording as long as that, of the home's 22 sensors at the thesis's rates."""
     from angen_sensors.sensor_logic.kinds import KINDS
     from angen_sensors.sensor_logic.model import Reading
-    from angen_sensors.sensor_logic.recording import Recording, Track
+    from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
     before = _memory()
     recording, rows = Recording(frame_start=1, frame_end=seconds * 24), 0
@@ -158,8 +158,8 @@ def _run_recording(seconds: int) -> dict[str, Any]:
 
 
 def _written(recording: Any) -> dict[str, Any]:
-    from angen_sensors.sensor_logic.event_log import events_csv
-    from angen_sensors.sensor_logic.recording_file import from_bytes, to_bytes
+    from angen_sensors.sensor_logic.log.event_log import events_csv
+    from angen_sensors.sensor_logic.recording.writer import from_bytes, to_bytes
 
     begin = time.perf_counter()
     text = events_csv(recording)
@@ -179,7 +179,7 @@ def _written(recording: Any) -> dict[str, Any]:
 
 
 def _main() -> None:
-    from angen_addon.standalone import load_extension
+    from angen_addon.process.standalone import load_extension
 
     extension = load_extension()
     extension.register()

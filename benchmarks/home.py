@@ -17,8 +17,8 @@ from typing import Any
 
 import bpy
 from angen_sensors.angen_addon.runtime.simulation import simulate
-from angen_sensors.angen_addon.sensors import Sensor, all_sensors
-from angen_sensors.sensor_logic.recording import Recording
+from angen_sensors.angen_addon.scene.sensors import Sensor, all_sensors
+from angen_sensors.sensor_logic.recording.tracks import Recording
 
 from .common import open_home, spread
 from .ray_layer import detectors

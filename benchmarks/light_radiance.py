@@ -22,7 +22,7 @@ from angen_sensors.angen_addon.scene.light.lamps import lamps_of
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
 from angen_sensors.angen_addon.scene.light.scene import Housings, shown_objects
 from angen_sensors.angen_addon.scene.light.surfaces import Surfaces, glows, is_clear
-from angen_sensors.sensor_logic.photometry import luminance
+from angen_sensors.sensor_logic.physics.photometry import luminance
 
 from .ray_layer import HOME
 

@@ -33,14 +33,17 @@ COLUMNS = ("method", "engine", "samples", "sensors", "ms a sensor=ms_a_sensor:.1
 RUN = """
 ## In a run
 
-The home's story, its seven sensors measured once a second of it ({updates} updates, {seeds} seeds),
-people, doors and lamps as they go. A *reference* (scene property *Reference paths*, 0: none) traces
-many paths once, in the home as it is at the first frame, for any state of the lamps, and takes what
-the few paths of an update miss out of its readings. *ms a sensor*: of all updates with all of that;
-*CPU s*: processor time of the run, and as a multiple of what the same frames cost without light.
-*Code*: of this checkout, or of another one *beside*. The error is relative to {paths} paths by
-other seeds, at {compared} of the updates; the noise of these themselves stands beside, and is part
-of it.
+The home's story with its seven sensors: people, doors and lamps as they go. A *reference* (scene
+property *Reference paths*, 0: none) traces many paths once, in the home as it is at the first
+frame, for any state of the lamps, and takes what the few paths of an update miss out of its
+readings. *Code*: of this checkout, or of another one *beside*.
+
+Errors: at {moments} moments drawn from the story, by {seeds} seeds, against {true_seeds} other
+seeds of {paths} paths each, without a reference. The noise of these (their standard error, rms)
+stands beside; it is taken out of the rms, but not of the median and the worst. ±: the rms's
+standard error over the seeds. *ms a sensor*, *CPU s*: of the story once a second of it ({updates}
+updates) with all of that, the ways and the code beside after one another; *times bare*: CPU s as a
+multiple of what Blender took to put the home to these frames.
 
 """
 RUN_COLUMNS = (
@@ -51,7 +54,9 @@ RUN_COLUMNS = (
     "ms a sensor=ms_a_sensor:.1f",
     "CPU s=cpu_s:.1f",
     "times bare=to_bare:.1f",
-    *ERRORS,
+    "rms=rms:.2%",
+    "±=rms_error:.2%",
+    *ERRORS[1:],
     "their noise (rms)=noise_rms:.1%",
 )
 PLANE = """
@@ -145,7 +150,7 @@ def run_table(data: dict[str, Any]) -> str:
     """For docs/light.md: a whole run, with and without a reference."""
     found = data.get("run", {}).get("rows", ())
     table = tables.columns(
-        [{**r, "method": NAMES[r["method"]]} for r in found if r.get("code", "this") == "this"],
+        [{**r, "method": NAMES[r["method"]]} for r in found if r["code"] == "this"],
         "method",
         "samples",
         "reference paths=reference",

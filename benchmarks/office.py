@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 from angen_sensors.sensor_logic.coverage.detect import WarmView
+from angen_sensors.sensor_logic.coverage.detectors import Walker
 from angen_sensors.sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, MOTIONS, Start
 from angen_sensors.sensor_logic.coverage.placement import choose
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.coverage import Walker
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import (
     response_of,
     threshold_of,

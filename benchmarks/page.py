@@ -28,7 +28,7 @@ HEAD = """\
 # Benchmarks
 
 Written by `make bench` from the data in [data/](data/); do not edit. `make bench ARGS=--quick` is
-a glance in under two minutes, written to `build/bench`; `ARGS="--only PART"` measures one part of
+a glance of a few minutes, written to `build/bench`; `ARGS="--only PART"` measures one part of
 it.
 
 **How to read this.** Numbers are medians, the least and the greatest of repeated runs in brackets;

@@ -13,7 +13,7 @@ import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
-from angen_sensors.angen_addon.sensors import all_sensors
+from angen_sensors.angen_addon.scene.sensors import all_sensors
 
 Array = np.typing.NDArray[np.float64]
 Vec = Sequence[float]

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.probes import make_caster
 from angen_sensors.angen_addon.runtime.time_base import evaluated_depsgraph
-from angen_sensors.angen_addon.sensors import all_sensors, read_parameters, read_pose
+from angen_sensors.angen_addon.scene.sensors import all_sensors, read_parameters, read_pose
 from angen_sensors.sensor_logic.kinds.pir.range_scan import fan_directions
 from mathutils import Vector
 

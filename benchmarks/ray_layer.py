@@ -19,7 +19,7 @@ import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
-from angen_sensors.angen_addon.sensors import Sensor, all_sensors
+from angen_sensors.angen_addon.scene.sensors import Sensor, all_sensors
 
 from .common import HOME as HOME
 from .common import open_home, spread

@@ -15,6 +15,7 @@ from .bounds import Bounds, Held
 PARTS = (
     "home",
     "day",
+    "days",
     "rays",
     "pir",
     "pir_pyroelectric",
@@ -23,6 +24,7 @@ PARTS = (
     "peers",
     "growth",
     "coverage",
+    "study",
 )
 CHECKS: Mapping[str, Callable[[dict[str, Any], Bounds], None]] = {
     part: import_module(f"{__package__}.{part}_bounds").check for part in PARTS

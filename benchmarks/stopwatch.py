@@ -16,7 +16,7 @@ from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, Sens
 from angen_sensors.angen_addon.scene.contact.bodies import Bodies
 from angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
-from angen_sensors.sensor_logic.recording import Track
+from angen_sensors.sensor_logic.recording.tracks import Track
 
 EVALUATION = "evaluation of the scene"
 # What is wrapped: owner, name, and the part that its own time counts for.

@@ -9,6 +9,7 @@ def _modules() -> tuple:
         bake,
         copy,
         coverage,
+        day,
         doctor,
         door,
         event_jump,
@@ -20,20 +21,23 @@ def _modules() -> tuple:
         lacking,
         markers,
         place,
+        places,
         preset,
         propose,
         recording,
         report,
+        resident_add,
         show,
         simulate,
+        study,
         user_preset,
         warmth,
     )
 
     return (
-        add, place, assign, copy, door, preset, user_preset, simulate, bake, recording, export,
-        export_format, import_layout, lacking, report, event_jump, markers, explain, show,
-        instance_override, warmth, coverage, propose, doctor,
+        add, place, places, assign, copy, door, preset, user_preset, simulate, bake, recording,
+        export, export_format, import_layout, lacking, report, event_jump, markers, explain, show,
+        instance_override, warmth, resident_add, day, coverage, propose, doctor, study,
     )  # fmt: skip
 
 

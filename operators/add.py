@@ -9,7 +9,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
-from ..angen_addon.presets import find_preset, new_sensor
+from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
 
@@ -88,6 +88,7 @@ class ANGEN_MT_sensor_add(Menu):
         _draw_kinds(layout, "angen.sensor_place", "{} on Surface")
         layout.separator()
         layout.operator("angen.door_fit", icon="SNAP_EDGE")
+        layout.menu("ANGEN_MT_resident_add", icon="OUTLINER_OB_ARMATURE")
 
 
 def _draw_kinds(layout: Any, operator: str, text: str) -> None:

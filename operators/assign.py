@@ -9,10 +9,10 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Menu, Operator
 
-from ..angen_addon.advice import without_surface
-from ..angen_addon.wording import uncapped
+from ..angen_addon.advice.sensing import without_surface
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.wording import uncapped
 from .add import KIND_ITEMS
 
 

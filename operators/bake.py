@@ -9,7 +9,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.recording import bake
 from ..angen_addon.runtime import state
-from ..angen_addon.sensors import all_sensors, simulated
+from ..angen_addon.scene.sensors import all_sensors, simulated
 from .recording import has_fresh_recording, is_still_fresh
 
 

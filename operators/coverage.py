@@ -19,7 +19,8 @@ from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
 from ..angen_addon.runtime import state
-from ..angen_addon.sensors import SensorError, all_sensors, decimal
+from ..angen_addon.scene.sensors import SensorError, all_sensors, decimal
+from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.files import OutputError, check_folder
 
@@ -40,7 +41,7 @@ def can_look(cls: Any, context: Context) -> bool:
 
 def has_detector(cls: Any, context: Context) -> bool:
     found = (o.angen_sensor for o in context.view_layer.objects)
-    if not any(s.kind == "PIR" and s.enabled for s in found):
+    if not any(s.kind == DETECTOR.identifier and s.enabled for s in found):
         cls.poll_message_set("Add a motion detector first: Shift+A, Sensor")
         return False
     return can_look(cls, context)

@@ -11,13 +11,13 @@ from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 from mathutils import Matrix, Vector
 
-from ..angen_addon.housing import Housing, mesh_of
+from ..angen_addon.authoring.housing import Housing, mesh_of
+from ..angen_addon.authoring.placing import parent_keeping, place_on
+from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch.housing import fork
-from ..angen_addon.placing import parent_keeping, place_on
-from ..angen_addon.presets import new_sensor
-from ..angen_addon.sensors import unit_scale
+from ..angen_addon.scene.door_motion import MOTIONS, DoorError, Leaf, leaves_of
+from ..angen_addon.scene.sensors import unit_scale
 from .add import can_add
-from .door_motion import DoorError, Leaf, leaves_of
 from .surface import Surface, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"
@@ -32,16 +32,6 @@ HEIGHTS = (0.025, 0.04, 0.06, 0.09, 0.12, 0.16)
 ARM_BELOW = 0.05
 # How far in front of the leaf the search starts, and how deep behind its face it goes.
 BEFORE, BEHIND = 0.3, 0.3
-MOTIONS = [
-    (
-        "AUTO", "Automatic", "As it is keyed; without keys, about its origin where that is at an "
-        "edge, else with the hinge at the left", 0,
-    ),
-    ("LEFT", "Hinge left", "It turns about its left edge, seen from the side that it opens to", 3),
-    ("RIGHT", "Hinge right", "It turns about its right edge, seen from where it opens to", 4),
-    ("SLIDING", "Sliding", "It slides along its width", 2),
-]  # fmt: skip
-
 
 GUESS = (
     ". Nothing tells its hinge, which is taken to be at the {}, seen from the switch: choose "

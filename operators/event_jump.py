@@ -9,11 +9,11 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.active import active_sensor
 from ..angen_addon.runtime import state
+from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.events import event_indices, log_indices
-from ..sensor_logic.event_log import format_frame
-from ..sensor_logic.recording import Recording, Track
+from ..sensor_logic.log.event_log import format_frame
+from ..sensor_logic.recording.tracks import Recording, Track
 from .recording import has_fresh_recording
 
 

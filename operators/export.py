@@ -11,8 +11,8 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
-from ..sensor_logic.event_log import events_csv, samples_csv
 from ..sensor_logic.files import OutputError, check_folder, file_names
+from ..sensor_logic.log.event_log import events_csv, samples_csv
 from .export_options import ExportOptions, told
 from .recording import is_still_fresh
 

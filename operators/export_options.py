@@ -10,11 +10,11 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
 
 from ..angen_addon.runtime import state
-from ..angen_addon.sensors import Sensor, all_sensors
-from ..sensor_logic.event_log import for_spreadsheets
+from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..sensor_logic.files import OutputError
-from ..sensor_logic.log_start import parse_start
-from ..sensor_logic.recording import Recording
+from ..sensor_logic.log.event_log import for_spreadsheets
+from ..sensor_logic.log.start import parse_start
+from ..sensor_logic.recording.tracks import Recording
 from .recording import has_fresh_recording
 
 

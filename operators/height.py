@@ -10,8 +10,8 @@ import bpy
 from bpy.types import Event
 from mathutils import Vector
 
-from ..angen_addon.sensors import unit_scale
-from ..angen_addon.units import lengths_of
+from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.scene.units import lengths_of
 from .surface import PASSED, Surface, first_surface
 
 UP = Vector((0.0, 0.0, 1.0))

@@ -10,7 +10,7 @@ import bpy
 from bpy.types import Context, Operator
 from mathutils import Matrix
 
-from ..angen_addon.active import active_sensor
+from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.kinds import NO_KIND
 
 

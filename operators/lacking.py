@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Operator
 
-from ..angen_addon import lacking
+from ..angen_addon.advice import lacking
 
 
 class ANGEN_OT_look_for_lacking(Operator):

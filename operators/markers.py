@@ -10,13 +10,13 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.active import active_sensor
 from ..angen_addon.runtime import state
-from ..angen_addon.sensors import Sensor, all_sensors
+from ..angen_addon.scene.sensors import Sensor, all_sensors
+from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.events import event_indices, log_indices
-from ..sensor_logic.event_log import format_value
-from ..sensor_logic.partner_names import split
-from ..sensor_logic.recording import Recording, Track
+from ..sensor_logic.log.event_log import format_value
+from ..sensor_logic.log.partner_names import split
+from ..sensor_logic.recording.tracks import Recording, Track
 from .recording import has_fresh_recording
 
 # Blender draws each marker at each redraw: with more its window gets slow.

@@ -12,10 +12,10 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 from mathutils import Matrix, Vector
 
-from ..angen_addon.housing import housing_of
-from ..angen_addon.placing import parent_keeping, place_on
-from ..angen_addon.presets import new_sensor
-from ..angen_addon.sensors import unit_scale
+from ..angen_addon.authoring.housing import housing_of
+from ..angen_addon.authoring.placing import parent_keeping, place_on
+from ..angen_addon.authoring.presets import new_sensor
+from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, can_add, preset_of, preset_property
 from .height import ENDS, TypedLength, below, height_text, raised

@@ -14,8 +14,8 @@ from bpy.types import Context
 from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 
-from ..angen_addon.housing import Housing
-from ..angen_addon.sensors import unit_scale
+from ..angen_addon.authoring.housing import Housing
+from ..angen_addon.scene.sensors import unit_scale
 
 COLOR = (1.0, 0.6, 0.1, 1.0)
 LINE_WIDTH = 1.5
@@ -74,7 +74,7 @@ def _remove(handle: Any) -> None:
 
 
 def remove_all() -> None:
-    """Takes back what operators show that were never told of their end."""
+    """Takes back what operators still show that Blender ended without a call."""
     if _handles and bpy.context.window_manager is not None:
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:

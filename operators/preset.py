@@ -9,7 +9,7 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.presets import apply, find_preset
+from ..angen_addon.authoring.presets import apply, find_preset
 from ..sensor_logic.kinds import KINDS, NO_KIND
 
 

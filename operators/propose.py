@@ -10,13 +10,13 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
+from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..angen_addon.coverage import ghosts, kept, mesh
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
-from ..angen_addon.presets import find_preset, new_sensor
-from ..angen_addon.rooms import room_of
-from ..angen_addon.sensors import Sensor, SensorError, all_sensors, decimal
-from ..sensor_logic.kinds import KINDS
+from ..angen_addon.scene.rooms import room_of
+from ..angen_addon.scene.sensors import Sensor, SensorError, all_sensors, decimal
+from ..sensor_logic.coverage.detectors import DETECTOR
 from .coverage import Staged, can_look
 
 
@@ -24,7 +24,7 @@ def pattern_of(context: Context) -> Sensor | None:
     """The active motion detector, whose parameters new ones get."""
     active = context.view_layer.objects.active
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
-    return next((s for s in found if s.kind.identifier == "PIR"), None)
+    return next((s for s in found if s.kind is DETECTOR), None)
 
 
 class ANGEN_OT_place_propose(Staged, Operator):
@@ -117,11 +117,11 @@ class ANGEN_OT_place_accept(Operator):
 def accept(context: Context, ghost: Any) -> Any:
     """A motion detector at the place of a proposed one, which stays. Raises KeyError."""
     identifier = ghost.get(ghosts.PRESET, "")
-    preset = find_preset(KINDS["PIR"], identifier) if identifier else None
+    preset = find_preset(DETECTOR, identifier) if identifier else None
     room = room_of(ghost)
-    sensor = new_sensor(context, "PIR", preset, f"PIR {room}".strip())
+    sensor = new_sensor(context, DETECTOR.identifier, preset, f"PIR {room}".strip())
     like = context.scene.objects.get(ghost.get(ghosts.LIKE, ""))
-    if like is not None and like.angen_sensor.kind == "PIR":
+    if like is not None and like.angen_sensor.kind == DETECTOR.identifier:
         ghosts.copy_settings(like.angen_sensor, sensor.angen_sensor)
     sensor.matrix_world = ghost.matrix_world
     sensor.angen_sensor.room = room

@@ -12,7 +12,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
-from ..angen_addon.sensors import SensorError
+from ..angen_addon.scene.sensors import SensorError
 from ..sensor_logic.files import OutputError, check_folder
 from .export_options import ExportOptions, told
 from .recording import is_still_fresh

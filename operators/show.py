@@ -14,7 +14,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 from ..angen_addon.runtime import state
-from ..angen_addon.sensors import Sensor, all_sensors, unit_scale
+from ..angen_addon.scene.sensors import Sensor, all_sensors, unit_scale
 
 # m: the least radius of what is shown around a sensor, so that one sees where it is.
 LEAST_RADIUS = 0.6

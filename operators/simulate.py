@@ -11,14 +11,14 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon import lacking
+from ..angen_addon.advice import lacking
 from ..angen_addon.commands.progress import TimeLeft
 from ..angen_addon.recording.kept import keep
 from ..angen_addon.runtime import outputs, state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
-from ..angen_addon.sensors import SensorError, all_sensors, simulated
-from ..sensor_logic.recording import Recording
+from ..angen_addon.scene.sensors import SensorError, all_sensors, simulated
+from ..sensor_logic.recording.tracks import Recording
 from .slices import Slices
 
 SCENES_OWN = -(2**31)

@@ -39,7 +39,7 @@ def first_surface(
     passes: Callable[[Any], bool] | None = None,
     culled: bool = False,
 ) -> Surface | None:
-    """What a ray meets first within `length` units. It passes what sensors are told to ignore,
+    """What a ray meets first within `length` units. It passes what is ignored by sensors,
     the objects that `passes` tells, and with `culled` the backs of faces."""
     direction = direction.normalized()
     start, left = origin.copy(), length

@@ -16,7 +16,7 @@ from bl_operators.presets import AddPresetBase
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.presets import SAME_KIND_OF_VALUE
+from ..angen_addon.authoring.presets import SAME_KIND_OF_VALUE
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs

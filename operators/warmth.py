@@ -9,7 +9,7 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.warmth import USUAL, warm
+from ..angen_addon.advice.warmth import USUAL, warm
 from ..sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
 from ..sensor_logic.kinds.pir.pyroelectric.zones import write_table
 

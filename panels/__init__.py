@@ -6,13 +6,17 @@ def _modules() -> tuple:
     from . import (
         active_sensor,
         coverage,
+        day,
         doctor,
         events,
         load,
         overlay,
         physics_tab,
+        places,
         presets,
+        residents,
         sidebar,
+        study,
         table,
         warmth,
     )
@@ -29,6 +33,10 @@ def _modules() -> tuple:
         load,
         warmth,
         coverage,
+        residents,
+        places,
+        day,
+        study,
         doctor,
     )
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from bpy.types import Context
 
-from ..angen_addon.active import active_sensor
-from ..angen_addon.sensors import Sensor
+from ..angen_addon.scene.sensors import Sensor
+from ..angen_addon.view.active import active_sensor
 from ..operators.instance_override import why_not
 from .lines import draw_lines
 from .readings import shown

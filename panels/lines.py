@@ -8,9 +8,9 @@ from typing import Any
 
 import bpy
 
-from ..angen_addon.lengths import in_units
-from ..angen_addon.sensors import unit_scale
-from ..angen_addon.units import with_unit
+from ..angen_addon.scene.lengths import in_units
+from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.scene.units import with_unit
 
 # Of Blender's interface font, in pixels at a scale of 1; and what margins and the icon take.
 WIDTH_OF_LETTER = 6.2

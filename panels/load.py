@@ -8,8 +8,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon import weights
-from ..angen_addon.advice import is_simulated
+from ..angen_addon.advice import weights
+from ..angen_addon.advice.sensing import is_simulated
 from ..sensor_logic.kinds import NO_KIND
 from .lines import draw_lines, draw_property, has_name_column
 

@@ -8,8 +8,8 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.kinds import appearance_of
-from ..angen_addon.sensors import Sensor, SensorError, check
-from ..angen_addon.units import lengths_of
+from ..angen_addon.scene.sensors import Sensor, SensorError, check
+from ..angen_addon.scene.units import lengths_of
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import Spec, specs, used
 from . import origin

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Menu
 
-from ..angen_addon.presets import is_applied
+from ..angen_addon.authoring.presets import is_applied
 from ..operators.preset import ANGEN_OT_preset_apply
 from ..operators.user_preset import (
     ANGEN_OT_user_preset_apply,

@@ -8,7 +8,7 @@ from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon.recording.kept import HERE, version_text
 from ..angen_addon.runtime import state
-from ..angen_addon.wording import capital
+from ..sensor_logic.wording import capital
 from .lines import draw_lines, draw_property
 
 SHOWN_LACKS = 3

@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, 
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
 from ..angen_addon.runtime import state
-from ..angen_addon.sensors import Sensor
+from ..angen_addon.scene.sensors import Sensor
 from ..operators.show import show, why_hidden
 from ..sensor_logic.kinds import NO_KIND
 from .instanced import draw_rows

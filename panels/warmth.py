@@ -8,10 +8,10 @@ from typing import Any
 import bpy
 from bpy.types import Context, Menu, Panel
 
-from ..angen_addon import warmth
+from ..angen_addon.advice import warmth
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
+from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.scene.warmth import ZERO_CELSIUS, collection_parents, inherited_warmth
-from ..angen_addon.sensors import Sensor
 from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
 from .lines import draw_lines, draw_property, has_name_column
 

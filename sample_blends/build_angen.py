@@ -9,6 +9,7 @@ import argparse
 import hashlib
 import os
 import sys
+from math import radians
 from pathlib import Path
 
 # Blender notes the home folder of whoever builds the file in the file's file browser.
@@ -30,6 +31,7 @@ from angen_home import (  # noqa: E402
     kitchen,
     lighting,
     living_room,
+    marks,
     meshes,
     openings,
     wet_rooms,
@@ -37,7 +39,7 @@ from angen_home import (  # noqa: E402
 )
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
-from angen_addon.standalone import load_extension  # noqa: E402
+from angen_addon.process.standalone import load_extension  # noqa: E402
 
 # The collections in the order the outliner should show them.
 COLLECTIONS = (
@@ -78,6 +80,10 @@ def add_story(scene: bpy.types.Scene) -> None:
     animate.add_person_and_story(scene)
     devices.add_masses()
     scene.frame_set(1)
+    marks.add_marks()
+    # Örebro, by its winter clock: the sun of a day follows date and hour.
+    site = scene.angen_site
+    site.latitude, site.longitude, site.utc_offset = radians(59.27), radians(15.21), 1.0
 
 
 def arrange_views() -> None:

@@ -22,16 +22,20 @@ from mathutils import Vector
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from angen_home import gait  # noqa: E402
-from angen_home.animate import animate  # noqa: E402
+from angen_home.animate import add_story_person, animate  # noqa: E402
+from angen_home.film import Film  # noqa: E402
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
-from angen_home.person import add_person  # noqa: E402
 from angen_home.plan import FLOOR_Z  # noqa: E402
-from angen_home.pose import Pose  # noqa: E402
-from angen_home.timeline import Clip, Timeline  # noqa: E402
+from angen_sensors.sensor_logic.residents.body.gait import (  # noqa: E402
+    Stand,
+    Walk,
+    footsteps,
+    standing,
+)
+from angen_sensors.sensor_logic.residents.timeline import Clip  # noqa: E402
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
-from angen_addon.standalone import load_extension  # noqa: E402
+from angen_addon.process.standalone import load_extension  # noqa: E402
 
 # The room's inside, m: x and y from 0; the door is in the wall x = 0, a corridor behind it.
 WIDE, DEEP, HIGH, WALL = 5.0, 4.0, 2.5, 0.12
@@ -115,26 +119,20 @@ def add_lamp(pir: bpy.types.Object) -> None:
     variable.targets[0].data_path = "angen_sensor.active"
 
 
-class Stiff(Timeline):
-    """A person who holds still while standing: even breathing keeps a scan's output on."""
-
-    def pose(self, t: float) -> Pose:
-        return self.base(t)
-
-
-def walk_through() -> Timeline:
+def walk_through() -> Film:
     """In, to the middle, and out again."""
-    line = Stiff()
-    stand = gait.Stand.at(*OUTSIDE, 0.0)
+    film = Film()
+    clips = film.body.clips
+    stand = Stand.at(*OUTSIDE, 0.0)
 
     def wait(seconds: float) -> None:
-        start, where = line.duration if line.clips else 0.0, stand
-        line.clips.append(Clip(start, start + seconds, lambda t: gait.standing(where, FLOOR_Z)))
+        start, pose = film.duration if clips else 0.0, standing(stand, FLOOR_Z)
+        clips.append(Clip(start, start + seconds, lambda t: pose, still=True))
 
-    def walk(to: tuple[float, float]) -> gait.Stand:
+    def walk(to: tuple[float, float]) -> Stand:
         path = np.linspace(stand.centre, to, 60)
-        walking = gait.Walk(gait.footsteps(stand, path, None), SPEED, FLOOR_Z)
-        line.clips.append(Clip(line.duration, line.duration + walking.duration, walking.pose))
+        walking = Walk(footsteps(stand, path, None), SPEED, FLOOR_Z)
+        clips.append(Clip(film.duration, film.duration + walking.duration, walking.pose))
         return walking.end
 
     wait(WAIT_OUTSIDE)
@@ -142,7 +140,7 @@ def walk_through() -> Timeline:
     wait(STAND_INSIDE)
     stand = walk(OUTSIDE)
     wait(AFTERWARDS)
-    return line
+    return film
 
 
 def add_surroundings() -> None:
@@ -172,8 +170,7 @@ def build() -> bpy.types.Scene:
         collection(path)
     add_room()
     add_lamp(add_sensors())
-    rig = add_person(collection("People"))
-    animate(scene, rig, walk_through())
+    animate(scene, add_story_person(), walk_through())
     add_surroundings()
     scene.frame_set(1)
     return scene

@@ -23,7 +23,7 @@ FILE, CATALOG_FILE = "angen_sensors.blend", "blender_assets.cats.txt"
 
 def build(folder: Path) -> int:
     """Writes the library into a folder; returns how many assets it has."""
-    import_module("angen_addon.standalone").load_extension().register()
+    import_module("angen_addon.process.standalone").load_extension().register()
     kinds = import_module(f"{PACKAGE}.sensor_logic.kinds")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stage()
@@ -44,7 +44,7 @@ def build(folder: Path) -> int:
 
 def asset(kind: Any, preset: Any, catalog: str) -> Any:
     """The sensor of a preset, named as the part, marked as an asset."""
-    presets = import_module(f"{PACKAGE}.angen_addon.presets")
+    presets = import_module(f"{PACKAGE}.angen_addon.authoring.presets")
     sensor = presets.new_sensor(bpy.context, kind.identifier, preset, preset.label)
     sensor.asset_mark()
     facts = sensor.asset_data
@@ -103,6 +103,6 @@ def picture(sensor: Any, path: Path) -> None:
 
 if __name__ == "__main__":
     target = Path(sys.argv[1])
-    with import_module("angen_addon.quiet").standard_output_silenced():
+    with import_module("angen_addon.process.quiet").standard_output_silenced():
         count = build(target)
     print(f"{count} assets in {target / FILE}")

@@ -32,9 +32,11 @@ def _section(kind: Kind) -> str:
     title = f"\n## {kind.label}: `{kind.attribute}`\n\n"
     title += f"Default `update_rate` {kind.update_rate:g} Hz.\n\n"
     rows = [
-        f"| `{name}` | {_value(defaults(kind.parameters)[name], spec)} | {_limits(spec)} "
+        f"| `{name}` | {_value(default, spec)} | {_limits(default, spec)} "
         f"| {spec.tip} | {spec.source} |\n"
-        for name, spec in specs(kind.parameters).items()
+        for (name, spec), default in zip(
+            specs(kind.parameters).items(), defaults(kind.parameters).values(), strict=True
+        )
     ]
     return (
         title
@@ -60,13 +62,13 @@ def _value(value: object, spec: Spec) -> str:
     return f"`{value}`" if value else "none"
 
 
-def _limits(spec: Spec) -> str:
+def _limits(default: object, spec: Spec) -> str:
     if spec.choices:
         return ", ".join(f"`{choice.identifier}`" for choice in spec.choices)
-    found = []
-    if math.isfinite(spec.minimum):
-        sign = ">" if spec.above_minimum else "≥"
-        found.append(f"{sign} {format_quantity(spec.minimum, spec.unit)}")
+    if isinstance(default, bool) or not isinstance(default, (int, float)):
+        return ""
+    sign = ">" if spec.positive else "≥"
+    found = [f"{sign} {format_quantity(spec.minimum, spec.unit)}"]
     if math.isfinite(spec.maximum):
         found.append(f"≤ {format_quantity(spec.maximum, spec.unit)}")
     return ", ".join(found)

@@ -306,7 +306,7 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
     if not events.exists():
         bpy.ops.angen.export_events(filepath=str(events))
         bpy.ops.angen.export_samples(directory=str(samples.parent), folder=samples.name)
-    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    sensors = part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     found = Comparison(Log(events, samples))
     for frame in visited(found.log, sensors, scene):
         compare_frame(found, sensors, frame)

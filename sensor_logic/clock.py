@@ -54,6 +54,13 @@ class Clock:
         steps, seconds = self._steps_over_seconds
         return step * seconds / steps
 
+    def times_and_frames(
+        self, steps: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The same of steps (n,), and their frames."""
+        count, seconds = self._steps_over_seconds
+        return steps * seconds / count, self.frame_start + steps / self.substeps
+
     def step_frame(self, step: int) -> float:
         """The frame number at `step`; with decimals where it falls between frames."""
         return self.frame_start + step / self.substeps

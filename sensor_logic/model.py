@@ -46,7 +46,7 @@ class Emission:
 
 @dataclass(frozen=True)
 class PadContact:
-    """What a pressure pad is told of its contacts: the `forces` at the update's frame, the pad's
+    """The contacts of a pressure pad: the `forces` at the update's frame, the pad's
     own weight (3,) in N, and session uids of the objects to measure alone (None: all)."""
 
     forces: PadForces

@@ -34,16 +34,17 @@ class Choice:
 @dataclass(frozen=True)
 class Spec:
     """What is known of a parameter besides its default. Units are SI, angles radians; READING: that
-    of what the sensor reads with the chosen method. `used_when`: with which choices of other
-    parameters it is looked at. `short`: the label where there is little room."""
+    of what the sensor reads with the chosen method. A number is 0 or more where no minimum is
+    told; `positive`: above 0. `used_when`: with which choices of other parameters it is looked at.
+    `short`: the label where there is little room."""
 
     label: str
     tip: str
     short: str = ""
     unit: str = ""
-    minimum: float = -math.inf
+    minimum: float = 0.0
     maximum: float = math.inf
-    above_minimum: bool = False
+    positive: bool = False
     choices: tuple[Choice, ...] = ()
     pointer: str = ""
     source: str = ""
@@ -61,6 +62,14 @@ class Parameters:
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         """What is wrong between parameters that are each in range; overridden by kinds."""
         return []
+
+    def must_be_smaller(self, low: str, high: str, lengths: Lengths) -> list[str]:
+        """What is wrong where the parameter `low` is not below the parameter `high`."""
+        if getattr(self, low) < getattr(self, high):
+            return []
+        unit = specs(type(self))[low].unit
+        one, two = (typed(getattr(self, name), unit, lengths) for name in (low, high))
+        return [f"{low} ({one}) must be smaller than {high} ({two})"]
 
     def problems(self, lengths: Lengths = METRES) -> list[str]:
         """Every reason why a sensor with these parameters cannot be simulated, in words."""
@@ -102,7 +111,7 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
         return f"is {value}: it must be a number"
     shown = f"is {format_quantity(value, spec.unit, lengths)}"
     least, most = (format_quantity(v, spec.unit, lengths) for v in (spec.minimum, spec.maximum))
-    if spec.above_minimum and value <= spec.minimum:
+    if spec.positive and value <= 0:
         return f"{shown}: it must be above {least}"
     if value < spec.minimum:
         return f"{shown}: it must be at least {least}"

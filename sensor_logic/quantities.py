@@ -9,7 +9,6 @@ would not.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
 
 NOTHING = "–"
@@ -40,13 +39,11 @@ class Lengths(NamedTuple):
 METRES = Lengths()
 
 
-# Views write all readings at each redraw, few of which are new: so it takes a quarter of the time.
-@lru_cache(maxsize=1024)
 def measured(
     value: float, unit: str, decimals: int | None = None, lengths: Lengths = METRES
 ) -> str:
     """A reading in full. `decimals` are those of the SI unit, of degrees or of percent; without
-    them three digits are told, or all that stand before the point."""
+    them three digits are shown, or all that stand before the point."""
     if not math.isfinite(value):
         return NOTHING
     value, unit, decimals = _as_shown(value, unit, decimals, lengths)
@@ -57,7 +54,6 @@ def measured(
     return _joined(_fixed(value, decimals), unit)
 
 
-@lru_cache(maxsize=1024)
 def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
     """A reading in three or four digits, where there is little room."""
     if not math.isfinite(value):
@@ -103,7 +99,7 @@ def _as_shown(
 
 
 def _decimals_of(value: float) -> int:
-    """So many that three digits are told, at most three."""
+    """So many that three digits are shown, at most three."""
     size = abs(value)
     if size < 1.0:
         return SIGNIFICANT if 0.0 < size < 0.1 else SIGNIFICANT - 1 if size else 0

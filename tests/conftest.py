@@ -71,9 +71,21 @@ def pytest_pycollect_makemodule(
     return None
 
 
+# What Python and numpy make of it, not the version of Blender; and processes of their own, of which
+# each costs the start of Blender.
+ONCE = ("pure", "sample", "test_packaging.py", "test_demo_table.py")
+ONCE += tuple(
+    f"blender/test_{name}.py"
+    for name in ("assets", "command_outputs", "command_processes", "package", "study_run")
+)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the tests by their folder."""
+    """Marks the tests by their folder or file."""
+    once = [ROOT / "tests" / name for name in ONCE]
     for item in items:
+        if any(path in (item.path, *item.path.parents) for path in once):
+            item.add_marker("once")
         for folder in ("blender", "e2e"):
             if ROOT / "tests" / folder in item.path.parents:
                 item.add_marker(folder)

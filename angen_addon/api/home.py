@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +13,22 @@ import numpy as np
 import numpy.typing as npt
 from mathutils import Matrix, Vector
 
+from ...sensor_logic.days.rows import Day
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import LayoutError
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.recording import Recording as Run
-from ..angen_error import AngenError, raised_as_angen_error
+from ...sensor_logic.recording.tracks import Recording as Run
+from ..authoring.presets import find_preset, new_sensor
 from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
-from ..presets import find_preset, new_sensor
 from ..recording.kept import keep
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph
-from ..sensors import (
+from ..scene.sensors import (
     NoSuchSensor,
     Sensor,
     SensorError,
@@ -37,6 +38,8 @@ from ..sensors import (
     simulated,
     unit_scale,
 )
+from .days import run_days
+from .error import AngenError, raised_as_angen_error
 from .recording import Recording
 
 # Blender holds one file at a time: which home that is.
@@ -88,7 +91,7 @@ class HomeSensor:
 
     def _sensor(self) -> Sensor:
         with raised_as_angen_error(*ERRORS):
-            (found,) = chosen(self._home._all(), [self._name])
+            (found,) = chosen(self._home.all_sensors(), [self._name])
         return found
 
     def __getattr__(self, name: str) -> Any:
@@ -160,7 +163,7 @@ class Home:
     @property
     def sensors(self) -> list[HomeSensor]:
         """By name."""
-        return [HomeSensor(self, sensor.name) for sensor in self._all()]
+        return [HomeSensor(self, sensor.name) for sensor in self.all_sensors()]
 
     def sensor(self, name: str) -> HomeSensor:
         """The sensor of this name. Raises AngenError."""
@@ -182,7 +185,7 @@ class Home:
         one its +Y is as far up as it goes. `preset` is the identifier of a part, as `kind` is that
         of a kind. A name that is taken gets a number, as Blender does. Raises AngenError.
         """
-        self._all()
+        self.all_sensors()
         if kind not in KINDS or kind == NO_KIND:
             raise AngenError(f"kind '{kind}' is unknown; there are {', '.join(KINDS)}")
         try:
@@ -199,7 +202,7 @@ class Home:
         """Adds and changes sensors as a layout file says; `remove` deletes those that it does not
         have. Returns the names of those added, changed, unchanged, removed. Raises AngenError, and
         changes nothing then."""
-        self._all()
+        self.all_sensors()
         with raised_as_angen_error(*ERRORS):
             return apply_layout(Path(layout), remove)
 
@@ -216,7 +219,7 @@ class Home:
         """
         scene = bpy.context.scene
         with raised_as_angen_error(*ERRORS):
-            found = chosen(self._all(), sensors or ())
+            found = chosen(self.all_sensors(), sensors or ())
             first, last = frames or (scene.frame_start, scene.frame_end)
             if not scene.frame_start <= last or first > last:
                 raise AngenError(
@@ -232,16 +235,30 @@ class Home:
         CACHE.keep(scene, keep(run, scene, evaluated_depsgraph()))
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 
+    def days(
+        self,
+        routine: str | Path,
+        start: date | str,
+        days: int = 1,
+        seed: int = 0,
+        sensors: Iterable[str] | None = None,
+        diary: str | Path | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Iterator[Day]:
+        """Days that residents live by a routine, one after the other: see `run_days`."""
+        return run_days(self, routine, start, days, seed, sensors, diary, progress)
+
     def save(self, path: str | Path) -> None:
         """Saves a copy of the home, with its last recording. Raises AngenError."""
-        self._all()
+        self.all_sensors()
         with raised_as_angen_error(*ERRORS):
             check_outputs({"path": Path(path)})
             with Outputs() as outputs:
                 outputs.save_blend(Path(path))
                 outputs.land()
 
-    def _all(self) -> list[Sensor]:
+    def all_sensors(self) -> list[Sensor]:
+        """Those of the open file, as the add-on has them. Raises AngenError."""
         if _open is not self:
             raise AngenError(
                 f"{self.path.name} is closed: Blender holds one home at a time; open it again"

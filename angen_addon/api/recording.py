@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...sensor_logic.event_log import events, rows_csv
 from ...sensor_logic.files import OutputError, write_files
 from ...sensor_logic.formats import FORMATS, FormatError
 from ...sensor_logic.formats.columns import event_columns
 from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.source import SourceError, make_log
-from ...sensor_logic.recording import Recording as Run
-from ..angen_error import AngenError, raised_as_angen_error
+from ...sensor_logic.log.event_log import events, rows_csv
+from ...sensor_logic.recording.tracks import Recording as Run
 from ..output.faulty import Faults
+from .error import AngenError, raised_as_angen_error
 
 DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: object}
 

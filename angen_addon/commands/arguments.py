@@ -11,8 +11,9 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.log_start import parse_start
+from ...sensor_logic.log.start import parse_start
 from ..coverage.arguments import add_verbs
+from ..days import command as days
 from ..output import faulty
 from ..output.mqtt import address
 from .parser import Parser, path
@@ -72,7 +73,8 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(
         dest="verb",
         required=True,
-        metavar="simulate | list | apply | check | explain | coverage | place | doctor",
+        metavar="simulate | list | apply | check | explain | coverage | place | places | day | "
+        "doctor",
     )
 
     every = Parser(add_help=False)
@@ -92,7 +94,12 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
         "doctor", parents=[every], help="what makes the home's sensors read nonsense"
     )
     doctor.add_argument("--json", action="store_true", help="for programs")
+    places = verbs.add_parser(
+        "places", parents=[every], help="what is marked for residents, and what they cannot reach"
+    )
+    places.add_argument("--json", action="store_true", help="for programs")
     add_verbs(verbs, path, every)
+    days.add_verb(verbs, path, every)
     return parser
 
 

@@ -14,7 +14,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.event_log import (
+from ...sensor_logic.files import OutputError, file_names
+from ...sensor_logic.formats.source import SourceError
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.layout.entries import LayoutError
+from ...sensor_logic.log.event_log import (
     differences,
     events,
     for_spreadsheets,
@@ -22,14 +26,11 @@ from ...sensor_logic.event_log import (
     rows_csv,
     samples_csv,
 )
-from ...sensor_logic.files import OutputError, file_names
-from ...sensor_logic.formats.source import SourceError
-from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.layout.entries import LayoutError
-from ...sensor_logic.recording import Recording
+from ...sensor_logic.recording.tracks import Recording
+from ..advice.lacking import lacking
 from ..coverage import command as coverage
+from ..days import command as days
 from ..doctor import command as doctor
-from ..lacking import lacking
 from ..layout.apply import apply_layout
 from ..output.describe import describe
 from ..output.exports import Exports
@@ -40,14 +41,17 @@ from ..output.mqtt.sending import Sending
 from ..output.output_files import Outputs, check_outputs
 from ..output.report import check_name, report_text
 from ..output.run_log import log_of_run
-from ..quiet import fill_closed_streams, standard_output_silenced
+from ..process.quiet import fill_closed_streams, standard_output_silenced
 from ..recording import bake
 from ..recording.kept import keep
+from ..residents.places import check as residents_places
+from ..residents.places.floor import PlaceError
 from ..runtime import state
 from ..runtime.simulation import simulate
 from ..runtime.time_base import ends_before_time
-from ..sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
-from ..view.explain.command import Moment
+from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
+from ..scene.units import lengths_of
+from ..view.explain.command import ExplainedTime
 from . import run_advice
 from .arguments import parse
 from .console import note
@@ -83,6 +87,8 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         "coverage": _coverage,
         "place": _place,
         "doctor": _doctor,
+        "places": _places,
+        "day": _day,
     }
     try:
         with Interrupt(_give_up) as options.interrupt, Outputs() as outputs:
@@ -93,7 +99,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
                 raise OutputError("standard output is closed")
             outputs.land()
             return status
-    except (BadInput, NoSuchSensor, LayoutError, AddressError) as error:
+    except (BadInput, NoSuchSensor, LayoutError, AddressError, days.DayError) as error:
         note(str(error))
         return BAD_INPUT
     except (SensorError, OutputError, MqttError) as error:
@@ -318,22 +324,45 @@ def _doctor(options: argparse.Namespace, outputs: Outputs) -> int:
     return FAILED if found else DONE
 
 
+def _places(options: argparse.Namespace, outputs: Outputs) -> int:
+    _open_file(options)
+    try:
+        found = residents_places.check_places(bpy.context.evaluated_depsgraph_get())
+    except PlaceError as error:
+        raise BadInput(str(error)) from None
+    lengths = lengths_of(bpy.context.scene)
+    as_text = residents_places.as_text(found, lengths)
+    outputs.said = residents_places.as_json(found) if options.json else as_text
+    note(found.count)
+    return FAILED if found.lost or found.places.problems else DONE
+
+
 def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
     sensors = _sensors(options)
     scene = bpy.context.scene
     (sensor,) = chosen(sensors, [options.sensor])[:1]
-    moment = Moment(scene, sensors, sensor, options.time)
-    if moment.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
+    explained = ExplainedTime(scene, sensors, sensor, options.time)
+    if explained.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
         raise BadInput(f"--time {options.time:g}: Blender's frames end before that")
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
     with options.interrupt.watched():
-        for progress in moment.run():
+        for progress in explained.run():
             options.interrupt.check()
             line.show(progress)
-        line.finish(progress.seconds_total if progress else 0.0, moment.updates)
-        outputs.said = moment.text(options.now)
+        line.finish(progress.seconds_total if progress else 0.0, explained.updates)
+        outputs.said = explained.text(options.now)
     return DONE
+
+
+def _day(options: argparse.Namespace, outputs: Outputs) -> int:
+    sensors = _sensors(options)
+    try:
+        return DONE if days.day(options, sensors) else FAILED
+    except KeyboardInterrupt:
+        # What is whole was kept, and told of.
+        options.interrupt.came = False
+        return FAILED
 
 
 def _coverage(options: argparse.Namespace, outputs: Outputs) -> int:

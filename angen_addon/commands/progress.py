@@ -41,7 +41,7 @@ class TimeLeft:
             self._noted.popleft()
 
     def seconds(self) -> float | None:
-        """None as long as that cannot be told."""
+        """None as long as it is not known."""
         if self._last is None or not self._last.seconds_done:
             return None
         (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
@@ -54,7 +54,7 @@ class TimeLeft:
         return (whole + latter) / 2 if self._sure else None
 
     def text(self) -> str:
-        """In round numbers; empty as long as it cannot be told."""
+        """In round numbers; empty as long as it is not known."""
         seconds = self.seconds()
         if seconds is None:
             return ""

@@ -17,7 +17,7 @@ from ...sensor_logic.formats.source import SourceError, make_log, read_home, sin
 from ..output.mqtt.address import AT_ONCE, Address, AddressError, add_options, address_of
 from ..output.mqtt.link import Link, MqttError
 from ..output.mqtt.player import Player, clear, found
-from ..version import extension_version
+from ..output.version import extension_version
 from .console import note
 from .interrupt import Interrupt
 from .leaving import leave_hard

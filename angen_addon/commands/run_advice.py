@@ -6,9 +6,10 @@ from __future__ import annotations
 import bpy
 
 from ...sensor_logic.kind import FORCES
-from .. import advice, warmth
-from ..sensors import Sensor, simulated
-from ..wording import uncapped
+from ...sensor_logic.wording import uncapped
+from ..advice import sensing as advice
+from ..advice import warmth
+from ..scene.sensors import Sensor, simulated
 from .console import note
 
 

@@ -15,6 +15,21 @@ from .candidates import MOUNTINGS
 def add_verbs(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
     """Adds both verbs to the subparsers of the command line; `path` checks the name of a file,
     `every` has what all verbs take."""
+    common = _common(path, every)
+    one = verbs.add_parser(
+        "coverage", parents=[common], help="where motion detectors notice what moves"
+    )
+    one.add_argument(
+        "--sensor",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="only this motion detector; may be given again",
+    )
+    _add_place(verbs, common)
+
+
+def _common(path: Callable[[str], Path], every: argparse.ArgumentParser) -> argparse.ArgumentParser:
     common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument(
         "--motion",
@@ -46,49 +61,41 @@ def add_verbs(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentP
     )
     common.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
     common.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    return common
 
-    one = verbs.add_parser(
-        "coverage", parents=[common], help="where motion detectors notice what moves"
-    )
-    one.add_argument(
-        "--sensor",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="only this motion detector; may be given again",
-    )
 
-    two = verbs.add_parser(
+def _add_place(verbs: Any, common: argparse.ArgumentParser) -> None:
+    place = verbs.add_parser(
         "place", parents=[common], help="propose places of motion detectors; --save places them"
     )
-    two.add_argument("--count", type=_whole, default=1, metavar="N", help="how many (default 1)")
-    two.add_argument(
+    place.add_argument("--count", type=_whole, default=1, metavar="N", help="how many (default 1)")
+    place.add_argument(
         "--mounting",
         choices=MOUNTINGS,
         default="WALL",
         metavar="|".join(MOUNTINGS),
         help="where they may hang (default WALL)",
     )
-    two.add_argument(
+    place.add_argument(
         "--mounting-height",
         type=_positive,
         default=2.3,
         metavar="M",
         help="above the floor, on walls (default 2.3)",
     )
-    two.add_argument(
+    place.add_argument(
         "--spacing",
         type=_positive,
         default=0.5,
         metavar="M",
         help="between places that are tried (default 0.5)",
     )
-    two.add_argument("--like", metavar="SENSOR", help="with the parameters of this detector")
-    two.add_argument("--preset", metavar="PRESET", help="with the parameters of this preset")
-    two.add_argument(
+    place.add_argument("--like", metavar="SENSOR", help="with the parameters of this detector")
+    place.add_argument("--preset", metavar="PRESET", help="with the parameters of this preset")
+    place.add_argument(
         "--beside", action="store_true", help="count only what the detectors there do not cover"
     )
-    two.add_argument(
+    place.add_argument(
         "--seed",
         type=_seed,
         default=0,

@@ -15,7 +15,7 @@ from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.model import Array, Pose
 from ..view.plan.home import Home
 from ..view.plan.shapes import WALL_M, may_move
-from .floor import Steps, met_along
+from .cells import Steps, met_along
 
 # m: how far walls are looked for from a cell; what is wider than this holds a sensor; its lens
 # stands off the surface by so much.

@@ -15,13 +15,14 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...sensor_logic.coverage.detectors import DETECTOR
 from ...sensor_logic.coverage.grid import CoverageMap, columns, map_csv, table
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.report.facts import Placed
 from ..commands.console import tell
 from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
 from ..output.output_files import Outputs, check_outputs
-from ..sensors import Sensor, SensorError, chosen
+from ..scene.sensors import Sensor, SensorError, chosen
 from . import ghosts, kept, mesh
 from .maps import Stage, cover
 from .plans import picture
@@ -40,7 +41,7 @@ def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Ou
     """Maps what the options ask for; says the table of its rooms."""
     asked = chosen(list(sensors), options.sensor)
     for sensor in asked:
-        if options.sensor and sensor.kind.identifier != "PIR":
+        if options.sensor and sensor.kind is not DETECTOR:
             raise SensorError(f"'{sensor.name}' is no motion detector (PIR)")
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     motion = motion_of(options.motion, options.height)

@@ -1,113 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where in a home somebody can move: cells on the floor of its rooms, and how far there is room.
-
-A room is what a flood over the cells reaches from the sensors in it without passing a wall, a
-closed door or a cupboard higher than 1.9 m; or what is inside a mesh that marks it: *Ignored by
-sensors*, with its room noted or shown as wire or bounds.
-"""
+"""Where in a home somebody can move: cells on the floor of its rooms, and how far there is room."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from mathutils import Vector
-from mathutils.bvhtree import BVHTree
-from numpy.typing import NDArray
 
-from ...sensor_logic.coverage.grid import NO_ROOM, Cells
+from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.model import Array
-from ..marks import COVERAGE_MARK
-from ..rooms import room_of
-from ..sensors import Sensor, SensorError
+from ..scene.sensors import Sensor, SensorError
 from ..view.plan.fields import placed
 from ..view.plan.home import Home
 from ..view.plan.storeys import levels
+from .cells import (
+    MOST_CELLS,
+    OVER_M,
+    PIT_M,
+    RUG_M,
+    Grid,
+    Steps,
+    flood,
+    floors,
+    free_ways,
+    passable,
+    saying,
+)
+from .rooms import Labels, Volume, labels_of, volumes
 
-Mask = NDArray[np.bool_]
-# m above the floor: under the heads of doors and over what one could look across.
-OVER_M = 1.9
-# What rises less is the floor itself, a rug or a threshold; what lies deeper is another floor.
-RUG_M, PIT_M = 0.1, 0.3
 # Rooms reach at most this far (m) from the sensors that tell of them.
 BEYOND_M = 10.0
-# Cells this near (m) to a sensor are of its room, if no wall is between.
-NEAR_M = 0.9
 # Heights (m) of a body are this far apart at most, where its surroundings are felt for obstacles.
 EVERY_M = 0.4
-MOST_CELLS = 250_000
-# Rays that are cast between two moments at which the work can be given up.
-CASTS_AT_ONCE = 2000
-
-S = TypeVar("S")
-T = TypeVar("T")
-# Work in steps, which returns its result.
-Steps = Generator[None, None, T]
-
-
-@dataclass(frozen=True)
-class _Grid:
-    """The cells (nx × ny) of a storey, row by row; `low` (2,) its corner in m."""
-
-    low: Array
-    shape: tuple[int, int]
-    size: float
-    floor: float
-
-    def at(self, height: float) -> Array:
-        """(n, 3): the middles of all cells at a height above the floor."""
-        x = self.low[0] + (np.arange(self.shape[0]) + 0.5) * self.size
-        y = self.low[1] + (np.arange(self.shape[1]) + 0.5) * self.size
-        xs, ys = np.meshgrid(x, y, indexing="ij")
-        level = np.full(xs.size, self.floor + height)
-        return np.column_stack([xs.ravel(), ys.ravel(), level])
-
-
-class Volume:
-    """An object whose mesh marks the inside of a room."""
-
-    def __init__(self, home: Home, obj: Any) -> None:
-        self.name = room_of(obj) or obj.name
-        matrix, metres = obj.matrix_world, home.metres
-        points = [matrix @ v.co * metres for v in obj.data.vertices]
-        self.lo = np.min(np.array(points), axis=0)
-        self.hi = np.max(np.array(points), axis=0)
-        self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
-
-    def holds(self, points: Array) -> Mask:
-        """(n,): by whether a ray leaves it an odd number of times."""
-        inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
-        for i in np.flatnonzero(inside).tolist():
-            inside[i] = self._crossings(Vector(points[i].tolist())) % 2 == 1
-        return inside
-
-    def _crossings(self, point: Vector) -> int:
-        # Askew, so that no ray runs along an edge of what is built square.
-        way, count = Vector((0.1234, 0.2345, 0.9642)).normalized(), 0
-        while count < 100:
-            met = self._tree.ray_cast(point, way)[0]
-            if met is None:
-                break
-            count += 1
-            point = met + way * 1e-4
-        return count
-
-
-def volumes(home: Home) -> list[Volume]:
-    """The meshes that mark rooms, by name."""
-    found = [
-        obj
-        for obj in home.depsgraph.view_layer.objects
-        if obj.type == "MESH"
-        and obj.angen_ignored
-        and COVERAGE_MARK not in obj
-        and len(obj.data.polygons) > 3
-        and (room_of(obj) or obj.display_type in {"WIRE", "BOUNDS"})
-    ]
-    return [Volume(home, obj) for obj in sorted(found, key=lambda obj: obj.name)]
 
 
 def cells_of(
@@ -118,9 +43,9 @@ def cells_of(
     yield "looking for the floor"
     parts = []
     marked = volumes(home)
-    for number, (floor, members) in enumerate(_storeys(home, sensors, marked)):
+    for number, (floor, members) in enumerate(storeys_of(home, sensors, marked)):
         grid = _grid(home, floor, members, marked, size)
-        labels = yield from saying("looking for rooms", _labels(home, grid, members, marked))
+        labels = yield from saying("looking for rooms", labels_of(home, grid, members, marked))
         found = _storey_cells(home, grid, labels, motion, number)
         parts.append((yield from saying("looking where there is room to move", found)))
     every = _joined(parts, size)
@@ -141,18 +66,7 @@ def cells_of(
     yield whole
 
 
-def saying(told: S, work: Steps[T]) -> Generator[S, None, T]:
-    """Tells the same before each step of the work, and hands on what it returns."""
-    while True:
-        yield told
-        try:
-            next(work)
-        except StopIteration as end:
-            result: T = end.value
-            return result
-
-
-def _storeys(
+def storeys_of(
     home: Home, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
     """Heights of floors in m with the sensors over each."""
@@ -175,7 +89,7 @@ def _storeys(
 
 def _grid(
     home: Home, floor: float, members: Sequence[Sensor], marked: Sequence[Volume], size: float
-) -> _Grid:
+) -> Grid:
     """As large as the home there, at most so far from the sensors and the marks."""
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
@@ -192,153 +106,24 @@ def _grid(
             f"cells of {size:g} m make {shape.prod()} of them, more than {MOST_CELLS}: "
             "take larger ones"
         )
-    return _Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
-
-
-def met_along(
-    home: Home, points: Array, direction: Array, length: float
-) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """How far it is free (n,) m from points (n, 3) along one direction, at most `length`, and the
-    numbers (n,) of the solids that are met; a step is CASTS_AT_ONCE rays."""
-    rows = np.arange(len(home.caster.solids.solids))
-    ranges, met = np.empty(len(points)), np.empty(len(points), np.int64)
-    for first in range(0, len(points), CASTS_AT_ONCE):
-        part = slice(first, first + CASTS_AT_ONCE)
-        starts = points[part] / home.metres
-        ways = np.broadcast_to(direction, starts.shape)
-        reach = np.full(len(starts), length / home.metres)
-        ranges[part], met[part] = home.caster.first_met(home.depsgraph, rows, starts, ways, reach)
-        yield
-    return np.minimum(ranges * home.metres, length), met
-
-
-def free_ways(home: Home, points: Array, direction: Array, length: float) -> Steps[Array]:
-    """(n,) m: how far it is free from points (n, 3) along one direction, at most `length`."""
-    ranges, _ = yield from met_along(home, points, direction, length)
-    return ranges
-
-
-def _floors(home: Home, grid: _Grid, start: float) -> Steps[Array]:
-    """(n,) m above the storey's floor of what is below each cell, seen from `start` above it;
-    infinite where there is nothing."""
-    deep = start + PIT_M
-    ranges = yield from free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
-    return np.where(ranges < deep - 1e-6, start - ranges, np.inf)
-
-
-def _passable(home: Home, grid: _Grid, height: float) -> Steps[tuple[Mask, Mask]]:
-    """Whether nothing is between neighbours: (nx − 1, ny) along x, (nx, ny − 1) along y."""
-    points = grid.at(height).reshape(*grid.shape, 3)
-    ways = []
-    for axis in (0, 1):
-        start = points[:-1] if axis == 0 else points[:, :-1]
-        shape = start.shape[:2]
-        there = np.eye(3)[axis]
-        start = start.reshape(-1, 3)
-        free = yield from free_ways(home, start, there, grid.size)
-        back = yield from free_ways(home, start + there * grid.size, -there, grid.size)
-        clear = np.minimum(free, back) >= grid.size * (1 - 1e-6)
-        ways.append(clear.reshape(shape))
-    return ways[0], ways[1]
-
-
-def _flood(
-    seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]
-) -> Steps[NDArray[np.int64]]:
-    """Labels (nx, ny) spread from `seeds` (0: none) step by step; where two meet at once the
-    smaller one wins."""
-    labels = np.where(allowed, seeds, 0)
-    none = np.iinfo(np.int64).max
-    while True:
-        offered = np.where(labels > 0, labels, none)
-        best = np.full(labels.shape, none)
-        best[1:] = np.minimum(best[1:], np.where(ways[0], offered[:-1], none))
-        best[:-1] = np.minimum(best[:-1], np.where(ways[0], offered[1:], none))
-        best[:, 1:] = np.minimum(best[:, 1:], np.where(ways[1], offered[:, :-1], none))
-        best[:, :-1] = np.minimum(best[:, :-1], np.where(ways[1], offered[:, 1:], none))
-        new = (labels == 0) & allowed & (best < none)
-        if not new.any():
-            return labels
-        labels = np.where(new, best, labels)
-        yield
-
-
-@dataclass(frozen=True)
-class _Labels:
-    """The number of the room (nx, ny) of each cell, 0 for none, into `names`."""
-
-    number: NDArray[np.int64]
-    names: list[str]
-
-
-def _labels(
-    home: Home, grid: _Grid, members: Sequence[Sensor], marked: Sequence[Volume]
-) -> Steps[_Labels]:
-    names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
-    floor_there = ((yield from _floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
-    middle = grid.at(OVER_M / 2)
-    fixed = np.zeros(len(middle), np.int64)
-    for volume in marked:
-        for first in range(0, len(middle), CASTS_AT_ONCE):
-            part = np.arange(first, min(first + CASTS_AT_ONCE, len(middle)))
-            inside = part[volume.holds(middle[part])]
-            fixed[inside[fixed[inside] == 0]] = names.index(volume.name) + 1
-            yield
-    seeds = fixed.copy()
-    points = grid.at(OVER_M)
-    for sensor in sorted(members, key=lambda s: s.name):
-        cells = yield from _cells_at(home, points, sensor)
-        for cell in cells:
-            if seeds[cell] == 0:
-                seeds[cell] = names.index(sensor.room or NO_ROOM) + 1
-    loose = floor_there & (fixed.reshape(grid.shape) == 0)
-    allowed = np.where(fixed.reshape(grid.shape) > 0, floor_there, loose)
-    start = np.where(fixed.reshape(grid.shape) > 0, 0, seeds.reshape(grid.shape))
-    ways = yield from _passable(home, grid, OVER_M)
-    flooded = yield from _flood(start, loose, ways)
-    number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
-    return _Labels(np.where(allowed, number, 0), names)
-
-
-def _cells_at(home: Home, points: Array, sensor: Sensor) -> Steps[list[int]]:
-    """The cells that are seen from under a sensor, in front of what it hangs on."""
-    matrix = sensor.world_matrix(home.depsgraph)
-    at = np.array(matrix.translation) * home.metres
-    looks = -np.array(matrix.col[2])[:2]
-    size = float(np.linalg.norm(looks))
-    here = at[:2] + (looks / size * 0.05 if size > 0.1 else 0.0)
-    ways = points[:, :2] - here
-    apart = np.linalg.norm(ways, axis=1)
-    near = np.flatnonzero(apart <= NEAR_M)
-    if not len(near):
-        near = np.array([int(np.argmin(apart))])
-    near = near[np.argsort(apart[near], kind="stable")]
-    found = []
-    for cell in near.tolist():
-        start = np.array([[*here, points[cell, 2]]])
-        length = max(float(apart[cell]), 1e-6)
-        way = np.array([*(ways[cell] / length), 0.0])
-        free = yield from free_ways(home, start, way, length)
-        if free[0] >= length * (1 - 1e-6):
-            found.append(cell)
-    return found
+    return Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
 
 
 def _storey_cells(
-    home: Home, grid: _Grid, labels: _Labels, motion: Motion, number: int
+    home: Home, grid: Grid, labels: Labels, motion: Motion, number: int
 ) -> Steps[Cells]:
     """The cells of the rooms where the body can be."""
     top = min(motion.top + 0.02, OVER_M)
     limit = max(motion.bottom, RUG_M)
     in_room = labels.number > 0
-    high = yield from _floors(home, grid, OVER_M)
-    low = yield from _floors(home, grid, top)
+    high = yield from floors(home, grid, OVER_M)
+    low = yield from floors(home, grid, top)
     open_sky = (high <= limit).reshape(grid.shape) & in_room
     under = (low <= limit).reshape(grid.shape) & in_room
     middle = (max(motion.bottom, RUG_M) + motion.top) / 2.0
     # Under tables a low body gets, into a solid none.
-    ways = yield from _passable(home, grid, middle)
-    reached = (yield from _flood(open_sky.astype(np.int64), under | open_sky, ways)) > 0
+    ways = yield from passable(home, grid, middle)
+    reached = (yield from flood(open_sky.astype(np.int64), under | open_sky, ways)) > 0
     cells = np.flatnonzero((reached & under).ravel())
     names = np.array([*labels.names], object)[labels.number.ravel()[cells] - 1]
     at = grid.at(0.0)[cells]

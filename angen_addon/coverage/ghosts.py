@@ -8,11 +8,11 @@ from typing import Any
 import bpy
 from mathutils import Matrix
 
-from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.kinds.pir.range_scan import PirParameters
+from ...sensor_logic.coverage.detectors import DETECTOR, PirParameters
 from ...sensor_logic.model import Pose
-from ..marks import COVERAGE_MARK
-from ..sensors import Sensor, SensorError, decimal, read_parameters, unit_scale
+from ...sensor_logic.parameters import specs
+from ..scene.marks import COVERAGE_MARK
+from ..scene.sensors import Sensor, SensorError, decimal, read_parameters, unit_scale
 from .mesh import collection, remove_own_collection
 from .proposal import Proposal
 
@@ -70,10 +70,10 @@ def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
         if not isinstance(parameters, PirParameters):
             raise SensorError(f"'{sensor.name}' is no motion detector (PIR)")
         return parameters, decimal(sensor.settings.update_rate)
-    rate = KINDS["PIR"].update_rate
+    rate = DETECTOR.update_rate
     if not preset:
         return PirParameters(), rate
-    known = {p.identifier: p for p in KINDS["PIR"].presets}
+    known = {p.identifier: p for p in DETECTOR.presets}
     if preset not in known:
         raise SensorError(f"no preset is called '{preset}': there are {', '.join(known)}")
     return PirParameters(**known[preset].values), rate
@@ -82,6 +82,6 @@ def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
 def copy_settings(source: Any, target: Any) -> None:
     """Gives a sensor the parameters and the update rate of another one."""
     target.update_rate = source.update_rate
-    for name in (p.identifier for p in source.pir.bl_rna.properties):
-        if name not in {"rna_type", "name"} and not source.pir.is_property_readonly(name):
-            setattr(target.pir, name, getattr(source.pir, name))
+    old, new = (getattr(owner, DETECTOR.attribute) for owner in (source, target))
+    for name in specs(DETECTOR.parameters):
+        setattr(new, name, getattr(old, name))

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...sensor_logic.coverage.colours import LEVELS, VIRIDIS, levels, linear
 from ...sensor_logic.coverage.grid import CoverageMap
-from ..marks import COVERAGE_MARK
-from ..sensors import unit_scale
+from ..scene.marks import COVERAGE_MARK
+from ..scene.sensors import unit_scale
 
 COLLECTION = "Coverage"
 # m above the floor, so that rugs do not hide it; squares leave a gap, which shows the cells.

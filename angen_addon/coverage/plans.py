@@ -12,7 +12,7 @@ import numpy as np
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import svg
 from ...sensor_logic.report.facts import Placed, Storey
-from ..sensors import Sensor
+from ..scene.sensors import Sensor
 from ..view.plan.fields import placed
 from ..view.plan.home import Home
 from ..view.plan.shapes import shapes_at

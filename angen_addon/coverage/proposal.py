@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.detect import View
+from ...sensor_logic.coverage.detectors import PirParameters
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.coverage.placement import Choice, choose
-from ...sensor_logic.kinds.pir.range_scan import PirParameters
 from ...sensor_logic.model import Array
+from ..scene.sensors import Sensor, SensorError
 from ..scene.warmth import Warmth
-from ..sensors import Sensor, SensorError
 from ..view.plan.home import Home
 from .candidates import Candidate, candidates
-from .floor import cells_of, saying
+from .cells import saying
+from .floor import cells_of
 from .maps import Enough, Stage, at_most, at_once, check_cell
 from .views import detectors, view_from, view_of
 

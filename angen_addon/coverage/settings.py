@@ -6,20 +6,18 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 from bpy.props import StringProperty as Text
-from bpy.types import PropertyGroup, Scene
+from bpy.types import Scene
 
 from ...sensor_logic.coverage.motions import HIGHEST, MOTIONS, Motion
-from ..lengths import in_units, length_in_units
-from ..sensors import SensorError, decimal
+from ..scene.lengths import property_group
+from ..scene.sensors import SensorError, decimal
 from .maps import LARGEST_CELL, SMALLEST_CELL
 
 
 def _group() -> type:
     motions = [(m.identifier, m.label, m.tip, i) for i, m in enumerate(MOTIONS.values())]
-    annotations = {
-        "motion": EnumProperty(
-            name="Motion", description="What moves in each cell", items=motions, options=set()
-        ),
+    properties = {
+        "motion": EnumProperty(name="Motion", description="What moves in each cell", items=motions),
         "height": FloatProperty(
             name="Height",
             description="Above the floor: the top of what walks, the middle of a chest or an arm. "
@@ -27,7 +25,6 @@ def _group() -> type:
             min=0.0,
             max=HIGHEST,
             subtype="DISTANCE",
-            options=set(),
         ),
         "cell": FloatProperty(
             name="Cell",
@@ -36,25 +33,17 @@ def _group() -> type:
             min=SMALLEST_CELL,
             max=LARGEST_CELL,
             subtype="DISTANCE",
-            options=set(),
         ),
         "selected": BoolProperty(
-            name="Selected Only",
-            description="Only the selected motion detectors, instead of all",
-            options=set(),
+            name="Selected Only", description="Only the selected motion detectors, instead of all"
         ),
-        "rooms": Text(
-            name="Rooms",
-            description="Names of rooms, with commas between; empty: all",
-            options=set(),
-        ),
+        "rooms": Text(name="Rooms", description="Names of rooms, with commas between; empty: all"),
         "count": IntProperty(
             name="Detectors",
             description="How many motion detectors to place",
             default=1,
             min=1,
             max=100,
-            options=set(),
         ),
         "mounting": EnumProperty(
             name="Mounting",
@@ -64,7 +53,6 @@ def _group() -> type:
                 ("CEILING", "Ceilings", "Under ceilings, looking down", 1),
                 ("BOTH", "Both", "On walls or under ceilings", 2),
             ],
-            options=set(),
         ),
         "mounting_height": FloatProperty(
             name="On Walls At",
@@ -73,17 +61,13 @@ def _group() -> type:
             min=0.1,
             max=10.0,
             subtype="DISTANCE",
-            options=set(),
         ),
         "beside": BoolProperty(
             name="Keep Others",
             description="Count only what the motion detectors of the scene do not cover",
-            options=set(),
         ),
     }
-    for name, label in (("height", "Height"), ("cell", "Cell"), ("mounting_height", "On Walls At")):
-        annotations[in_units(name)] = length_in_units(name, label, "In the scene's own unit")
-    return type("AngenCoverageSettings", (PropertyGroup,), {"__annotations__": annotations})
+    return property_group("AngenCoverageSettings", properties, options=set())
 
 
 def motion_of(identifier: str, height: float) -> Motion:

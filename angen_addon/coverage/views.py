@@ -9,20 +9,22 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.coverage.detect import RangeView, View, WarmView
-from ...sensor_logic.kinds.pir.pyroelectric.coverage import Walker
-from ...sensor_logic.kinds.pir.pyroelectric.detector import (
+from ...sensor_logic.coverage.detectors import (
+    DETECTOR,
     SIGHT,
+    STEFAN_BOLTZMANN,
+    PirParameters,
+    Walker,
+    fan_directions,
+    leaving,
     response_of,
     threshold_of,
+    zone_rays,
     zones_of,
 )
-from ...sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
-from ...sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
-from ...sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ...sensor_logic.model import Pose
-from ..instances import Uid
-from ..scene.warmth import Warmth, kelvin
-from ..sensors import (
+from ..scene.instances import Uid
+from ..scene.sensors import (
     Sensor,
     SensorError,
     check,
@@ -31,6 +33,7 @@ from ..sensors import (
     read_parameters,
     read_pose,
 )
+from ..scene.warmth import Warmth, kelvin
 from ..view.plan.home import Home
 
 BUNDLE = -10
@@ -40,7 +43,7 @@ BODY = Walker()
 
 def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
     """The motion detectors among the sensors that are switched on. Raises SensorError."""
-    found = [s for s in sensors if s.kind.identifier == "PIR" and s.settings.enabled]
+    found = [s for s in sensors if s.kind is DETECTOR and s.settings.enabled]
     if not found:
         raise SensorError(
             "there is no motion detector (PIR) that is switched on: add one with Shift+A, Sensor"

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ..animation import motion_paths
-from ..instances import chain
-from ..wording import named
+from ...sensor_logic.wording import named
+from ..scene.animation import motion_paths
+from ..scene.instances import chain
 from .examined import Examined, Found
 
 WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...sensor_logic.model import Array
 from ..scene.rays.solids import SURFACE_TYPES
-from ..sensors import Sensor, all_sensors, simulated, unit_scale
+from ..scene.sensors import Sensor, all_sensors, simulated, unit_scale
 from ..view.plan.home import Home
 
 

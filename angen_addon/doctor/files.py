@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ...sensor_logic.kind import LIGHT
-from .. import lacking
-from ..wording import capital
+from ...sensor_logic.wording import capital
+from ..advice import lacking
 from .examined import Examined, Found
 
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...sensor_logic.kind import LIGHT
-from ..animation import curves, is_animated
+from ...sensor_logic.wording import named
+from ..scene.animation import curves, is_animated
 from ..scene.light.engine import why_no_eevee
 from ..scene.light.scene import is_portal
-from ..wording import named
 from .examined import Examined, Found
 
 # W of light: no lamp of a home sends out so much; what a lamp draws is some times what it sends.

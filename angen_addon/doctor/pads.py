@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...sensor_logic.kind import FORCES
-from .. import advice
+from ...sensor_logic.wording import uncapped
+from ..advice import sensing as advice
 from ..scene.rays.caster import NOTHING
-from ..wording import uncapped
 from .examined import Examined, Found
 
 BUNDLE = -41

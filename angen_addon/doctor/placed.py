@@ -11,16 +11,16 @@ import numpy as np
 from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
-from .. import warmth
-from ..animation import action_curves
+from ...sensor_logic.wording import named
+from ..advice import warmth
 from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.time_base import clock_of
+from ..scene.animation import action_curves
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
-from ..sensors import Sensor, SensorError
+from ..scene.sensors import Sensor, SensorError
 from ..view.sight import sight_of
-from ..wording import named
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43

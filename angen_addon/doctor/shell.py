@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...sensor_logic.model import Array
+from ...sensor_logic.wording import named
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import SURFACE_TYPES
-from ..wording import named
 from .examined import Examined, Found
 
 # m: no home is larger than the first, with half of its things larger than the second; none is

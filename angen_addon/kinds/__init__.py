@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ...sensor_logic.kind import Kind
 
 if TYPE_CHECKING:
-    from ..appearance import Appearance
+    from ..view.appearance import Appearance
 
 
 def appearance_of(kind: Kind) -> Appearance:
@@ -23,7 +23,7 @@ def appearance_of(kind: Kind) -> Appearance:
 def _appearance(name: str) -> Appearance:
     # Imported here: what kinds look like is built on what asks for it.
     if find_spec(f".{name}", __package__) is None:
-        default: Appearance = import_module("..appearance", __package__).Appearance()
+        default: Appearance = import_module("..view.appearance", __package__).Appearance()
         return default
     found: Appearance = import_module(f".{name}", __package__).APPEARANCE
     return found

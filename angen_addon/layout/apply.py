@@ -13,11 +13,11 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 
 from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Entry, read_layout
-from ..housing import Housing, housing_of, mesh_of
-from ..instances import chain
+from ...sensor_logic.wording import named
+from ..authoring.housing import Housing, housing_of, mesh_of
 from ..runtime.time_base import evaluated_depsgraph
-from ..sensors import Sensor, unit_scale
-from ..wording import named
+from ..scene.instances import chain
+from ..scene.sensors import Sensor, unit_scale
 from .plan import Change, Planner
 from .told import of_faces
 

@@ -20,11 +20,11 @@ from ...sensor_logic.layout.entries import Entry, LayoutError
 from ...sensor_logic.model import pose_from_matrix
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.spelling import hint
-from ..animation import is_animated, motion_paths
-from ..instances import is_holder
+from ...sensor_logic.wording import named
 from ..output.describe import describe
-from ..sensors import Sensor, all_sensors, pointed_at, unit_scale
-from ..wording import named
+from ..scene.animation import is_animated, motion_paths
+from ..scene.instances import is_holder
+from ..scene.sensors import Sensor, all_sensors, pointed_at, unit_scale
 
 Array = NDArray[np.float64]
 # What counts as the same place: single precision at its distance from the origin (m), and an angle.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.model import pose_from_matrix
 from ..scene.rays.geometry import SURFACE_TYPES
-from ..sensors import Sensor, unit_scale
+from ..scene.sensors import Sensor, unit_scale
 
 Array = NDArray[np.float64]
 Told = list[float] | None

@@ -9,7 +9,7 @@ from typing import Any
 from ...sensor_logic.parameters import specs
 from ..layout import told
 from ..runtime.time_base import evaluated_depsgraph
-from ..sensors import Sensor, decimal
+from ..scene.sensors import Sensor, decimal
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:

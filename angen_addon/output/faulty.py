@@ -29,7 +29,7 @@ def add_options(parser: Any, path: Any) -> None:
 
 
 class Faults:
-    """A faults file and where its truth is told; without one, logs stay as they are."""
+    """A faults file, and the file for what it did; without one, logs stay as they are."""
 
     def __init__(self, faults: Path | None, truth: Path | None, log: Path | None) -> None:
         """`log`: the file that will be faulty. Raises SourceError naming what is wrong, and where;

@@ -13,14 +13,14 @@ import bpy
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.parameters import defaults, format_quantity, specs, used, value_text
-from ...sensor_logic.recording import Recording
+from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.report import page
 from ...sensor_logic.report.facts import Report, SensorFacts
 from ...sensor_logic.report.svg import shown_number
-from ..lacking import lacking
-from ..sensors import Sensor, decimal, read_parameters, simulated
-from ..version import extension_version
+from ..advice.lacking import lacking
+from ..scene.sensors import Sensor, decimal, read_parameters, simulated
 from ..view import plan
+from .version import extension_version
 
 PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 
@@ -51,7 +51,7 @@ def report_text(
 def gather(
     scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None = None
 ) -> Report:
-    """What the report tells; sensors that were not simulated are told as such."""
+    """The facts of the report; it marks sensors that were not simulated."""
     return Report(
         scene.name,
         tuple(_facts(scene, sensors, recording, start)),

@@ -11,13 +11,13 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.event_log import events
 from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.formats.source import make_log
-from ...sensor_logic.recording import Recording
-from ..sensors import Sensor
-from ..version import extension_version
+from ...sensor_logic.log.event_log import events
+from ...sensor_logic.recording.tracks import Recording
+from ..scene.sensors import Sensor
 from .describe import parameters_of
+from .version import extension_version
 
 
 def log_of_run(

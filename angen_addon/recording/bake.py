@@ -13,10 +13,10 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.recording import Recording, Track
-from ..animation import has_curves, remove_curve
+from ...sensor_logic.recording.tracks import Recording, Track
 from ..runtime.outputs import ACTIVE_PATH, VALUE_PATH, output_curves
-from ..sensors import Sensor
+from ..scene.animation import has_curves, remove_curve
+from ..scene.sensors import Sensor
 
 # What Blender calls its keys' kinds, by number.
 CONSTANT = 0

@@ -8,9 +8,8 @@ keys or a driver set (the keys and the driver are in), and the outputs of sensor
 
 from __future__ import annotations
 
-import hashlib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -19,9 +18,10 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..animation import action_curves
-from ..lengths import SUFFIX
-from ..marks import COVERAGE_MARK
+from ..scene.animation import action_curves, set_by_animation
+from ..scene.lengths import SUFFIX
+from ..scene.marks import COVERAGE_MARK
+from .mesh_digests import mesh_facts, weights_of
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
@@ -61,7 +61,6 @@ POINTS = {
     "LatticePoint": ("co_deform",),
     "MetaElement": ("co", "radius", "stiffness"),
 }  # fmt: skip
-LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
 MAX_DEPTH = 12
 
 Facts = list[Any]
@@ -70,7 +69,7 @@ Facts = list[Any]
 def facts_of(datablock: Any) -> Facts:
     """What a user can set in it, as nested plain values whose `repr` tells any difference."""
     if isinstance(datablock, bpy.types.Mesh):
-        return _mesh(datablock)
+        return mesh_facts(datablock)
     facts = _Walk(datablock).facts()
     if isinstance(datablock, bpy.types.Object) and datablock.type == "MESH":
         # Meshes without groups, which are most, are told from others by their objects alone.
@@ -84,7 +83,7 @@ class _Walk:
     def __init__(self, datablock: Any) -> None:
         self._id = datablock
         self._seen: set[tuple[int, str]] = set()
-        self._set_by_animation = dict(_animated(datablock))
+        self._set_by_animation = dict(set_by_animation(datablock))
 
     def facts(self) -> Facts:
         return [animation_facts(self._id), self._struct(self._id, 0)]
@@ -209,6 +208,7 @@ def _plan_of(struct: Any) -> tuple[tuple[str, str], ...]:
     return _plan(made_of)
 
 
+# One a type of datablock, for good; without it each datablock's properties are named anew.
 @cache
 def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
     """Which properties of a type to look at, and how."""
@@ -244,71 +244,6 @@ def _points(items: Any, count: int, fields: tuple[str, ...]) -> Facts:
         items.foreach_get(name, values)
         found.append(values.tobytes())
     return found
-
-
-def _mesh(mesh: Any) -> Facts:
-    """Corners, faces and every attribute; `is edited` instead while it is in Edit Mode, where
-    nothing of it can be read."""
-    if mesh.is_editmode:
-        return ["is edited"]
-    found: Facts = [
-        [getattr(m, "name_full", None) for m in mesh.materials],
-        mesh.shape_keys.name_full if mesh.shape_keys else None,
-    ]
-    found += corners_and_faces(mesh)
-    found.append(_attribute(mesh.attributes[".edge_verts"]) if mesh.edges else 0)
-    for attribute in mesh.attributes:
-        name = attribute.name
-        if not name.startswith(".") and name not in {"position", "material_index"}:
-            found.append((name, attribute.domain, _attribute(attribute)))
-    return found
-
-
-def corners_and_faces(mesh: Any) -> Facts:
-    """Where its corners are, which of them make up each face, and which material that has."""
-    # As attributes they are copied whole; item by item it takes 50 times as long.
-    found: Facts = [
-        _attribute(mesh.attributes[name]) if name in mesh.attributes else 0
-        for name in ("position", ".corner_vert")
-    ]
-    values = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_start", values)
-    found.append(_hashed(values))
-    # Where all faces have the first material it may be missing.
-    values[:] = 0
-    if "material_index" in mesh.attributes:
-        mesh.attributes["material_index"].data.foreach_get("value", values)
-    return [*found, _hashed(values)]
-
-
-def _hashed(values: Any) -> str:
-    """A few characters for a long array, of which the text would take many times its memory."""
-    return hashlib.blake2b(values, digest_size=16).hexdigest()
-
-
-def _attribute(attribute: Any) -> Any:
-    data = attribute.data
-    if not len(data):
-        return 0
-    name = next((n for n in ("value", "vector", "color") if hasattr(data[0], n)), None)
-    if name is None or attribute.data_type == "STRING":
-        return [str(getattr(item, "value", "")) for item in data]
-    first = _plain(getattr(data[0], name))
-    flat = np.asarray(first).size
-    whole = attribute.data_type.startswith("INT") or (
-        isinstance(first, int) and not isinstance(first, bool)
-    )
-    kind = np.int32 if whole else np.float32
-    values = np.empty(len(data) * flat, bool if isinstance(first, bool) else kind)
-    data.foreach_get(name, values)
-    return _hashed(values)
-
-
-def weights_of(mesh: Any) -> Any:
-    """How much of each vertex is in which group."""
-    return [
-        [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
-    ]
 
 
 def part_facts(datablock: Any, part: Any) -> Any:
@@ -390,28 +325,3 @@ def _driver(curve: Any) -> Facts:
             for v in driver.variables
         ],
     ]
-
-
-def _animated(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]]]:
-    """What keys and drivers set, as (struct, property): indices."""
-    animation = getattr(datablock, "animation_data", None)
-    if animation is None:
-        return
-    curves = list(action_curves(animation.action, getattr(animation, "action_slot", None)))
-    for track in animation.nla_tracks:
-        for strip in track.strips:
-            curves += action_curves(strip.action, getattr(strip, "action_slot", None))
-    curves += animation.drivers
-    found: dict[tuple[str, str], set[int]] = {}
-    for curve in curves:
-        match = LAST_PART.match(curve.data_path)
-        if match and not curve.mute:
-            owner, name, holder, custom = match.groups()
-            found.setdefault((owner or holder or "", name or custom), set()).add(curve.array_index)
-    for (owner, name), indices in found.items():
-        try:
-            struct = datablock.path_resolve(owner) if owner else datablock
-            yield (struct.as_pointer(), name), indices
-        except (ValueError, AttributeError):
-            # A curve of something that is no longer there sets nothing.
-            continue

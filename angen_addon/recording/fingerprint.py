@@ -18,8 +18,8 @@ import bpy
 
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.parameters import specs
-from ..marks import COVERAGE_MARK
-from ..sensors import Sensor, all_sensors
+from ..scene.marks import COVERAGE_MARK
+from ..scene.sensors import Sensor, all_sensors
 from .digests import animation_facts, custom_facts, facts_of, part_facts, setting_facts
 
 SCENE, SHOWN = "scene", "shown"
@@ -42,7 +42,8 @@ OF_SCENE = ("frame_start", "use_gravity", "gravity")
 # Of the scene's own settings of sensors all count but these, which only say what is shown, and what
 # is done with results.
 OF_THE_VIEW = {
-    "angen_cleared", "angen_coverage", "angen_live", "angen_overlay", "angen_timeline",
+    "angen_cleared", "angen_coverage", "angen_day", "angen_live", "angen_overlay",
+    "angen_show_places", "angen_site", "angen_timeline",
 }  # fmt: skip
 OF_RENDER = (
     "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
@@ -156,7 +157,7 @@ def _is_disabled(obj: Any) -> bool:
 
 
 def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
-    """Contents of the texts that sensors read, such as lens tables: no update tells of edits."""
+    """Contents of the texts that sensors read, such as lens tables: Blender reports no edits."""
     for sensor in sensors:
         names = READS_TEXTS.get(sensor.kind.identifier)
         if names is not None:

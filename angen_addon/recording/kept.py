@@ -11,9 +11,9 @@ import bpy
 
 from ...sensor_logic.kind import LIGHT, REFLECTANCE
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.recording import Recording
-from ..sensors import Sensor, all_sensors
-from ..wording import listed
+from ...sensor_logic.recording.tracks import Recording
+from ...sensor_logic.wording import listed
+from ..scene.sensors import Sensor, all_sensors
 from .fingerprint import (
     SCENE,
     SHOWN,
@@ -31,7 +31,7 @@ from .portable import portable
 HERE = tuple(bpy.app.version[:2])
 
 
-class Kept:
+class StoredRecording:
     """`unsure` after undo or load, until `verify`; `stored` is how a file holds it, once made;
     `blender` the version whose properties the fingerprint is of; `mark` tells it from all others,
     also of other sessions; `made_in` the version that it was made in, and `stale_then` why it was
@@ -212,13 +212,13 @@ class Kept:
         return self._elsewhere
 
 
-def keep(recording: Recording, scene: Any, depsgraph: Any) -> Kept:
+def keep(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
     """The recording of a run that has just ended, with the scene as it is."""
     kinds = [KINDS[track.kind_name] for track in recording.tracks.values()]
     light = any(kind.asks_for(LIGHT) or kind.asks_for(REFLECTANCE) for kind in kinds)
     made = take(scene, depsgraph, light)
     made.portable = portable(scene, depsgraph)
-    return Kept(recording, made)
+    return StoredRecording(recording, made)
 
 
 def version_text(version: tuple[int, ...]) -> str:

@@ -9,14 +9,7 @@ from typing import Any
 
 import bpy
 
-from .digests import (
-    Facts,
-    animation_facts,
-    corners_and_faces,
-    part_facts,
-    setting_facts,
-    weights_of,
-)
+from .digests import Facts, animation_facts, part_facts, setting_facts
 from .fingerprint import (
     SCENE,
     SHOWN,
@@ -27,6 +20,7 @@ from .fingerprint import (
     scene_facts,
     what_is_shown,
 )
+from .mesh_digests import corners_and_faces, weights_of
 
 OF_OBJECT = (
     "location", "rotation_mode", "rotation_euler", "rotation_quaternion", "rotation_axis_angle",

@@ -14,12 +14,12 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.recording_file import from_bytes, to_bytes
-from ...sensor_logic.recording_reader import VALUES, RecordingFileError, size_of
+from ...sensor_logic.recording.reader import VALUES, RecordingFileError, size_of
+from ...sensor_logic.recording.writer import from_bytes, to_bytes
 from ..runtime import state
-from ..sensors import all_sensors
+from ..scene.sensors import all_sensors
 from .fingerprint import Fingerprint
-from .kept import Kept
+from .kept import StoredRecording
 
 # A leading dot hides it from lists.
 TEXT = ".angen_recording"
@@ -51,7 +51,7 @@ def take_out_of_file() -> None:
 
 
 def restore() -> None:
-    """Takes the recordings out of a file that was just opened; what cannot be read is told."""
+    """Takes the recordings out of a file that was just opened; says which it cannot read."""
     room = VALUES
     for text in _texts():
         scene = text.get(SCENE)
@@ -75,7 +75,7 @@ def _tell(text: str) -> None:
         print(f"Ängen Sensors: {text}", file=sys.stderr)
 
 
-def find_sensors(kept: Kept, scene: Any) -> None:
+def find_sensors(kept: StoredRecording, scene: Any) -> None:
     """Tracks know objects by their number in this session: it is another after loading."""
     layers = scene.view_layers
     sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
@@ -95,7 +95,7 @@ def _texts() -> list[Any]:
     ]
 
 
-def _encoded(kept: Kept) -> str:
+def _encoded(kept: StoredRecording) -> str:
     made = kept.fingerprint
     facts = {
         "blender": kept.blender,
@@ -110,7 +110,7 @@ def _encoded(kept: Kept) -> str:
     return "\n".join([TITLE, *lines])
 
 
-def _decoded(text: str, room: int) -> Kept:
+def _decoded(text: str, room: int) -> StoredRecording:
     """The recording in a text, of at most `room` values. Raises RecordingFileError."""
     title, _, data = text.partition("\n")
     if title != TITLE:
@@ -124,7 +124,7 @@ def _decoded(text: str, room: int) -> Kept:
         raise RecordingFileError("it is damaged")
     portable = facts.get("portable", {})
     made = Fingerprint(facts["view_layer"], facts["light"], facts["digests"], portable)
-    kept = Kept(recording, made, tuple(facts["blender"]))
+    kept = StoredRecording(recording, made, tuple(facts["blender"]))
     kept.made_in = tuple(facts.get("made_in", kept.blender))
     kept.stored = text
     kept.unsure = True

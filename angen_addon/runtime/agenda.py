@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.kind import CROSSINGS, RAYS, REFLECTANCE, WARMTH
+from ...sensor_logic.clock import Clock
+from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
+from ..scene.contact.near_pads import weights_stay
 from ..scene.zones import has_simulation_zone
 from .sensor_runner import Dates, SensorRunner
 from .stillness import Stillness
@@ -25,8 +28,7 @@ SIMULATED_MODIFIERS = {
     "PARTICLE_SYSTEM",
     "SOFT_BODY",
 }
-# What is kept of frames, so that models can be answered later; all else is looked for in the scene
-# itself, at its frame.
+# What is kept of frames in any scene, so that models can be answered later.
 KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
 # Steps that are planned at once, to bound memory.
 WINDOW = 1 << 16
@@ -34,17 +36,18 @@ WINDOW = 1 << 16
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of a run: the `steps` (n,) to evaluate, in order; those that are `looked` at; the
-    sensors' dates in it; the whole frames at which the motion is needed, as steps; the pads due at
-    such a frame; and the sensors that must be read at a step itself, each with the update's number
-    and whether it is due."""
+    """A stretch of a run that begins with the step `begin`: the `steps` (n,) to evaluate, in order;
+    those that are `looked` at; the sensors' dates in it; the whole frames (m,) at which the motion
+    is needed, as steps, and those of them at which each pad is due; and by step the sensors that
+    must be read there."""
 
+    begin: int
     steps: Index
     looked: Container[int]
-    dates: list[tuple[SensorRunner, Dates]]
-    motion: frozenset[int]
-    pads: dict[int, list[SensorRunner]]
-    read: dict[int, list[tuple[SensorRunner, int, bool]]]
+    dates: dict[SensorRunner, Dates]
+    motion: Index
+    pads: dict[SensorRunner, Index]
+    read: dict[int, list[SensorRunner]]
 
 
 class Agenda:
@@ -52,24 +55,31 @@ class Agenda:
     watches, the frames beside where one needs the motion, and no other, unless the scene holds what
     must be stepped through frame by frame from its start."""
 
-    def __init__(self, scene: Any, runners: Sequence[SensorRunner], first: int, last: int) -> None:
+    def __init__(
+        self, scene: Any, runners: Sequence[SensorRunner], clock: Clock, first: int, last: int
+    ) -> None:
         self._runners = runners
         self._first, self._last = first, last
-        self._substeps = runners[0].clock.substeps if runners else 1
-        self._frame_start = scene.frame_start
+        self._substeps = clock.substeps
+        self._frame_start = clock.frame_start
         self._until: Index = np.zeros(0, np.intp)
         self._from: int | None = None
+        # What is kept of frames; all else of the scene is looked for in it, at its frame.
+        self.kept = KEPT | ({FORCES} if weights_stay(scene) else set())
         starts = frames_to_step_from(scene)
         if starts:
-            self._from = (min(starts) - scene.frame_start) * self._substeps
+            self._from = (min(starts) - clock.frame_start) * self._substeps
 
     @property
-    def steps_through(self) -> bool:
-        """Whether every frame is evaluated, in order: none may be gone back to."""
-        return self._from is not None
+    def allows_batches(self) -> bool:
+        """Whether frames may be kept: any may be gone back to, and no pad must be read at its
+        own."""
+        pads = any(runner.sensor.kind.asks_forces for runner in self._runners)
+        return self._from is None and (not pads or FORCES in self.kept)
 
-    def windows(self) -> Iterator[Window]:
-        """All of it, a stretch of time after the other."""
+    def windows(self, cuts: Iterable[int] = ()) -> Iterator[Window]:
+        """All of it, a stretch of time after the other; one begins at each of the steps `cuts`, and
+        its first step is looked at anew."""
         substeps = self._substeps
         begin, end = self._first - self._first % substeps, self._last + 1
         if any(runner.sensor.kind.asks_forces for runner in self._runners):
@@ -77,8 +87,11 @@ class Agenda:
         if self._from is not None:
             begin = min(begin, self._from)
         size = WINDOW - WINDOW % substeps
-        for start in range(begin, end, size):
-            yield self._window(start, min(start + size, end))
+        inside = [cut for cut in cuts if begin < cut < end]
+        for start, stop in pairwise(sorted({*range(begin, end, size), *inside, end})):
+            if start in inside:
+                self._until = self._until[:0]
+            yield self._window(start, stop)
 
     def fresh(self, window: Window, still: Stillness) -> NDArray[np.bool_]:
         """At which of the window's steps (n,) anything may be otherwise than at the step before."""
@@ -94,18 +107,15 @@ class Agenda:
         dates = [self._dates(runner, begin, end - 1) for runner in self._runners]
         parts = [own.steps for own in dates]
         motion: list[Index] = []
-        pads: dict[int, list[SensorRunner]] = {}
-        read: dict[int, list[tuple[SensorRunner, int, bool]]] = {}
+        pads: dict[SensorRunner, Index] = {}
+        read: dict[int, list[SensorRunner]] = {}
         for runner, own in zip(self._runners, dates, strict=True):
             if runner.sensor.kind.asks_forces:
-                frames = self._frames_moved(runner, begin, end)
+                frames = pads[runner] = self._frames_moved(runner, begin, end)
                 motion += [frames - self._substeps, frames, frames + self._substeps]
-                for frame in frames.tolist():
-                    pads.setdefault(frame, []).append(runner)
-            if not (runner.steady and set(runner.sensor.kind.needs) <= KEPT):
-                each = zip(own.steps.tolist(), own.numbers.tolist(), own.due.tolist(), strict=True)
-                for step, number, due in each:
-                    read.setdefault(step, []).append((runner, number, due))
+            if not (runner.steady and set(runner.sensor.kind.needs) <= self.kept):
+                for step in own.steps.tolist():
+                    read.setdefault(step, []).append(runner)
         # Before time begins nobody looks at the motion.
         parts += [steps[steps >= 0] for steps in motion]
         looked: Container[int] = range(begin, end)
@@ -115,9 +125,9 @@ class Agenda:
             parts.append(through)
         steps = np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
         steps = steps[(steps >= begin) & (steps < end)]
-        moved = np.concatenate(motion) if motion else np.zeros(0, np.int64)
-        every = list(zip(self._runners, dates, strict=True))
-        return Window(steps, looked, every, frozenset(moved.tolist()), pads, read)
+        moved = np.unique(np.concatenate([steps[:0], *motion]))
+        every = dict(zip(self._runners, dates, strict=True))
+        return Window(begin, steps, looked, every, moved, pads, read)
 
     def _frames_moved(self, runner: SensorRunner, begin: int, end: int) -> Index:
         """The whole frames, as steps, of the updates in a window and just outside of it."""

@@ -8,20 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...sensor_logic.geometry.sweep import Passes
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose, pose_from_matrix
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.sweep import Passes
-from ..instances import matrix_of as matrix_in
-from ..instances import shown_in
 from ..scene.contact.moments import gravity_of
+from ..scene.instances import matrix_of as matrix_in
+from ..scene.instances import shown_in
 from ..scene.light.probe import LightRequest
 from ..scene.rays.sweep import TOLERANCE, Beam, Moment
-from ..sensors import Sensor
+from ..scene.sensors import Sensor
 from .probes import Probes
 
 if TYPE_CHECKING:
@@ -72,10 +73,11 @@ def ranges(
         return cast(asked.runner.uid, bundle, origins, directions, length, frames)
     in_units = origins / metres, directions, length / metres
     found = cast(asked.runner.uid, bundle, *in_units, frames)
-    return Answers(np.asarray(found.table) * metres, found.rows)
+    return Answers([ranges * metres for ranges in found.table], found.rows)
 
 
-def warmth(
+def surfaces(
+    name: str,
     asked: Question,
     bundle: int,
     origins: Array,
@@ -83,26 +85,12 @@ def warmth(
     length: Array,
     which: Index | None = None,
 ) -> Answers:
-    """How warm the things are that rays meet."""
+    """What the probe called `name` knows of the surfaces that rays meet."""
     frames = asked.frames if which is None else asked.frames[which]
-    metres = asked.read.metres
+    metres, probe = asked.read.metres, getattr(asked.probes, name)
     rays = origins / metres, directions, length / metres
-    return asked.probes.warmth.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
-
-
-def reflectance(
-    asked: Question,
-    bundle: int,
-    origins: Array,
-    directions: Array,
-    length: Array,
-    which: Index | None = None,
-) -> Answers:
-    """How much the things reflect that rays meet."""
-    frames = asked.frames if which is None else asked.frames[which]
-    metres = asked.read.metres
-    rays = origins / metres, directions, length / metres
-    return asked.probes.reflectance.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+    found: Answers = probe.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+    return found
 
 
 def poses(asked: Question, name: str, which: Index | None = None) -> Answers:
@@ -145,13 +133,18 @@ def _swept_at(
 
 
 def contact(asked: Question, which: Index | None = None) -> Answers:
-    """The forces on a pad, the same at all the steps that are asked about; known after the frame
-    that follows the first of them."""
+    """The forces on a pad, known after the frame that follows."""
     assert asked.read.beside is not None
     weight, chosen = asked.read.beside[FORCES]
-    clock = asked.runner.clock
-    forces = asked.probes.forces(asked.runner.uid, clock.frame_and_subframe(asked.steps[0])[0])
-    return Answers([PadContact(forces, weight, chosen)], np.zeros(len(asked.steps), np.intp))
+    table: list[PadContact] = []
+    rows = []
+    for step in asked.steps:
+        whole = asked.runner.clock.frame_and_subframe(step)[0]
+        forces = asked.probes.forces(asked.runner.uid, whole)
+        if not table or table[-1].forces is not forces:
+            table.append(PadContact(forces, weight, chosen))
+        rows.append(len(table) - 1)
+    return Answers(table, np.array(rows, np.intp))
 
 
 def light(asked: Question, which: Index | None = None) -> Answers:
@@ -162,8 +155,8 @@ def light(asked: Question, which: Index | None = None) -> Answers:
 
 ANSWERS: dict[str, Callable[..., Answers]] = {
     RAYS: ranges,
-    WARMTH: warmth,
-    REFLECTANCE: reflectance,
+    WARMTH: partial(surfaces, "warmth"),
+    REFLECTANCE: partial(surfaces, "reflectance"),
     CROSSINGS: crossings,
     FORCES: contact,
     LIGHT: light,

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import lacking
+from ..advice import lacking
 from ..recording import digests
 from ..recording import store as recording_store
 from ..recording.fingerprint import SHADING

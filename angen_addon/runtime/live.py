@@ -14,9 +14,9 @@ from typing import Any
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.model import Reading
-from ..instances import Uid
+from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
-from ..sensors import Sensor, SensorError, all_sensors, check, simulated
+from ..scene.sensors import Sensor, SensorError, all_sensors, check, simulated
 from . import outputs, state
 from .probes import Probes
 from .sensor_runner import PendingUpdates, SensorRunner
@@ -47,6 +47,9 @@ class Live:
         self.outdated = True
         # The frame that was looked at last, until something else looked at it too.
         self.looked_at: int | None = None
+        # Whether sensors may be otherwise than at the frame before; what they are made of.
+        self.told = True
+        self._objects: set[int] = set()
         # The frame that was followed last.
         self._frame: int | None = None
         self._held = False
@@ -76,7 +79,9 @@ class Live:
         due = [(s, *update) for s in self._runners if (update := self._due(s, step))]
         pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.asks_forces]
         frame = scene.frame_current if pads or self._motion_matters(step) else None
-        self._probes.note_edits()
+        self.told = self._probes.caster.solids.told_of(self._objects)
+        if self.told:
+            self._probes.note_edits()
         self._probes.look(depsgraph, frame, pads)
         self.looked_at = scene.frame_current
         self._watch([s for s, _, _ in due], step, depsgraph)
@@ -148,7 +153,9 @@ class Live:
         before = dict(self.readings)
         self._forget()
         self._runners.clear()
-        for sensor in simulated(all_sensors(view_layer)):
+        every = all_sensors(view_layer)
+        self._objects = {o.session_uid for s in every for o in (s.object, *s.holders)}
+        for sensor in simulated(every):
             try:
                 check(sensor)
             except SensorError as error:

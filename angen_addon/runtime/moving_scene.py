@@ -10,10 +10,9 @@ from typing import Any
 
 import bpy
 
-from ..animation import action_curves, all_animated, curves
-from ..scene.light.scene import MARK
+from ..scene.animation import all_animated, curves, may_set
+from ..scene.light.values import MARK
 from ..scene.rays.geometry import SURFACE_TYPES
-from .agenda import KEPT
 from .sensor_runner import SensorRunner
 from .stillness import Stillness
 
@@ -55,11 +54,12 @@ class MovingScene:
 
 
 def moving_scene(
-    scene: Any, runners: Sequence[SensorRunner], still: Stillness, first: int
+    scene: Any, runners: Sequence[SensorRunner], kept: set[str], still: Stillness, first: int
 ) -> MovingScene | None:
-    """One for a run that begins at frame `first`; None where something in the scene may depend on
-    more than what its objects hang on, or little is gained."""
-    if still.timed or not _stands_alone(scene, runners):
+    """One for a run that begins at frame `first`, and that keeps of frames what is `kept`; None
+    where something in the scene may depend on more than what its objects hang on, or little is
+    gained."""
+    if still.timed or not _stands_alone(scene, runners, kept):
         return None
     moved = _moved(scene, first)
     view_layer = bpy.context.view_layer
@@ -69,12 +69,12 @@ def moving_scene(
     return MovingScene(scene, [obj for obj in shown if obj.type in SURFACE_TYPES])
 
 
-def _stands_alone(scene: Any, runners: Sequence[SensorRunner]) -> bool:
+def _stands_alone(scene: Any, runners: Sequence[SensorRunner], kept: set[str]) -> bool:
     """Whether neither physics nor drivers, instances, visibility or moving sensors look at the
     whole scene."""
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
-    if any(set(r.sensor.kind.needs) <= KEPT and not r.steady for r in runners):
+    if any(set(r.sensor.kind.needs) <= kept and not r.steady for r in runners):
         return False
     if any(len(owner.animation_data.drivers) for owner in all_animated()):
         return False
@@ -85,17 +85,13 @@ def _stands_alone(scene: Any, runners: Sequence[SensorRunner]) -> bool:
 
 
 def _comes_and_goes(obj: Any) -> bool:
-    """Whether keys or strips of the NLA may show and hide an object."""
-    tracks = obj.animation_data.nla_tracks if obj.animation_data else ()
-    return bool(curves(obj, {"hide_viewport"})) or any(
-        strip.type != "CLIP"
-        or any(
-            curve.data_path == "hide_viewport"
-            for curve in action_curves(strip.action, getattr(strip, "action_slot", None))
-        )
-        for track in tracks
-        for strip in track.strips
-    )
+    """Whether anything may show and hide an object; keys of one value do not."""
+    if not may_set(obj, "hide_viewport"):
+        return False
+    animation, found = obj.animation_data, curves(obj, {"hide_viewport"})
+    held = all(len({key.co[1] for key in curve.keyframe_points}) == 1 for curve in found)
+    modified = any(len(curve.modifiers) for curve in found)
+    return not held or modified or bool(animation.drivers or animation.nla_tracks)
 
 
 def _looks_around(obj: Any) -> bool:
@@ -117,6 +113,8 @@ def _moved(scene: Any, first: int) -> set[Any]:
             ids = (update.id.original for update in depsgraph.updates)
             found.update(i for i in ids if isinstance(i, bpy.types.Object))
 
+    # What is new or was edited is named too: that comes first.
+    scene.frame_set(first)
     bpy.app.handlers.frame_change_post.append(note)
     try:
         for frame in (first + 1, first):

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ...sensor_logic.recording import Recording
-from ..animation import all_animated, curves
-from ..sensors import Sensor
+from ...sensor_logic.recording.tracks import Recording
+from ..scene.animation import all_animated, curves
+from ..scene.sensors import Sensor
 
 ACTIVE_PATH = "angen_sensor.active"
 VALUE_PATH = "angen_sensor.value"

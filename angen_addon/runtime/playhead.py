@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from ...sensor_logic.kind import Field
 from ...sensor_logic.model import Reading
-from ...sensor_logic.recording import Recording
-from ..sensors import Sensor
+from ...sensor_logic.recording.tracks import Recording
+from ..scene.sensors import Sensor
 from . import outputs, state
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"

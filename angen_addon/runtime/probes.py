@@ -11,9 +11,9 @@ import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.model import LightSample
-from ..instances import Uid
 from ..scene.contact.bodies import Bodies
 from ..scene.contact.things import Pad
+from ..scene.instances import Uid
 from ..scene.light.cycles import CyclesLight
 from ..scene.light.probe import LightError, LightRequest, measure_direct, measuring
 from ..scene.light.signature import LightSignature
@@ -22,8 +22,8 @@ from ..scene.rays.frames import Film
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.reflectance import Reflectance
+from ..scene.sensors import Sensor, SensorError, unit_scale
 from ..scene.warmth import Warmth
-from ..sensors import Sensor, SensorError, unit_scale
 from . import state
 
 
@@ -55,6 +55,8 @@ class Probes:
         self._bodies = Bodies(self._solids)
         self._pads: list[Pad] = []
         self._told = 0
+        # Of the pad that is asked about, by whole frames.
+        self.known_forces: dict[int, PadForces] = {}
         # The number of the frame that is looked at alone.
         self.frame = 0
         self._film: Film | None = None
@@ -90,12 +92,21 @@ class Probes:
             self.look_at_motion(depsgraph, frame, due)
 
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
-        """The motion alone, at another frame at which the scene is the same."""
+        """The motion alone, of the solids as they are in the list."""
         if self._pads:
-            if self._film is not None:
-                self._solids.sync(depsgraph)
             metres = unit_scale(depsgraph.scene)
             self._bodies.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
+
+    def show(self, frame: int) -> None:
+        """Brings the list of solids to one of the frames that are kept, of which it is at the
+        last."""
+        if len(self.caster.frames) > 1:
+            self.caster.frames.show(self._solids, frame)
+
+    def states_near(self, pad: Uid, scene: Any) -> list[Any] | None:
+        """What tells apart, at each of the frames that are kept, all that a pad can feel; None
+        where bounds do not tell."""
+        return self._bodies.states_near(pad, self.caster.frames, scene, unit_scale(scene))
 
     @property
     def full(self) -> bool:
@@ -125,6 +136,8 @@ class Probes:
         stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
         self.caster.update(depsgraph)
         self._film = Film(solids, watched) if stands else None
+        if self._pads:
+            self._bodies.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
         if self._film is not None and not self._film.take(watched):
             self._film = None
             solids.forget()
@@ -190,4 +203,4 @@ class Probes:
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""
-        return self._bodies.forces(pad, frame)
+        return self.known_forces.get(frame) or self._bodies.forces(pad, frame)

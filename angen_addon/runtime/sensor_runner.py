@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -16,17 +15,10 @@ from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.kind import CROSSINGS
 from ...sensor_logic.model import Ask, Index, Pose, Reading, Readings, Update, Updates
 from ...sensor_logic.noise import generator
-from ..animation import is_animated, stays
-from ..instances import Uid
+from ..scene.animation import is_animated, stays
+from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
-from ..sensors import (
-    Sensor,
-    check_evaluated,
-    decimal,
-    read_parameters,
-    read_pose,
-    unit_scale,
-)
+from ..scene.sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
 from .answers import ANSWERS, Beside, Question, beside_of, light_request
 from .probes import Probes
 
@@ -196,15 +188,16 @@ class SensorRunner:
         probes: Probes | None,
     ) -> Iterator[PendingUpdates]:
         """What the sensor asks of the scene at its dates (n,), which follow each other without a
-        gap: as one as long as it stays as it was read then. `frames` (n,) tells which of those that
-        the probes keep they are. Each is to be asked for its readings before the next is made."""
-        for _, group in groupby(range(len(reads)), key=lambda i: id(reads[i])):
-            which = list(group)
-            read = reads[which[0]]
+        gap: as one as long as it stays as it was read then. `reads` are (n,), or one for all;
+        `frames` (n,) tells which of those that the probes keep the dates are. Each is to be asked
+        for its readings before the next is made."""
+        begins = [i for i in range(len(reads)) if i == 0 or reads[i] is not reads[i - 1]]
+        ends = [*begins[1:], len(dates.steps)]
+        for begin, end in zip(begins, ends, strict=True):
+            read, part = reads[begin], slice(begin, end)
             if read is None:
                 self.reset()
             else:
-                part = slice(which[0], which[-1] + 1)
                 yield self._pending(read, dates.part(part), frames[part], depsgraph, probes)
 
     def _pending(
@@ -219,7 +212,7 @@ class SensorRunner:
         scene, name = depsgraph.scene, self.sensor.name
         updates = Updates(
             dates.numbers,
-            np.array([self.clock.step_time(step) for step in steps]),
+            self.clock.times_and_frames(dates.steps)[0],
             dates.due,
             read.pose,
             scene_asked,

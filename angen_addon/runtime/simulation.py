@@ -7,7 +7,7 @@ many at once, and records what they read. Who follows its progress may stop it o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
@@ -16,12 +16,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sensor_logic.clock import Clock
 from ...sensor_logic.model import Index
-from ...sensor_logic.recording import Recording, Track
-from ..sensors import Sensor, SensorError, check, check_names, report_steps, simulated
-from . import handlers, outputs, state, stillness
+from ...sensor_logic.recording.tracks import Recording, Track
+from ..scene.sensors import Sensor, SensorError, check, check_names, report_steps, simulated
+from . import busy_spans, handlers, outputs, state, stillness
 from .agenda import Agenda
-from .moving_scene import moving_scene
+from .moving_scene import MovingScene, moving_scene
 from .sensor_runner import PendingUpdates, SensorRunner
 from .stage import Stage
 from .time_base import clock_of, evaluated_depsgraph
@@ -43,16 +44,29 @@ class Progress:
     moving: str = ""
 
 
+@dataclass(frozen=True)
+class Exchange:
+    """Before the whole frame `frame` of a run, `put` exchanges keys of the scene for others, with
+    which it stands at the frame before as it did with those."""
+
+    frame: int
+    put: Callable[[], object]
+
+
 def simulate(
     scene: Any,
     sensors: Sequence[Sensor],
     frame_start: int,
     frame_end: int,
     recording: Recording,
+    exchanges: Sequence[Exchange] = (),
+    clock: Clock | None = None,
 ) -> Iterator[Progress]:
     """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
 
-    `scene` is the scene of the present context; of `sensors`, those that can be sense.
+    `scene` is the scene of the present context; of `sensors`, those that can be sense. A run that
+    is longer than what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock`
+    tells its time where that is not the scene's.
     The frame is put back at the end, also after an error or when the generator is closed early;
     what was recorded until then stays. Raises SensorError.
     """
@@ -60,7 +74,7 @@ def simulate(
     check_names(sensors)
     for sensor in sensors:
         check(sensor)
-    clock = clock_of(scene)
+    clock = clock or clock_of(scene)
     first, last = clock.first_step(frame_start), clock.first_step(frame_end + 1) - 1
     runners = [SensorRunner(sensor, clock) for sensor in sensors]
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
@@ -68,7 +82,7 @@ def simulate(
         kind, steps = sensor.kind.identifier, report_steps(sensor)
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
     recording.clock = clock
-    return _Run(scene, runners, first, last, frame_end, recording).progress()
+    return _Run(scene, runners, first, last, frame_end, recording, exchanges).progress()
 
 
 class _Run:
@@ -82,11 +96,17 @@ class _Run:
         last: int,
         frame_end: int,
         recording: Recording,
+        exchanges: Sequence[Exchange],
     ) -> None:
         self._scene, self._runners = scene, runners
         self._first, self._last, self._frame_end = first, last, frame_end
-        self._clock = clock_of(scene)
+        assert recording.clock is not None
+        self._clock = recording.clock
         self._recording = recording
+        self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
+        self._still = stillness.Stillness(busy_spans.NEVER)
+        self._moving_scene: MovingScene | None = None
+        self._kept: set[str] = set()
         self._steps = self._evaluated = 0
         self._moving = ""
 
@@ -98,24 +118,20 @@ class _Run:
         state.CACHE.running = True
         # Other code may change the scene at a frame in ways that Blender tells nobody.
         alone = not handlers.others_follow_frames()
-        needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
         try:
             with _idle_outputs(self._runners) as driven:
-                still = stillness.find(scene, needs, not alone)
-                self._moving = still.why
-                agenda = Agenda(scene, self._runners, self._first, self._last)
-                batches = alone and not driven and not agenda.steps_through
-                frame = self._frame(self._first)
-                moving = moving_scene(scene, self._runners, still, frame) if batches else None
+                agenda = Agenda(scene, self._runners, self._clock, self._first, self._last)
+                batches = alone and not driven and agenda.allows_batches
+                self._kept = agenda.kept
                 try:
-                    stage = Stage(scene, self._runners, batches, moving)
+                    self._find_what_moves(self._frame(self._first), alone, batches)
+                    stage = Stage(scene, self._runners, batches, self._moving_scene)
                     try:
-                        yield from self._over_frames(stage, agenda, still, alone, driven)
+                        yield from self._over_frames(stage, agenda, alone, driven, batches)
                     finally:
                         stage.close()
                 finally:
-                    if moving is not None:
-                        moving.close()
+                    self._leave_moving_scene()
             self._recording.frame_end = self._frame_end
         except ReferenceError as error:
             raise SensorError(
@@ -124,16 +140,35 @@ class _Run:
         finally:
             _put_back(scene, frame_before, subframe_before)
 
+    def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
+        """When, from a frame on, and a passing scene of it."""
+        needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
+        still = self._still = stillness.find(self._scene, needs, not alone)
+        self._moving = still.why
+        if batches:
+            what = self._scene, self._runners, self._kept
+            self._moving_scene = moving_scene(*what, still, frame)
+
+    def _leave_moving_scene(self) -> None:
+        moving, self._moving_scene = self._moving_scene, None
+        if moving is not None:
+            moving.close()
+
+    def _exchange(self, exchange: Exchange, stage: Stage, alone: bool, batches: bool) -> None:
+        self._leave_moving_scene()
+        exchange.put()
+        # What was edited must not be taken for what changes at a frame.
+        evaluated_depsgraph()
+        self._find_what_moves(exchange.frame, alone, batches)
+        stage.begin_anew(self._moving_scene)
+
     def _over_frames(
-        self,
-        stage: Stage,
-        agenda: Agenda,
-        still: stillness.Stillness,
-        alone: bool,
-        driven: bool,
+        self, stage: Stage, agenda: Agenda, alone: bool, driven: bool, batches: bool
     ) -> Iterator[Progress]:
-        for window in agenda.windows():
-            fresh = agenda.fresh(window, still)
+        for window in agenda.windows(self._exchanges):
+            if window.begin in self._exchanges:
+                self._exchange(self._exchanges[window.begin], stage, alone, batches)
+            fresh = agenda.fresh(window, self._still)
             try:
                 for steps, is_fresh in _alike(window.steps, fresh):
                     step = steps[-1]
@@ -178,8 +213,7 @@ class _Run:
         sensor, readings, clock = pending.runner.sensor, pending.readings(), self._clock
         if not len(readings):
             return
-        frames = [clock.step_frame(step) for step in pending.steps]
-        times = [clock.step_time(step) for step in pending.steps]
+        times, frames = clock.times_and_frames(np.array(pending.steps))
         self._recording.tracks[sensor.name].extend(frames, times, readings)
         if driven:
             outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))

@@ -15,16 +15,17 @@ import numpy as np
 from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
 from ..scene.reflectance import colours_change
+from ..scene.sensors import SensorError
 from ..scene.warmth import changes_by_itself
-from ..sensors import SensorError
 from .agenda import Window
 from .moving_scene import MovingScene
+from .pads import Pads
 from .probes import Probes
-from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
+from .sensor_runner import PendingUpdates, Read, SensorRunner
 from .time_base import clock_of, evaluated_depsgraph
 
 # s: so often at least what is kept is sensed, so that a run tells how far it is.
-TELL_EVERY = 0.1
+TELL_EVERY = 0.25
 
 
 @dataclass
@@ -38,30 +39,19 @@ class Kept:
     reads: dict[tuple[SensorRunner, int], Read | None] = field(default_factory=dict)
     since: float = field(default_factory=time.monotonic)
 
-    def frames(self, dates: Dates) -> Index:
-        """Which of the frames (n,) are those of the dates."""
-        return np.searchsorted(np.array(self.steps), dates.steps, side="right") - 1
+    def frames(self, steps: Index) -> Index:
+        """Which of the frames (n,) are those at some steps."""
+        return np.searchsorted(np.array(self.steps), steps, side="right") - 1
+
+    def part(self, steps: Index) -> Index:
+        """Those of some steps (n,) in order that are kept."""
+        return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
 
     def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
         """What was read of a sensor at frames (n,); None of one that stays as it is."""
         if (runner, int(frames[0])) not in self.reads:
             return None
         return [self.reads[runner, frame] for frame in frames.tolist()]
-
-
-@dataclass
-class Alike:
-    """Steps at which the scene is the same: the `dates` of the updates of a pad or light sensor at
-    all of which it is told the same, of which the first tells of all; the steps at which the motion
-    is `needed`."""
-
-    dates: dict[SensorRunner, Dates] = field(default_factory=dict)
-    needed: set[int] = field(default_factory=set)
-
-    def follows(self, runner: SensorRunner, step: int) -> bool:
-        """Whether an update before tells of that at this step."""
-        dates = self.dates.get(runner)
-        return dates is not None and bool(dates.steps[0] < step <= dates.steps[-1])
 
 
 class Stage:
@@ -78,7 +68,7 @@ class Stage:
     ) -> None:
         self.scene = scene
         self.runners = list(runners)
-        self._clock = clock_of(scene)
+        self._clock = runners[0].clock if runners else clock_of(scene)
         # What was edited before must not be taken for what changes at a frame.
         evaluated_depsgraph()
         self.probes = Probes(scene)
@@ -90,7 +80,7 @@ class Stage:
         changes = (warm and changes_by_itself(scene)) or (coloured and colours_change())
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads: list[PendingUpdates] = []
+        self._pads = Pads(scene, self.runners, self._clock, self.probes)
         self._kept = Kept()
 
     @property
@@ -111,6 +101,11 @@ class Stage:
             # What moves may be something else now.
             self._moving = None
         self.probes.note_edits()
+
+    def begin_anew(self, moving: MovingScene | None) -> None:
+        """The keys of the scene were exchanged while nothing was kept: other things move now."""
+        self.probes.note_edits()
+        self._moving = moving if self._batches else None
 
     def go(self, step: int) -> Any:
         """Evaluates the scene at a step; returns the depsgraph."""
@@ -136,11 +131,8 @@ class Stage:
         before = self._kept.last
         self._kept.steps.append(looked[0])
         self._kept.last = looked[-1]
-        alike = self._alike(window, looked)
         try:
-            for step in looked:
-                self._take_down(window, step, depsgraph, alike)
-                yield from self._ready(step)
+            self._take_down(window, looked, depsgraph)
         except SensorError:
             # Those before can be sensed nevertheless.
             self._kept.steps.pop()
@@ -158,60 +150,20 @@ class Stage:
         if self._moving is None:
             depsgraph = self.go(step) if fresh else evaluated_depsgraph()
             return depsgraph, depsgraph
-        asked = any(at in window.read or at in window.motion for at in looked)
-        whole = asked or not self.probes.follows
+        whole = any(at in window.read for at in looked) or not self.probes.follows
         depsgraph = self.go(step) if whole else evaluated_depsgraph()
         return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step))
 
-    def _alike(self, window: Window, steps: list[int]) -> Alike:
-        """Of steps at which the scene is the same: the updates of light sensors; and of pads with
-        such a frame before and after, at all of which the same presses on them."""
-        frame, first, last = self._clock.substeps, steps[0], steps[-1]
-        if first == last:
-            return Alike({}, {first})
-        found = Alike()
-        for runner, dates in window.dates:
-            due = dates.between(first, last)
-            if runner.sensor.kind.asks_light and len(due.steps):
-                found.dates[runner] = due
-            if not runner.sensor.kind.asks_forces:
-                continue
-            whole = due.steps - due.steps % frame
-            at = np.flatnonzero((whole - frame >= first) & (whole + frame <= last))
-            if len(at) > 1:
-                found.dates[runner] = due.part(slice(at[0], at[-1] + 1))
-            apart = np.delete(whole, at[1:])
-            found.needed.update(np.concatenate([apart - frame, apart, apart + frame]).tolist())
-        # What is due before and after.
-        found.needed.update((*range(first, first + frame), *range(last - frame + 1, last + 1)))
-        return found
-
-    def _take_down(self, window: Window, step: int, depsgraph: Any, alike: Alike) -> None:
-        if step in window.motion and step in alike.needed:
-            whole = self._clock.frame_and_subframe(step)[0]
-            pads = [r.sensor for r in window.pads.get(step, ()) if not alike.follows(r, step)]
-            self.probes.look_at_motion(depsgraph, whole, pads)
+    def _take_down(self, window: Window, looked: list[int], depsgraph: Any) -> None:
+        """What must be read at the steps themselves, at all of which the scene is the same."""
         frame = len(self._kept.steps) - 1
-        for runner, number, due in window.read.get(step, ()):
-            if (runner, frame) not in self._kept.reads:
-                self._kept.reads[runner, frame] = runner.read(depsgraph, self.probes.edits)
-            kind = runner.sensor.kind
-            if (kind.asks_forces or kind.asks_light) and not alike.follows(runner, step):
-                read, at = self._kept.reads[runner, frame], Dates.of(step, number, due)
-                if runner in alike.dates and alike.dates[runner].steps[0] == step:
-                    at = alike.dates[runner]
-                reads = [read] * len(at.steps)
-                frames = self._kept.frames(at)
-                found = runner.pending(at, frames, reads, depsgraph, self.probes)
-                (self._pads if kind.asks_forces else self.lit).extend(found)
-
-    def _ready(self, step: int) -> list[PendingUpdates]:
-        """The pads' updates whose next frame has come."""
-        clock = self._clock
-        frame = clock.frame_and_subframe(step)[0]
-        ready = [p for p in self._pads if clock.frame_and_subframe(p.steps[0])[0] < frame]
-        self._pads = [p for p in self._pads if p not in ready]
-        return ready
+        for runner in {r: None for step in looked for r in window.read.get(step, ())}:
+            read = runner.read(depsgraph, self.probes.edits)
+            self._kept.reads[runner, frame] = read
+            if runner.sensor.kind.asks_light:
+                dates = window.dates[runner].between(looked[0], looked[-1])
+                frames = self._kept.frames(dates.steps)
+                self.lit.extend(runner.pending(dates, frames, [read], depsgraph, self.probes))
 
     def sense(self, window: Window, depsgraph: Any) -> Iterator[PendingUpdates]:
         """The updates at the steps that were kept, which are forgotten then. Each is to be asked
@@ -220,15 +172,22 @@ class Stage:
         if not kept.steps:
             return
         self.probes.develop(depsgraph)
-        for runner, dates in window.dates:
+        for runner, dates in window.dates.items():
             kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.last)
-            if kind.asks_forces or kind.asks_light or not len(due.steps):
+            if kind.asks_light or not len(due.steps):
                 continue
-            frames = kept.frames(due)
+            frames = kept.frames(due.steps)
             reads = kept.reads_of(runner, frames)
             if reads is None:
-                reads = [runner.read(depsgraph, self.probes.edits)] * len(due.steps)
-            yield from runner.pending(due, frames, reads, depsgraph, self.probes)
+                reads = [runner.read(depsgraph, self.probes.edits)]
+            if kind.asks_forces:
+                self._pads.wait(runner, due, reads)
+            else:
+                yield from runner.pending(due, frames, reads, depsgraph, self.probes)
+        moved = kept.part(window.motion)
+        pads = {runner: kept.part(steps) for runner, steps in window.pads.items()}
+        if len(moved):
+            yield from self._pads.sense(moved, kept.frames(moved), pads, depsgraph)
 
     def measure(self, alone: bool) -> Iterator[str]:
         """Measures the light that is asked for; yields before each picture, in words what takes

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 import bpy
 
-from ...sensor_logic.recording import Recording
-from ..recording.kept import Kept
-from ..sensors import Sensor, all_sensors
+from ...sensor_logic.recording.tracks import Recording
+from ..recording.kept import StoredRecording
+from ..scene.sensors import Sensor, all_sensors
 from . import outputs
 
 
@@ -27,7 +27,8 @@ class Cache:
     the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
     what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
-    `findings` what the doctor found, None before it was asked.
+    `findings` what the doctor found, None before it was asked; `places` what was said of the places
+    of residents, in short and line by line, and `arrows` what was last drawn of them.
     """
 
     def __init__(self) -> None:
@@ -39,13 +40,15 @@ class Cache:
         self.lacks: list[str] = []
         self.overlay: Any = None
         self.findings: tuple[Any, ...] | None = None
+        self.places: tuple[str, tuple[str, ...]] | None = None
+        self.arrows: Any = None
         # How often the scene was changed by anything but the playhead.
         self._revision = 0
         # The sensors as they were found last: of which view layer, at which revision.
         self._sensors: tuple[Any, list[Sensor]] = (None, [])
         # Whether drivers read outputs, as of which revision.
         self._driven = -1, False
-        self._kept: dict[int, Kept] = {}
+        self._kept: dict[int, StoredRecording] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
     def watch(self, probe: Watching) -> None:
@@ -82,12 +85,12 @@ class Cache:
         kept = self.kept(scene)
         return kept.recording if kept is not None and not kept.stale else None
 
-    def kept(self, scene: Any) -> Kept | None:
+    def kept(self, scene: Any) -> StoredRecording | None:
         """The last run, stale or not, unless it was cleared."""
         kept = self._kept.get(scene.session_uid)
         return None if kept is None or scene.angen_cleared == kept.mark else kept
 
-    def keep(self, scene: Any, kept: Kept) -> None:
+    def keep(self, scene: Any, kept: StoredRecording) -> None:
         self._kept[scene.session_uid] = kept
         self.notice = ""
 
@@ -98,7 +101,7 @@ class Cache:
             scene.angen_cleared = kept.mark
         self.notice = ""
 
-    def all_kept(self) -> dict[int, Kept]:
+    def all_kept(self) -> dict[int, StoredRecording]:
         """Those that were not cleared, by the session uid of the scene."""
         found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
         return {uid: kept for uid, kept in found.items() if kept is not None}
@@ -126,7 +129,7 @@ class Cache:
         """Undo and redo make the file's data anew: whatever refers to the old is void."""
         self.running = False
         self.live = None
-        self.overlay = None
+        self.overlay = self.arrows = None
         self._revision += 1
         self._sensors = None, []
         self._watching = weakref.WeakSet()
@@ -139,7 +142,7 @@ class Cache:
         self._kept.clear()
         self.lacks = []
         self.notice = ""
-        self.findings = None
+        self.findings = self.places = None
 
 
 def _have_their_names(sensors: list[Sensor]) -> bool:

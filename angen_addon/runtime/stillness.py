@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
-from ..animation import action_curves, all_animated
+from ..scene.animation import action_curves, all_animated
 from . import busy_spans, outputs
 from .busy_spans import Array
 

@@ -9,11 +9,11 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.model import Answers, Array, Index
-from ...sensor_logic.photometry import luminance
-from ..animation import all_animated
-from ..instances import Uid
+from ...sensor_logic.model import Array, Index
+from ...sensor_logic.physics.photometry import luminance
+from .animation import all_animated
 from .light.surfaces import Surfaces
+from .met_surfaces import MetSurfaces
 from .rays.bundles import Seen
 from .rays.caster import NOTHING, RayCaster
 from .rays.reference import SceneRayCaster
@@ -23,34 +23,18 @@ NO_MATERIAL = 0
 COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
 
 
-class Reflectance:
-    """The reflectance of the solids of a ray caster."""
+class Reflectance(MetSurfaces):
+    """The reflectance of the solids of a ray caster, (n,) from 0 to 1; 0 where a ray meets
+    nothing."""
 
     def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
-        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
-        self._reference = not isinstance(caster, RayCaster)
-        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
-        self._listing = -1
+        super().__init__(caster)
         self._surfaces = Surfaces()
         # Whether materials are animated.
         self._changing = False
         self._solids: dict[int, Solid] = {}
 
-    def see(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index | None = None,
-    ) -> Answers:
-        """(n,) from 0 to 1 where a sensor's rays end, at each of the frames (k,) that are kept, or
-        at the last of them; in Blender units, after the caster was brought up to date; the other
-        arguments as of `RayCaster.cast`. 0 where a ray meets nothing."""
-        if self._reference:
-            self._rays.update(depsgraph)
+    def _follow(self, depsgraph: Any) -> None:
         solids = self._rays.solids
         if self._listing != solids.listing:
             self._listing, self._surfaces = solids.listing, Surfaces()
@@ -58,12 +42,8 @@ class Reflectance:
             self._solids = {solid.number: solid for solid in solids.solids}
         if self._changing:
             self._surfaces = Surfaces()
-        if frames is None:
-            frames = np.array([len(self._rays.frames) - 1])
-        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
-        return Answers([self._of(depsgraph, seen) for seen in found.table], found.rows)
 
-    def _of(self, depsgraph: Any, seen: Seen) -> Array:
+    def _found(self, depsgraph: Any, seen: Seen) -> Array:
         found = np.zeros(len(seen.met))
         for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
             which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry

@@ -14,10 +14,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Answers, Emission, Index
+from ...sensor_logic.model import Emission, Index
 from ...sensor_logic.quantities import ZERO_CELSIUS
-from ..animation import is_animated
-from ..instances import Uid
+from .animation import is_animated
+from .met_surfaces import MetSurfaces
 from .rays.bundles import Seen
 from .rays.caster import NOTHING, RayCaster
 from .rays.reference import SceneRayCaster
@@ -42,14 +42,11 @@ class _Patches:
     faces: Any = None
 
 
-class Warmth:
-    """The temperatures of the solids of a ray caster."""
+class Warmth(MetSurfaces):
+    """The temperatures of the solids of a ray caster, as `Emission`."""
 
     def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
-        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
-        self._reference = not isinstance(caster, RayCaster)
-        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
-        self._listing = -1
+        super().__init__(caster)
         self._temperature = np.empty(0)
         self._emissivity = np.empty(0)
         self._patches: dict[int, _Patches] = {}
@@ -59,29 +56,8 @@ class Warmth:
     def _solids(self) -> Solids:
         return self._rays.solids
 
-    def see(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index | None = None,
-    ) -> Answers:
-        """The `Emission` that a sensor's rays see at each of the frames (k,) that are kept, or at
-        the last of them; in Blender units, after the caster was brought up to date; the other
-        arguments as of `RayCaster.cast`."""
-        if self._reference:
-            self._rays.update(depsgraph)
-        self._follow(depsgraph)
-        if frames is None:
-            frames = np.array([len(self._rays.frames) - 1])
-        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+    def _found(self, depsgraph: Any, seen: Seen) -> Emission:
         ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
-        return Answers([self._emission(depsgraph, s, ambient) for s in found.table], found.rows)
-
-    def _emission(self, depsgraph: Any, seen: Seen, ambient: float) -> Emission:
         temperature, emissivity = self._temperature[seen.met], self._emissivity[seen.met]
         for number in np.unique(seen.met).tolist() if self._patches else ():
             patches = self._patches.get(number)

@@ -12,7 +12,7 @@ import numpy as np
 from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import Array, Pose
 from ..runtime.sensor_runner import SensorRunner
-from ..sensors import unit_scale
+from ..scene.sensors import unit_scale
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Sight:
 
 
 class _Enough(Exception):
-    """A model has told its rays."""
+    """Raised as soon as a model has named its rays."""
 
 
 def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:

@@ -8,6 +8,8 @@ up. Housings are built looking along +y with z up and turned once.
 from math import cos, pi, radians, sin
 
 import bpy
+from angen_sensors.angen_addon.residents.settings import make_resident
+from angen_sensors.sensor_logic.residents.body.build import Sort
 
 from . import plan
 from .architecture import CEILING_Z
@@ -140,8 +142,11 @@ def add_pressure_sensor() -> None:
 
 
 def add_masses() -> None:
-    """What weighs on the pad: the person, the cushion between, and what leans on both."""
-    bpy.data.objects["Person"].angen_load.mass = plan.PERSON_MASS
+    """What weighs on the pad: the person, who is a resident, the cushion between, and what leans on
+    both."""
+    resident = bpy.data.objects["Person rig"]
+    make_resident(resident, Sort.ADULT)
+    resident.angen_resident.mass = plan.PERSON_MASS
     cushion = bpy.data.objects["Sofa seat cushion west"].angen_load
     cushion.mass = plan.CUSHION_MASS
     cushion.tolerance = plan.CUSHION_TOLERANCE

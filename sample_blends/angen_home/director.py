@@ -3,14 +3,25 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import cos, hypot, inf, radians, sin, tanh
+from math import cos, hypot, inf, radians, sin
 
 import numpy as np
-from mathutils import Vector
+from angen_sensors.sensor_logic.residents.body import seat
+from angen_sensors.sensor_logic.residents.body.build import ADULT
+from angen_sensors.sensor_logic.residents.body.gait import Stand, Walk, footsteps, standing
+from angen_sensors.sensor_logic.residents.body.pose import Pose
+from angen_sensors.sensor_logic.residents.body.reach import (
+    carrying,
+    drinking,
+    looking_around,
+    reaching,
+)
+from angen_sensors.sensor_logic.residents.body.turns import ease
+from angen_sensors.sensor_logic.residents.timeline import Clip, Gesture, Hold, Swing
 
-from . import actions, plan, seat
+from . import actions, plan
 from .checks import along, distance_to_box, solids
-from .gait import Stand, Walk, footsteps, standing
+from .film import Film
 from .paths import (
     clearance,
     door_side,
@@ -22,15 +33,13 @@ from .paths import (
     route,
     yaw_between,
 )
-from .pose import Pose, ease, solve
 from .story import PROPS, SPOTS, START, STORY
-from .timeline import Clip, Gesture, Hold, Swing, Timeline, carrying, reaching
 
 REACH_TIME = 0.6
 SWING_TIME = 1.7
 CLEAR = 0.42  # between a leaf that falls shut and the body's middle, m
 BESIDE = {"Coat": 0.08}  # rad by which what hangs far down is held away from the leg
-SEAT_DISTANCE = 0.57  # from the feet that stand to the seat behind them
+SEAT_DISTANCE = seat.seat_distance(ADULT)
 ARM_WAY = 1.2  # on the floor from the hips to what a hand, the trunk bent, can reach, m
 # Where a prop is held, in its own frame; a prop without an entry cannot be in a story.
 GRIPS = {"Bottle": (0.0, 0.0, 0.10), "Coat": (-0.09, 0.0, -0.03)}
@@ -60,10 +69,12 @@ class Hinged:
     open_yaw: float
     handle: tuple[float, float, float]
 
-    def handle_at(self, yaw: float) -> Vector:
-        c, s = cos(radians(yaw)), sin(radians(yaw))
+    def handle_at(self, yaw: np.ndarray) -> np.ndarray:
+        """Where the handle is (…, 3) at yaws (…,)."""
+        c, s = np.cos(np.radians(yaw)), np.sin(np.radians(yaw))
         u, v, z = self.handle
-        return Vector((self.hinge[0] + u * c - v * s, self.hinge[1] + u * s + v * c, z))
+        x, y = self.hinge[0] + u * c - v * s, self.hinge[1] + u * s + v * c
+        return np.stack([x, y, np.full_like(x, z)], -1)
 
 
 _FRIDGE = plan.FURNITURE["Fridge"]
@@ -81,7 +92,7 @@ class Director:
     def __init__(self, start: str) -> None:
         place = _known("START", "place", start, plan.PLACES)
         self.floor = plan.FLOOR_Z
-        self.line = Timeline()
+        self.line = Film()
         self.now = 0.0
         self.stand = Stand.at(place.x, place.y, place_yaw(place))
         self.pose: Pose = standing(self.stand, self.floor)
@@ -95,7 +106,7 @@ class Director:
         self.things_open: set[str] = set()
         self.hands: dict[str, int] = {}
         self.grabbed: dict[str, float] = {}
-        self.spots = {name: Vector(at) for name, at in SPOTS.items()}
+        self.spots = {name: np.array(at) for name, at in SPOTS.items()}
         for prop, where in PROPS.items():
             _named("PROPS", "prop", prop, GRIPS)
             if where == "hand":
@@ -105,23 +116,25 @@ class Director:
                 self.line.props[prop] = [Hold(0.0, None, at)]
 
     # --- small pieces ---------------------------------------------------------------------
-    def _clip(self, seconds: float, pose: Callable[[float], Pose]) -> None:
-        self.line.clips.append(Clip(self.now, self.now + seconds, pose))
+    def _clip(
+        self, seconds: float, pose: Callable[[np.ndarray], Pose], still: bool = False
+    ) -> None:  # fmt: skip
+        self.line.body.clips.append(Clip(self.now, self.now + seconds, pose, still=still))
         self.now += seconds
-        self.pose = pose(seconds)
+        self.pose = pose(np.array([seconds]))
 
     def _stay(self, seconds: float) -> None:
         pose = self.pose
-        self._clip(seconds, lambda _t: pose)
+        self._clip(seconds, lambda _t: pose, still=True)
 
     def _gesture(
         self, start: float, end: float, rise: float, fall: float,
-        apply: Callable[[Pose, float, float], Pose],
+        apply: Callable[[Pose, np.ndarray, np.ndarray], Pose],
     ) -> None:  # fmt: skip
-        self.line.gestures.append(Gesture(start, end, rise, fall, apply))
+        self.line.body.gestures.append(Gesture(start, end, rise, fall, apply))
 
     def _reach(
-        self, side: int, point: Callable[[float], Vector], start: float, end: float,
+        self, side: int, point: Callable[[np.ndarray], np.ndarray], start: float, end: float,
         rise: float = REACH_TIME, fall: float = 0.55, most: float = 1.0,
     ) -> None:  # fmt: skip
         slide = 0.12 if self.seat else -0.03
@@ -133,11 +146,11 @@ class Director:
             lambda pose, t, w: reaching(pose, side, point(t), w, slide, most),
         )
 
-    def _free_hand(self, point: Vector) -> int:
+    def _free_hand(self, point: np.ndarray) -> int:
         """The hand that is nearer to a point, or the one that holds nothing."""
-        x, y = self.pose.pelvis.xy
-        yaw = self.pose.heading
-        left = -(point.x - x) * sin(yaw) + (point.y - y) * cos(yaw) > 0.02
+        x, y = self.pose.pelvis[0, :2]
+        yaw = self.pose.heading[0]
+        left = -(point[0] - x) * sin(yaw) + (point[1] - y) * cos(yaw) > 0.02
         side = 0 if left else 1
         return 1 - side if side in self.hands.values() else side
 
@@ -146,7 +159,7 @@ class Director:
         self.grabbed[prop] = self.now
         self.line.props.setdefault(prop, []).append(Hold(self.now, side))
 
-    def _out_of_hand(self, prop: str, at: Vector, when: float) -> None:
+    def _out_of_hand(self, prop: str, at: np.ndarray, when: float) -> None:
         side = self.hands.pop(prop)
         self.line.props[prop].append(Hold(when, None, at))
         self._gesture(
@@ -166,16 +179,16 @@ class Director:
         if self.seat is not None:
             raise ValueError("the person sits: StandUp() first")
 
-    def _check_reach(self, what: str, at: Vector) -> None:
+    def _check_reach(self, what: str, at: np.ndarray) -> None:
         """A ValueError where a hand cannot get at a point."""
         for name, thing in HINGED.items():
-            if name not in self.things_open and distance_to_box(at.xy, thing.box) == 0.0:
+            if name not in self.things_open and distance_to_box(at[:2], thing.box) == 0.0:
                 raise ValueError(f"{what} is behind the closed {name!r}")
-        here = self.pose.pelvis.xy
-        away = (at.xy - here).length
+        here = self.pose.pelvis[0, :2]
+        away = hypot(*(at[:2] - here))
         if away > ARM_WAY:
             raise ValueError(f"{what} is {away:.2f} m away; in reach is {ARM_WAY} m")
-        if any(distance_to_box(p, wall) == 0.0 for p in along(here, at.xy) for wall in _WALLS):
+        if any(distance_to_box(p, wall) == 0.0 for p in along(here, at[:2]) for wall in _WALLS):
             raise ValueError(f"{what} is behind a wall")
 
     # --- walking --------------------------------------------------------------------------
@@ -206,7 +219,7 @@ class Director:
         """Shuts a door behind the person, as soon as nobody is in its way."""
         door = plan.DOORS[name]
         times = np.arange(self.falling[name], self.now + SWING_TIME, 0.1)
-        where = [tuple(self.line.base(min(float(t), self.now)).pelvis.xy) for t in times]
+        where = self.line.body.base(np.minimum(times, self.now)).pelvis[:, :2]
         count = int(SWING_TIME / 0.1)
         for k, t in enumerate(times):
             if t > self.now:
@@ -215,7 +228,7 @@ class Director:
                 continue
             if all(
                 leaf_clear(name, door.open_yaw + (door.closed_yaw - door.open_yaw)
-                           * ease(j / count), where[min(k + j, len(where) - 1)]) > CLEAR
+                           * float(ease(j / count)), where[min(k + j, len(where) - 1)]) > CLEAR
                 for j in range(count + 1)
             ):  # fmt: skip
                 self._swing(f"Door {name}", float(t), door.open_yaw, door.closed_yaw)
@@ -272,20 +285,21 @@ class Director:
     def _move_leaf(self, name: str, side: float, before: float, after: float) -> None:
         """A hand at the handle while the leaf is within reach: first or last part of its way."""
         door = plan.DOORS[name]
-        handle = Vector(handle_at(name, door.closed_yaw, side))
+        handle = np.array(handle_at(name, door.closed_yaw, side))
         hand = self._free_hand(handle)
         opening = after != door.closed_yaw
         start = self.now + (REACH_TIME if opening else 0.1)
         end = self._swing(f"Door {name}", start, before, after)
         line = self.line
 
-        def followed(yaw: float) -> float:
+        def followed(yaw: np.ndarray) -> np.ndarray:
             # The hand stays behind softly where the leaf goes out of reach.
             limit = 42.0 if side > 0 else 28.0
-            return door.closed_yaw - limit * tanh((door.closed_yaw - yaw) / limit)
+            return door.closed_yaw - limit * np.tanh((door.closed_yaw - yaw) / limit)
 
-        def grip(t: float) -> Vector:
-            return Vector(handle_at(name, followed(line.door_yaw(name, t)), side))
+        def grip(t: np.ndarray) -> np.ndarray:
+            yaws = followed(line.door_yaw(name, t))
+            return np.array([handle_at(name, yaw, side) for yaw in yaws])
 
         if opening:
             self._reach(hand, grip, self.now, start + 1.1, most=0.25)
@@ -324,8 +338,8 @@ class Director:
         start = self.now + REACH_TIME
         end = self._swing(name, start, before, after)
 
-        def grip(t: float) -> Vector:
-            return thing.handle_at(80.0 * tanh(line.yaw(name, t, thing.closed_yaw) / 80.0))
+        def grip(t: np.ndarray) -> np.ndarray:
+            return thing.handle_at(80.0 * np.tanh(line.yaw(name, t, thing.closed_yaw) / 80.0))
 
         self._reach(hand, grip, self.now, end + 0.3)
         self._stay(end - self.now)
@@ -338,7 +352,7 @@ class Director:
         if len(self.hands) == 2:
             raise ValueError(f"both hands are full: {', '.join(self.hands)}")
         self._check_reach("the prop", holds[-1].at)
-        at = holds[-1].at + Vector((0.0, 0.0, 0.10))
+        at = holds[-1].at + np.array((0.0, 0.0, 0.10))
         side = 1 if 1 not in self.hands.values() else 0
         self._reach(side, lambda _t: at, self.now, self.now + 1.8, 0.9, 0.8)
         self._stay(0.95)
@@ -351,7 +365,7 @@ class Director:
             raise ValueError(f"in the hands is: {', '.join(self.hands) or 'nothing'}")
         self._check_reach("the spot", at)
         side = self.hands[action.prop]
-        grip = at + Vector((0.0, 0.0, 0.10 if at.z < 1.4 else -0.02))
+        grip = at + np.array((0.0, 0.0, 0.10 if at[2] < 1.4 else -0.02))
         self._reach(side, lambda _t: grip, self.now, self.now + 2.0, 1.0, 0.9)
         self._stay(1.05)
         self._out_of_hand(action.prop, at, self.now)
@@ -362,15 +376,9 @@ class Director:
             raise ValueError(f"in the hands is: {', '.join(self.hands) or 'nothing'}")
         side = self.hands[action.prop]
 
-        def sip(pose: Pose, _t: float, w: float) -> Pose:
-            turn, at = solve(pose)
-            sign = 1.0 if side == 0 else -1.0
-            mouth = at["head"] + turn["head"] @ Vector((0.255, 0.035 * sign, -0.030))
-            arm = pose.arms[side]
-            pose = pose.with_arm(side, arm.mixed(replace(arm, target=mouth, grip=1.0), w))
-            return replace(pose, look=pose.look + Vector((0.0, -0.2 * w, 0.0)))
-
-        self._gesture(self.now, self.now + 3.6, 1.1, 1.0, sip)
+        self._gesture(
+            self.now, self.now + 3.6, 1.1, 1.0, lambda pose, _t, w: drinking(pose, side, w)
+        )
         tilt = Gesture(self.now + 0.5, self.now + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
         self.line.tilts.setdefault(action.prop, []).append(tilt)
         self._stay(3.7)
@@ -378,16 +386,17 @@ class Director:
     def use_both_hands(self, action: actions.UseBothHands) -> None:
         at = self.spots[_named(action, "spot", action.spot, self.spots)]
         self._check_reach("the spot", at)
-        across = Vector((-sin(self.pose.heading), cos(self.pose.heading), 0.0))
+        yaw = self.pose.heading[0]
+        across = np.array((-sin(yaw), cos(yaw), 0.0))
         began = self.now
         for side, sign in ((0, 1.0), (1, -1.0)):
             if side in self.hands.values():
                 continue
 
-            def point(t: float, sign: float = sign) -> Vector:
+            def point(t: np.ndarray, sign: float = sign) -> np.ndarray:
                 since = t - began
-                rub = Vector((0.02 * sin(7 * since), 0.0, 0.012 * sin(5.1 * since + sign)))
-                return at + across * 0.045 * sign + rub * sign
+                rub = [0.02 * np.sin(7 * since), 0 * t, 0.012 * np.sin(5.1 * since + sign)]
+                return at + across * 0.045 * sign + np.stack(rub, -1) * sign
 
             self._reach(side, point, began, began + action.seconds, 0.8, 0.8)
         self._stay(action.seconds)
@@ -395,13 +404,8 @@ class Director:
     def look_around(self, action: actions.LookAround) -> None:
         began = self.now
 
-        def turn(pose: Pose, t: float, w: float) -> Pose:
-            yaw = 0.75 * sin(2 * np.pi * (t - began) / action.seconds) * w
-            return replace(
-                pose,
-                look=pose.look + Vector((0.0, 0.0, yaw)),
-                spine=pose.spine + Vector((0.0, 0.0, 0.25 * yaw)),
-            )
+        def turn(pose: Pose, t: np.ndarray, w: np.ndarray) -> Pose:
+            return looking_around(pose, t - began, action.seconds, w)
 
         self._gesture(began, began + action.seconds, 0.5, 0.5, turn)
         self._stay(action.seconds)
@@ -415,7 +419,7 @@ class Director:
         x = place.seat[0] + SEAT_DISTANCE * cos(yaw)
         y = place.seat[1] + SEAT_DISTANCE * sin(yaw)
         self.go(x, y, yaw, place.waypoint)
-        stand, seated = self.pose, seat.sitting(self.pose, place, self.floor)
+        stand, seated = self.pose, seat.sitting(self.pose, np.array(place.seat))
         self._clip(1.7, lambda t: seat.sitting_down(stand, seated, t / 1.7))
         self.seat = place
         self._stay(0.4)
@@ -437,7 +441,8 @@ class Director:
         place = _known(action, "place", action.place, plan.PLACES)
         if self.seat is None or place.seat is None or action.place in SEATS:
             raise ValueError("one lies down from sitting: Sit on the bed's edge first")
-        seated, lying = self.pose, seat.lying(self.pose, place)
+        seated = self.pose
+        lying = seat.lying(self.pose, np.array(place.seat), place_yaw(place))
         self._clip(3.2, lambda t: seat.lying_down(seated, lying, t / 3.2))
 
     # --- the rest -------------------------------------------------------------------------
@@ -448,7 +453,7 @@ class Director:
         _named(action, "lamp", action.lamp, plan.LAMPS)
         self.line.lamps.append((self.now, action.lamp, action.on))
 
-    def finish(self) -> Timeline:
+    def finish(self) -> Film:
         for prop, side in self.hands.items():
             self._gesture(
                 self.grabbed[prop] - 0.4,
@@ -461,11 +466,17 @@ class Director:
             )
         for door in self.falling:
             raise ValueError(f"{self.let_by[door]}: nobody goes through the open door {door!r}")
-        if not self.line.clips:
+        if not self.line.body.clips:
             raise ValueError("the story takes no time: let it go on, for example with Wait(5.0)")
+        self._gesture(-9.0, self.now + 9.0, 1.0, 1.0, _breathing)
         # A hand that carries is drawn elsewhere only after that.
-        self.line.gestures.sort(key=lambda g: g.start)
+        self.line.body.gestures.sort(key=lambda g: g.start)
         return self.line
+
+
+def _breathing(pose: Pose, t: np.ndarray, _w: np.ndarray) -> Pose:
+    breath = np.stack([0 * t, radians(0.5) * np.sin(1.6 * t), 0 * t], -1)
+    return replace(pose, spine=pose.spine - breath, look=pose.look + breath)
 
 
 def _known(action: object, kind: str, name: str, table: dict) -> object:
@@ -511,8 +522,8 @@ def _check_action(action: object) -> None:
             raise ValueError(f"{name} must be a number above 0")
 
 
-def direct(story: Sequence[actions.Action] = STORY, start: str = START) -> Timeline:
-    """The timeline of a story; a ValueError names the entry that cannot be played."""
+def direct(story: Sequence[actions.Action] = STORY, start: str = START) -> Film:
+    """The film of a story; a ValueError names the entry that cannot be played."""
     director = Director(start)
     for number, action in enumerate(story, 1):
         director.line.marks.append((director.now, repr(action)))

@@ -206,14 +206,20 @@ def speckled(name: str, colour: Colour, dots: Colour, scale: float) -> bpy.types
 
 
 def glass(name: str, tint: Colour) -> bpy.types.Material:
-    """Clear panes: light passes straight, so that sun and sky reach the rooms without noise."""
+    """Clear panes: light passes straight, so that sun and sky reach the rooms without noise.
+
+    They mirror sharply for the eye alone: paths from a wall that meet a small lamp in a pane are
+    rare, and then each adds as much as ten thousand others.
+    """
     n = Nodes(name, (0.75, 0.85, 0.9))
     n.material.diffuse_color = (0.75, 0.85, 0.9, 0.25)
     # From within a pane Fresnel would reflect all of a slanting ray, which never bent on entering.
     front = n.math("SUBTRACT", 1.0, n.add("NewGeometry").outputs["Backfacing"])
     fresnel = n.math("MULTIPLY", n.add("Fresnel", {0: 1.45}).outputs[0], front)
     clear = n.add("BsdfTransparent", {0: _rgba(tint)})
-    gloss = n.add("BsdfGlossy", {"Roughness": 0.02})
+    seen = n.add("LightPath").outputs["Is Camera Ray"]
+    rough = n.add("MapRange", {0: seen, 3: 0.4, 4: 0.02}).outputs[0]
+    gloss = n.add("BsdfGlossy", {"Roughness": rough})
     return n.finish(
         n.add("MixShader", {0: fresnel, 1: clear.outputs[0], 2: gloss.outputs[0]})
         .outputs[0]

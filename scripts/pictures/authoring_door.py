@@ -8,10 +8,15 @@ what their switches read.
 """
 
 import math
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
 from mathutils import Euler
+
+sys.path.append(str(Path(__file__).parent))
+import window
 
 WIDTH, HEIGHT, THICK = 0.9, 2.0, 0.04
 # Their free edges face each other: where the hinge is, and the leaf's way from it.
@@ -58,9 +63,7 @@ def build() -> None:
 
 
 def steps() -> Iterator[None]:
-    """One step a tick, so that Blender draws in between."""
-    window = bpy.context.window_manager.windows[0]
-    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    area = window.areas()["VIEW_3D"]
     space = area.spaces[0]
     build()
     yield
@@ -80,16 +83,6 @@ def steps() -> Iterator[None]:
     area.tag_redraw()
     yield
     yield
-    print("READY", flush=True)
 
 
-FINISHED = object()
-_steps = steps()
-
-
-def tick() -> float | None:
-    return None if next(_steps, FINISHED) is FINISHED else 0.6
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=1.5)
+window.show(steps(), 0.6)

@@ -8,21 +8,25 @@ READY is printed when the window shows it.
 """
 
 import math
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import bpy
 from mathutils import Euler
+
+sys.path.append(str(Path(__file__).parent))
+import window
 
 # Closed in the picture, so that the tab shows the coverage alone.
 OTHERS = ("table", "events", "simulation", "overlay", "active_sensor", "sidebar_weight")
 
 
 def steps() -> Iterator[None]:
-    """One step a tick, so that Blender draws in between."""
     scene = bpy.context.scene
-    window = bpy.context.window_manager.windows[0]
-    view = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    main = bpy.context.window_manager.windows[0]
+    view = window.areas()["VIEW_3D"]
     space: Any = view.spaces[0]
     for obj in bpy.data.objects:
         # In a picture from above there is no ceiling.
@@ -54,31 +58,18 @@ def steps() -> Iterator[None]:
     region.view_distance = 16.0
     region.view_rotation = Euler((math.radians(18.0), 0.0, 0.0)).to_quaternion()
     settings = scene.angen_coverage
-    inside = next(part for part in view.regions if part.type == "WINDOW")
-    with bpy.context.temp_override(window=window, area=view, region=inside):
+    inside = window.region_of(view)
+    with bpy.context.temp_override(window=main, area=view, region=inside):
         bpy.context.view_layer.objects.active = bpy.data.objects["PIR bedroom"]
         settings.motion, settings.rooms, settings.count = "CAT", "bedroom, hall", 2
         bpy.ops.angen.place_propose("EXEC_DEFAULT")
         settings.rooms = ""
         bpy.ops.angen.coverage("EXEC_DEFAULT")
     yield
-    sidebar = next(part for part in view.regions if part.type == "UI")
-    sidebar.active_panel_category = "Sensors"
-    for area in window.screen.areas:
-        area.tag_redraw()
+    window.open_sidebar(view)
     yield
     yield
     yield
-    print("READY", flush=True)
 
 
-FINISHED = object()
-_steps = steps()
-
-
-def tick() -> float | None:
-    return None if next(_steps, FINISHED) is FINISHED else 0.5
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=1.5)
+window.show(steps())

@@ -7,19 +7,21 @@
 It prints READY when the window shows it.
 """
 
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
+
+sys.path.append(str(Path(__file__).parent))
+import window
 
 FRAME = 1000
 SENSOR = "PIR living room"
 
 
 def steps() -> Iterator[None]:
-    """One step a tick, so that Blender draws in between."""
-    bpy.context.preferences.view.show_splash = False
-    window = bpy.context.window_manager.windows[0]
-    areas = {area.type: area for area in window.screen.areas}
+    areas = window.areas()
     space = areas["VIEW_3D"].spaces[0]
     sensor = bpy.data.objects[SENSOR]
     bpy.ops.object.select_all(action="DESELECT")
@@ -34,31 +36,17 @@ def steps() -> Iterator[None]:
     sensor.angen_sensor.pir.model = "PYROELECTRIC"
     sensor.angen_sensor.pir.lens = "HC_SR501"
     sensor.angen_sensor.pir.range_max = 7.0
-    bpy.context.scene.camera = bpy.data.objects["Camera living"]
-    space.region_3d.view_perspective = "CAMERA"
-    space.region_3d.view_camera_zoom = 12
+    window.through_camera(space, "Camera living")
     space.shading.color_type = "MATERIAL"
     space.overlay.show_floor = False
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
     # The outliner gives its room to the properties.
     yield
-    for frame in range(FRAME - 30, FRAME + 1):
-        bpy.context.scene.frame_set(frame)
+    window.play_up_to(FRAME)
     yield
-    for area in window.screen.areas:
-        area.tag_redraw()
+    window.redraw()
     yield
     yield
-    print("READY", flush=True)
 
 
-FINISHED = object()
-_steps = steps()
-
-
-def tick() -> float | None:
-    return None if next(_steps, FINISHED) is FINISHED else 0.5
-
-
-bpy.app.timers.register(tick, first_interval=1.5)
-bpy.context.preferences.view.show_splash = False
+window.show(steps())

@@ -7,9 +7,14 @@
 It prints READY when the timeline shows the first half minute of the home, simulated.
 """
 
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
+
+sys.path.append(str(Path(__file__).parent))
+import window
 
 FRAMES = 1, 700
 SENSOR = "PIR hall"
@@ -28,19 +33,17 @@ def only_the_active_sensor() -> None:
 
 
 def steps() -> Iterator[None]:
-    """One step a tick, so that Blender draws in between."""
-    bpy.context.preferences.view.show_splash = False
-    window = bpy.context.window_manager.windows[0]
+    main = bpy.context.window_manager.windows[0]
     scene = bpy.context.scene
-    areas = {area.type: area for area in window.screen.areas}
+    areas = window.areas()
     # A higher timeline in place of the low one at the bottom.
-    with bpy.context.temp_override(window=window, area=areas["DOPESHEET_EDITOR"]):
+    with bpy.context.temp_override(window=main, area=areas["DOPESHEET_EDITOR"]):
         bpy.ops.screen.area_close()
     yield
-    with bpy.context.temp_override(window=window, area=areas["VIEW_3D"]):
+    with bpy.context.temp_override(window=main, area=areas["VIEW_3D"]):
         bpy.ops.screen.area_split(direction="HORIZONTAL", factor=TIMELINE)
     yield
-    views = [area for area in window.screen.areas if area.type == "VIEW_3D"]
+    views = [area for area in main.screen.areas if area.type == "VIEW_3D"]
     timeline, view = sorted(views, key=lambda area: area.y)
     timeline.ui_type = "TIMELINE"
     yield
@@ -52,11 +55,7 @@ def steps() -> Iterator[None]:
             obj.angen_sensor.light.engine = "DIRECT"
     scene.frame_end = FRAMES[1]
     yield
-    sensor = bpy.data.objects[SENSOR]
-    for obj in bpy.context.selected_objects:
-        obj.select_set(False)
-    bpy.context.view_layer.objects.active = sensor
-    sensor.select_set(True)
+    window.select(SENSOR)
     yield
     bpy.ops.angen.simulate("EXEC_DEFAULT")
     scene.frame_set(EVENT)
@@ -66,8 +65,8 @@ def steps() -> Iterator[None]:
     space.shading.color_type = "MATERIAL"
     yield
     for area in (view, timeline):
-        region = next(r for r in area.regions if r.type == "WINDOW")
-        with bpy.context.temp_override(window=window, area=area, region=region):
+        region = window.region_of(area)
+        with bpy.context.temp_override(window=main, area=area, region=region):
             if area is view:
                 scene.camera = bpy.data.objects[CAMERA]
                 space.region_3d.view_perspective = "CAMERA"
@@ -76,20 +75,9 @@ def steps() -> Iterator[None]:
     sidebar = next(region for region in view.regions if region.type == "UI")
     sidebar.active_panel_category = "Sensors"
     yield
-    for area in window.screen.areas:
-        area.tag_redraw()
+    window.redraw()
     yield
     yield
-    print("READY", flush=True)
 
 
-FINISHED = object()
-_steps = steps()
-
-
-def tick() -> float | None:
-    return None if next(_steps, FINISHED) is FINISHED else 0.3
-
-
-bpy.app.timers.register(tick, first_interval=1.5)
-bpy.context.preferences.view.show_splash = False
+window.show(steps(), 0.3)

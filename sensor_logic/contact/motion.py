@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a simulated body's motion tells of the forces on it: inverse dynamics (Newton–Euler).
+"""The forces on a simulated body, from its motion: inverse dynamics (Newton–Euler).
 
 From its poses at three frames follow its accelerations, and from these the wrench that contacts
 must give: m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping), the way the Bullet

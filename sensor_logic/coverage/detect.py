@@ -16,8 +16,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kinds.pir.pyroelectric.response import LOOK_EVERY, Response, filtered
 from ..model import Array
+from .detectors import LOOK_EVERY, Response, filtered
 from .motions import Hits, Motion, Rays, Start, hits
 
 # Bodies times rays that are looked at at once, to bound the memory.
@@ -32,7 +32,7 @@ class View(Protocol):
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """(m,): at most these are noticed; told far sooner."""
+        """(m,): at most these are noticed: far quicker to find."""
         ...
 
 

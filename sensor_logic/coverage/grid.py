@@ -125,10 +125,6 @@ class CoverageMap:
             name, len(count), dead, once, len(count) - dead - once, self.cells.size**2
         )
 
-    def share_of(self, sensor: int) -> float:
-        """Of all cells, those that one detector covers."""
-        return float(self.covered[sensor].mean()) if len(self.cells) else 0.0
-
 
 def covered_by(noticed: Array) -> NDArray[np.bool_]:
     covered: NDArray[np.bool_] = noticed >= ENOUGH - 1e-9
@@ -158,18 +154,22 @@ def map_csv(coverage: CoverageMap) -> str:
 
 def table(coverage: CoverageMap) -> str:
     """What rooms and detectors make of it, as lines to read."""
-    rows = [("room", "area m²", "covered", "dead m²", "overlap")]
-    for room in [*coverage.rooms(), coverage.total()]:
-        rows.append(
-            (
-                room.name,
-                f"{room.cells * room.area:.1f}",
-                f"{100 * room.share:.1f} %",
-                f"{room.dead * room.area:.1f}",
-                f"{100 * room.overlap / room.cells:.1f} %",
-            )
-        )
+    rows = [("room", "area m²", "covered", "dead m²", "overlap"), *room_rows(coverage)]
     return columns(rows)
+
+
+def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
+    """Of each room and of all: name, area, and what is covered, dead and covered twice of it."""
+    return [
+        (
+            room.name,
+            f"{room.cells * room.area:.1f}",
+            f"{100 * room.share:.1f} %",
+            f"{room.dead * room.area:.1f}",
+            f"{100 * room.overlap / room.cells:.1f} %",
+        )
+        for room in [*coverage.rooms(), coverage.total()]
+    ]
 
 
 def columns(rows: Sequence[Sequence[str]]) -> str:

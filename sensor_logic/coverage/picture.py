@@ -12,10 +12,10 @@ from ..report.floor_plan import WIDTH, Frame, floor_plan
 from ..report.svg import coordinate, safe, shown_number, text_width
 from ..report.theme import plain_style
 from .colours import LEVELS, css, levels
-from .grid import CoverageMap
+from .detectors import DETECTOR
+from .grid import CoverageMap, room_rows
 
 HEAD, LINE, MARGIN = 64.0, 18.0, 40.0
-KIND = "PIR"
 # Furniture lets the cells show that are over or under it.
 SEE_THROUGH = ".low{fill-opacity:.35}.solid{fill-opacity:.5}"
 # Cells that nothing notices are hatched too.
@@ -28,7 +28,7 @@ HATCH = (
 def svg(coverage: CoverageMap, storeys: Sequence[Storey], title: str) -> str:
     """`storeys` as of the report's plans, in the order of the map's."""
     numbers = {name: i + 1 for i, name in enumerate(coverage.sensors)}
-    kinds = dict.fromkeys(coverage.sensors, KIND)
+    kinds = dict.fromkeys(coverage.sensors, DETECTOR.identifier)
     motion = coverage.motion
     y = HEAD
     parts: list[str] = []
@@ -98,17 +98,7 @@ def _table(coverage: CoverageMap, y: float) -> tuple[str, float]:
     parts = []
     columns = (MARGIN, 220.0, 290.0, 360.0, 430.0)
     heads = ("room", "free m²", "covered", "dead m²", "overlap")
-    rows = [heads]
-    for room in [*coverage.rooms(), coverage.total()]:
-        rows.append(
-            (
-                room.name,
-                f"{room.cells * room.area:.1f}",
-                f"{100 * room.share:.1f} %",
-                f"{room.dead * room.area:.1f}",
-                f"{100 * room.overlap / room.cells:.1f} %",
-            )
-        )
+    rows = [heads, *room_rows(coverage)]
     for i, row in enumerate(rows):
         style = "small strong" if i in (0, len(rows) - 1) else "small"
         for j, cell in enumerate(row):

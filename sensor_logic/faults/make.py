@@ -201,7 +201,7 @@ def _is_output(channel: Channel) -> bool:
 def _force(
     sensor: _Sensor, channel: Channel, spans: list[Span], value: Value | None, fault: str
 ) -> None:
-    """Holds a field at a value (None: at what it told last) within spans, which are in order and
+    """Holds a field at a value (None: at its last one) within spans, which are in order and
     apart; at the end of each it tells what is sensed then."""
     rows = [row for row in sensor.rows if row.change.channel is channel]
     out: list[Row] = []

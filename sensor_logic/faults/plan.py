@@ -137,7 +137,7 @@ def read_plan(path: Path) -> Plan:
 
 
 class _Places:
-    """Where keys stand in a file, as far as that can be told."""
+    """Where keys stand in a file, as far as that is known."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path

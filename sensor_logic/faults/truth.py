@@ -13,8 +13,8 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..event_log import HEADER, Event, format_time, to_csv
 from ..formats.source import SourceError
+from ..log.event_log import HEADER, Event, format_time, to_csv
 from .make import Fact, Faulty
 
 TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)

@@ -6,8 +6,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..event_log import format_value
 from ..kinds import KINDS
+from ..log.event_log import format_value
 from .log import Log
 
 Columns = dict[str, tuple[type, list[Any]]]

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ..event_log import rows_csv
+from ..log.event_log import rows_csv
 from .log import Log
 from .written import Written
 

@@ -16,7 +16,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..event_log import format_value
+from ..log.event_log import format_value
 from .log import Channel, Log, SensorFacts, Value
 from .names import slug, unique
 from .read import DatedChange, Read

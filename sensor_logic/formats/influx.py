@@ -12,7 +12,7 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from ..event_log import format_value
+from ..log.event_log import format_value
 from .log import Change, Log
 from .read import DatedChange, Read, since_epoch, value_text
 from .written import Written

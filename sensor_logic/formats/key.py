@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from ..event_log import format_value, to_csv
+from ..log.event_log import format_value, to_csv
 from .log import Channel, Log, Value
 from .read import DatedChange, Read, field_of
 

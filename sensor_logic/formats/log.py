@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
-from ..event_log import Event, format_value
-from ..recording import Recording
+from ..log.event_log import Event, format_value
+from ..recording.tracks import Recording
 
 # A log that was given no start begins here, so that its seconds are seconds since 1970.
 DEFAULT_START = datetime(1970, 1, 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names as other formats take them, each still told from the others."""
+"""Names as other formats take them; no two become the same."""
 
 from __future__ import annotations
 

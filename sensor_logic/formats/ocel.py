@@ -12,7 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from ..event_log import format_value
+from ..log.event_log import format_value
 from .log import Activity, Change, Log, SensorFacts
 from .read import DatedChange, Read, value_text
 from .written import Written

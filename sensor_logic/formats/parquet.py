@@ -55,7 +55,7 @@ def read(path: Path) -> Read:
 
 
 def _told(row: dict[str, Any]) -> dict[str, str]:
-    """What an update tells of the fields that are events."""
+    """The values that an update has of the fields that are events."""
     names = [field.name for field in KINDS[str(row["kind"])].events]
     return {name: value_text(row[name]) for name in names if row.get(name) is not None}
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 
-from ..event_log import format_value, to_csv
+from ..log.event_log import format_value, to_csv
 from . import key
 from .log import Log, titles
 from .names import unique

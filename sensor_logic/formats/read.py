@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
-from ..event_log import Event, format_value
 from ..kinds import KINDS
+from ..log.event_log import Event, format_value
 from .source import since
 
 EPOCH = datetime(1970, 1, 1)

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
-from ..event_log import Event
+from ..log.event_log import Event
 from . import FORMATS, Format
 from .log import SensorFacts
 from .read import events_of

@@ -11,11 +11,11 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from ..event_log import HEADER, Event, read_events
 from ..kind import Field
 from ..kinds import KINDS
-from ..log_start import COLUMN, parse_start
-from ..recording import Recording
+from ..log.event_log import HEADER, Event, read_events
+from ..log.start import COLUMN, parse_start
+from ..recording.tracks import Recording
 from .log import DEFAULT_START, Activity, Change, Channel, Log, SensorFacts, Value
 
 _UTC = UTC
@@ -122,7 +122,7 @@ def read_log_events(path: Path, start: datetime | None) -> tuple[list[Event], da
 
 
 def _start_by_row(row: Sequence[str]) -> datetime | None:
-    """When t = 0 was, by an event that has its date and time; `read_events` tells of bad rows."""
+    """When t = 0 was, by an event that has its date and time; `read_events` reports bad rows."""
     try:
         return datetime.fromisoformat(row[-1]) - timedelta(seconds=float(row[0]))
     except (ValueError, IndexError, OverflowError):

@@ -15,7 +15,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from ..event_log import format_value
+from ..log.event_log import format_value
 from .log import Activity, Change, Log
 from .read import DatedChange, Read
 from .written import Written

@@ -152,8 +152,7 @@ def _parameter(default: Any, spec: Spec) -> dict[str, Any]:
     if isinstance(default, str):
         return facts | {"type": "string"}
     facts["type"] = "integer" if isinstance(default, int) else "number"
-    if math.isfinite(spec.minimum):
-        facts["exclusiveMinimum" if spec.above_minimum else "minimum"] = spec.minimum
+    facts["exclusiveMinimum" if spec.positive else "minimum"] = spec.minimum
     if math.isfinite(spec.maximum):
         # Angles are stored in single precision, in which π is a little more.
         facts["maximum"] = spec.maximum * (1 + 1e-6) if spec.unit == "rad" else spec.maximum

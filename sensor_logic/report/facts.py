@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 
 from ..model import Array
-from ..recording import Recording
+from ..recording.tracks import Recording
 from .sections import Line
 
 
@@ -68,7 +68,7 @@ class Storey:
 
 @dataclass(frozen=True)
 class Report:
-    """A run as told: `facts` are (name, value) of the scene, `plan_frame` the frame of the plan."""
+    """A run to report: `facts` are (name, value) of the scene, `plan_frame` that of the plan."""
 
     title: str
     facts: tuple[tuple[str, str], ...]

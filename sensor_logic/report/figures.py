@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..event_log import track_events
 from ..kind import Field
+from ..log.event_log import track_events
 from ..model import Array
-from ..recording import Track
+from ..recording.tracks import Track
 
 
 @dataclass(frozen=True)

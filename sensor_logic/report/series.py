@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import Array
-from ..recording import Track
+from ..recording.tracks import Track
 from .figures import invalid, quantity
 
 # Of a column's time, less than this share is rounding.

@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 
 from ..kinds import KINDS
-from ..recording import Track
+from ..recording.tracks import Track
 from . import time_axis
 from .facts import Report, SensorFacts
 from .series import ROUNDING, Columns, columns, runs

@@ -68,6 +68,25 @@ class World:
         points = [tuple(c * s for c, s in zip(corner, size, strict=True)) for corner in CUBE]
         return self.link(name, self.mesh(points, CUBE_FACES), at)
 
+    def hall(self, w: float, d: float, h: float, thick: float = 0.2) -> None:
+        """A room of `w` by `d` by `h` m, its inner corner at the origin, of six boxes."""
+        for name, size, at in (
+            ("floor", (w + 2 * thick, d + 2 * thick, thick), (w / 2, d / 2, -thick / 2)),
+            ("ceiling", (w + 2 * thick, d + 2 * thick, thick), (w / 2, d / 2, h + thick / 2)),
+            ("south", (w + 2 * thick, thick, h), (w / 2, -thick / 2, h / 2)),
+            ("north", (w + 2 * thick, thick, h), (w / 2, d + thick / 2, h / 2)),
+            ("west", (thick, d, h), (-thick / 2, d / 2, h / 2)),
+            ("east", (thick, d, h), (w + thick / 2, d / 2, h / 2)),
+        ):
+            self.box(size, at, name)
+
+    def door(self, *frames: int, open_at: float = 1.0) -> Any:
+        """A leaf before a switch at the origin: closed at frame 1, open and closed by turns."""
+        leaf = self.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
+        places = {f: (open_at * (i % 2), 0, -0.02) for i, f in enumerate((1, *frames))}
+        self.key(leaf, "location", places, "CONSTANT")
+        return leaf
+
     def wall(self, distance: float, name: str = "wall", size: float = 1.0) -> Any:
         """A square across the beam of a sensor at the origin, `distance` ahead of it."""
         h = size / 2
@@ -115,11 +134,11 @@ class World:
 
     def sensors(self) -> list[Any]:
         self.bpy.context.view_layer.update()
-        return part("angen_addon.sensors").all_sensors(self.bpy.context.view_layer)
+        return part("angen_addon.scene.sensors").all_sensors(self.bpy.context.view_layer)
 
     def run(self, first: int | None = None, last: int | None = None) -> Any:
         """The recording of a run over the scene's frames."""
-        recording = part("sensor_logic.recording").Recording()
+        recording = part("sensor_logic.recording.tracks").Recording()
         scene = self.scene
         first = scene.frame_start if first is None else first
         last = scene.frame_end if last is None else last
@@ -134,7 +153,7 @@ class World:
 
     def log(self, recording: Any) -> list[list[str]]:
         """The rows of the event log, without the header."""
-        text = part("sensor_logic.event_log").events_csv(recording)
+        text = part("sensor_logic.log.event_log").events_csv(recording)
         return [line.split(",") for line in text.splitlines()[1:]]
 
     def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:
@@ -148,7 +167,7 @@ class World:
         clock = part("angen_addon.runtime.time_base").clock_of(self.scene)
         runner = part("angen_addon.runtime.sensor_runner").SensorRunner(sensor, clock)
         runner.take(number, 0, depsgraph, probes).reading()
-        metres = part("angen_addon.sensors").unit_scale(self.scene)
+        metres = part("angen_addon.scene.sensors").unit_scale(self.scene)
         return spy.origins * metres, spy.directions, spy.ranges * metres
 
     def range(self, obj: Any) -> float:
@@ -192,6 +211,18 @@ def each_caster(request: pytest.FixtureRequest, world: World) -> str:
     """Both ray casters, one after the other."""
     world.scene.angen_ray_caster = request.param
     return str(request.param)
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """The command on the open file, in this process: its status, standard output and error."""
+
+    def run(*arguments: Any) -> tuple[int, str, str]:
+        capsys.readouterr()
+        status = part("angen_addon.commands.command_line").run_command(list(map(str, arguments)))
+        return status, *capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def housing(addon_part):
-    return addon_part("angen_addon.housing")
+    return addon_part("angen_addon.authoring.housing")
 
 
 def size(housing, axes="xyz"):
@@ -98,10 +98,13 @@ def test_the_fork_does_not_stop_its_own_beam_but_a_flag_in_it_does(world):
             bpy.data.objects.remove(obj)
 
 
-def test_menus_offer_all_kinds_and_the_door(world):
-    for name, count in (("ANGEN_MT_sensor_add", 13), ("ANGEN_MT_object_sensor", 9)):
+def test_menus_offer_all_kinds_the_door_and_residents(world):
+    for name, count, menus in (
+        ("ANGEN_MT_sensor_add", 13, ["ANGEN_MT_resident_add"]),
+        ("ANGEN_MT_object_sensor", 9, []),
+    ):
         assert hasattr(bpy.types, name)
-        drawn = []
+        drawn, drawn_menus = [], []
 
         class Layout:
             operator_context = ""
@@ -111,11 +114,15 @@ def test_menus_offer_all_kinds_and_the_door(world):
                 drawn.append((idname, self.operator_context))
                 return type("Item", (), {})()
 
+            def menu(self, idname, drawn_menus=drawn_menus, **_):
+                assert hasattr(bpy.types, idname)
+                drawn_menus.append(idname)
+
             def separator(self): ...
 
         cls = getattr(bpy.types, name)
         cls.draw(SimpleNamespace(layout=Layout()), bpy.context)
-        assert len(drawn) == count
+        assert len(drawn) == count and drawn_menus == menus
         for idname, how in drawn:
             assert (how == "INVOKE_REGION_WIN") == (idname == "angen.sensor_place") or (
                 idname == "angen.door_fit"

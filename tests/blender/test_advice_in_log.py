@@ -36,12 +36,12 @@ def test_a_scene_without_weights(world, simulate):
 
 def test_many_pads_are_told_of_once(world, simulate):
     """The kind of problem, how many pads have it, and the first of them."""
-    for name in (f"pad {number:02}" for number in range(100)):
+    for name in (f"pad {number:02}" for number in range(12)):
         world.sensor("PRESSURE", name, world.box((1, 1, 0.01), name=name))
     world.sensor("PRESSURE", "bare")
     said = simulate().splitlines()
     assert len(said) == 2
-    assert "101 pads ('bare', 'pad 00', 'pad 01' and 98 more): nothing in this scene" in said[1]
+    assert "13 pads ('bare', 'pad 00', 'pad 01' and 10 more): nothing in this scene" in said[1]
     assert said[0].startswith("angen: 'bare': it has no surface")
     assert simulate("--quiet") == ""
 
@@ -63,7 +63,7 @@ def test_a_light_active_pad_and_a_short_cache(world, simulate):
 
 def test_a_part_of_a_compound_sinks_as_little_as_the_whole(world, addon_part):
     """Its own mass counts for nothing there."""
-    sinks = addon_part("angen_addon.advice").sinks
+    sinks = addon_part("angen_addon.advice.sensing").sinks
     bpy.ops.rigidbody.world_add()
     add_body(world, "box", 5.0)
     whole = add_body(world, "whole", 20.0)

@@ -31,7 +31,7 @@ def values(world, addon_part, obj):
 
 
 def test_every_preset_sets_what_it_names_and_nothing_else(world, addon_part, presets):
-    is_applied = addon_part("angen_addon.presets").is_applied
+    is_applied = addon_part("angen_addon.authoring.presets").is_applied
     for kind, preset in presets:
         obj = activate(world, world.sensor(kind.identifier, preset.identifier))
         group = getattr(obj.angen_sensor, kind.attribute)
@@ -53,7 +53,7 @@ def test_every_preset_sets_what_it_names_and_nothing_else(world, addon_part, pre
 
 def test_one_preset_at_most_is_ticked_for_each_part(world, addon_part, presets):
     """No two presets of a kind are the same; the ideal part is what a new pad has."""
-    is_applied = addon_part("angen_addon.presets").is_applied
+    is_applied = addon_part("angen_addon.authoring.presets").is_applied
     pad = activate(world, world.sensor("PRESSURE", "pad"))
     of_kind = [preset for kind, preset in presets if kind.identifier == "PRESSURE"]
     assert [p.identifier for p in of_kind if is_applied(pad, p)] == ["FSR_402_IDEAL"]

@@ -33,7 +33,7 @@ def library(tmp_path_factory):
 
 
 def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
-    is_applied = addon_part("angen_addon.presets").is_applied
+    is_applied = addon_part("angen_addon.authoring.presets").is_applied
     catalogs = dict(
         re.findall(r"^([0-9a-f-]{36}):(Sensors/[^:]+):", (library / "blender_assets.cats.txt")
         .read_text(encoding="utf-8"), re.MULTILINE)

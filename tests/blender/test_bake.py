@@ -16,10 +16,7 @@ SLOTS = bpy.app.version >= (4, 4)
 @pytest.fixture
 def door(world):
     """A switch that a door opens at frame 13 and closes at frame 37, sensed at every frame."""
-    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
-    world.key(
-        leaf, "location", {1: (0, 0, -0.02), 13: (1, 0, -0.02), 37: (0, 0, -0.02)}, "CONSTANT"
-    )
+    world.door(13, 37)
     world.switch("Front door")
     world.update()
     return world
@@ -228,3 +225,22 @@ def test_a_long_recording_is_baked_whole(door, fcurves):
     keys = points(curve(fcurves, sensor(), VALUE))
     assert keys[-1] == pytest.approx((43_248, 43.248))
     assert [x for x, _ in keys[-43_200:]] == list(range(49, 43_249))
+
+
+def test_a_bake_replaces_the_keys_of_an_earlier_one(door, fcurves):
+    bake()
+    ops.clear_recording()
+    bpy.data.objects["door"].animation_data_clear()
+    bake()
+    assert [x for x, _ in points(curve(fcurves, sensor(), ACTIVE))] == [1]
+
+
+def test_baked_outputs_play_without_the_recording(door):
+    door.scene.frame_set(20)
+    bake()
+    assert sensor().angen_sensor.active, "as they are at the playhead"
+    ops.clear_recording()
+    door.scene.angen_live = False
+    for frame, expected in ((40, False), (13, True), (12, False), (36, True), (1, False)):
+        door.scene.frame_set(frame)
+        assert sensor().angen_sensor.active is expected, frame

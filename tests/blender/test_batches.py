@@ -4,8 +4,16 @@
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import (
+    agenda,
+    moving_scene,
+    pads,
+    stage,
+)
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import bodies
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 
 @pytest.fixture
@@ -184,8 +192,12 @@ def test_what_moves_is_looked_at_alone_where_nothing_else_can_matter(world, monk
         seen.clear()
         bpy.app.handlers.frame_change_post.append(note)
         monkeypatch.setattr(stage.Stage, "__init__", counting)
+        sensors = world.sensors()
+        for obj in world.scene.objects:
+            # As where the file was just opened: Blender names all of it at the next frame.
+            obj.update_tag()
         try:
-            world.run()
+            list(simulate(world.scene, sensors, 1, 48, Recording()))
         finally:
             bpy.app.handlers.frame_change_post.remove(note)
         return sum(seen)
@@ -208,9 +220,6 @@ def test_a_run_that_is_left_keeps_what_it_looked_at(world, monkeypatch):
     goes_by(world)
     whole = world.run().tracks["all"]
     monkeypatch.setattr(frames, "MOST_FRAMES", 7)
-    from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-    from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
-
     recording = Recording()
     run = simulate(world.scene, world.sensors(), 1, 48, recording)
     for _ in range(3):
@@ -219,3 +228,47 @@ def test_a_run_that_is_left_keeps_what_it_looked_at(world, monkeypatch):
     track = recording.tracks["all"]
     assert 7 < len(track) < 48 and recording.frame_end == track.frames[len(track) - 1]
     assert list(track.active) == list(whole.active)[: len(track)]
+
+
+def steps_on_a_pad(world):
+    """Somebody steps on a pad, waits and hops to a slab on another one, below which a drawer is
+    drawn; a third pad is far away, as is a cat that walks all the time."""
+    for name, at in (("pad", (0, 0, 0.01)), ("far", (7, 0, 0.01)), ("slab's", (0, 2, 0.01))):
+        world.sensor("PRESSURE", name, world.box((0.5, 0.5, 0.02), at, name), update_rate=6.0)
+    world.box((9, 9, 1), (0, 0, -0.5), "floor")
+    world.box((0.4, 0.4, 0.1), (0, 2, 0.07), "slab").angen_load.mass = 5.0
+    person = body(world, "person", (-3, 0, 0.45))
+    person.angen_load.mass = 60.0
+    at = {1: (-3, 0, 0.45), 9: (0, 0, 0.47), 25: (0, 0, 0.47), 27: (0, 0, 0.8), 29: (0, 2, 0.57)}
+    world.key(person, "location", at, "LINEAR")
+    cat = {1: (-3, 5, 0), 48: (3, 5, 0)}
+    world.key(body(world, "cat"), "location", cat, "LINEAR")
+    drawer = world.box((0.2, 0.2, 0.02), (0, 2, -0.2), "drawer")
+    world.key(drawer, "location", {36: (0, 2, -0.2), 44: (1, 2, -0.2)}, "LINEAR")
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_pads_read_the_same_where_what_they_cannot_feel_is_left_out(
+    world, read, monkeypatch, substeps
+):
+    world.scene.frame_end, world.scene.angen_substeps = 48, substeps
+    sensors_about(world)
+    steps_on_a_pad(world)
+    looks = []
+    look = bodies.Bodies.look
+    monkeypatch.setattr(bodies.Bodies, "look", lambda *a: looks.append(1) or look(*a))
+    plain, of_all = read_plain(world, monkeypatch), len(looks)
+    found = np.array(plain["pad"].columns["force_n"])
+    assert found.max() > 500.0 and found[0] == found[-1] == 0.0
+    for most, alone in ((1, False), (5, False), (256, False), (256, True)):
+        looks.clear()
+        assert read(most, alone) == plain
+    assert len(looks) < 0.9 * of_all
+
+
+def read_plain(world, monkeypatch):
+    """With each frame looked at by itself, and nothing left out."""
+    with monkeypatch.context() as patch:
+        for module in (agenda, pads):
+            patch.setattr(module, "weights_stay", lambda _: False)
+        return world.run().tracks

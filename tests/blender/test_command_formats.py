@@ -25,18 +25,6 @@ def home(world, tmp_path):
     return path
 
 
-@pytest.fixture
-def command(addon_part, capsys):
-    def run(*arguments):
-        capsys.readouterr()
-        status = addon_part("angen_addon.commands.command_line").run_command(
-            [str(a) for a in arguments]
-        )
-        return status, *capsys.readouterr()
-
-    return run
-
-
 def test_a_run_is_written_in_several_formats_at_once(home, command, tmp_path) -> None:
     status, out, _ = command(
         "simulate", "--quiet", "--start", START,

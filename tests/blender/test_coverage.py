@@ -17,14 +17,7 @@ SIDES = 256
 @pytest.fixture
 def home(world: Any) -> Any:
     """4 m by 3 m with a ceiling, a solid table, a cupboard, and a detector on the west wall."""
-    w, d, h = ROOM
-    t = 0.2
-    world.box((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, -0.1), "floor")
-    world.box((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, h + 0.1), "ceiling")
-    world.box((w + 2 * t, t, h), (w / 2, -t / 2, h / 2), "south")
-    world.box((w + 2 * t, t, h), (w / 2, d + t / 2, h / 2), "north")
-    world.box((t, d, h), (-t / 2, d / 2, h / 2), "west")
-    world.box((t, d, h), (w + t / 2, d / 2, h / 2), "east")
+    world.hall(*ROOM)
     world.box((0.8, 0.8, 0.9), (2.0, 2.0, 0.45), "table")
     world.box((0.5, 0.6, 2.2), (3.0, 0.3, 1.1), "cupboard")
     world.scene.render.fps = FPS

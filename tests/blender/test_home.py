@@ -6,8 +6,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import sensors
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, time_base
+from bl_ext.user_default.angen_sensors.angen_addon.scene import sensors
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.range_scan import fan_directions
 from mathutils import Vector
 
@@ -69,7 +69,7 @@ def test_every_ray_reads_what_scene_ray_cast_reads(home, frame):
 
 def test_the_sofa_knows_all_weights_as_the_person_sits_down_and_gets_up(home):
     from bl_ext.user_default.angen_sensors.angen_addon.runtime import simulation
-    from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+    from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
     scene, _ = home
     sofa = sensors.chosen(sensors.all_sensors(bpy.context.view_layer), ["Pressure sofa"])

@@ -117,7 +117,9 @@ def test_noise_is_that_of_the_name(world, collection):
 
 def test_two_ways_of_the_same_name_are_refused(flats, addon_part):
     flats.switch("A/Door")
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"2 sensors.*'A/Door'"):
+    with pytest.raises(
+        addon_part("angen_addon.scene.sensors").SensorError, match=r"2 sensors.*'A/Door'"
+    ):
         flats.run(1, 2)
 
 
@@ -149,7 +151,7 @@ def test_list_export_report_and_recording_name_them(flats, addon_part, tmp_path)
     assert ops.export_events.poll(), "the recording is kept"
     state = addon_part("angen_addon.runtime.state").CACHE
     recording = state.recording(bpy.context.scene)
-    sensors = addon_part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    sensors = addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     assert [recording.track_of(s.uid).sensor for s in sensors] == ["A/Door", "B/Door"]
 
 

@@ -2,25 +2,13 @@
 """What the home needs and does not have is named: on standard error, in the report, in the panel;
 and a check of such a home fails."""
 
-import subprocess
-import sys
-from pathlib import Path
+from functools import partial
 
 import bpy
 import pytest
+from commands import module
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def module(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "angen_addon", *map(str, arguments)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+told_by = partial(module, text=True)
 
 
 def told(done):
@@ -56,7 +44,7 @@ def driven(world, open_again):
 
 def test_blocked_drivers(driven, tmp_path, panel):
     log, page = tmp_path / "log.csv", tmp_path / "report.html"
-    done = module("simulate", driven, "--events", log, "--report", page, "--quiet")
+    done = told_by("simulate", driven, "--events", log, "--report", page, "--quiet")
     assert done.returncode == 0
     (line,) = told(done)
     assert "blocked" in line and "--enable-autoexec" in line
@@ -64,18 +52,18 @@ def test_blocked_drivers(driven, tmp_path, panel):
     assert len(log.read_text().splitlines()) == 2, "the wall stood still"
     assert "Blender blocked drivers" in page.read_text(encoding="utf-8")
     assert "Blender blocked drivers" in panel()
-    failed = module("check", driven, log)
+    failed = told_by("check", driven, log)
     assert failed.returncode == 1 and "the check fails" in failed.stderr
 
 
 def test_drivers_that_the_user_allows(driven, tmp_path):
     log = tmp_path / "log.csv"
-    done = module("simulate", driven, "--events", log, "--quiet", "--enable-autoexec")
+    done = told_by("simulate", driven, "--events", log, "--quiet", "--enable-autoexec")
     assert (done.returncode, done.stderr) == (0, "")
     frames = [row.split(",")[1] for row in log.read_text().splitlines()[1:]]
     assert frames == ["1", "6", "19"]
-    assert module("check", driven, log, "--enable-autoexec").returncode == 0
-    assert module("check", driven, log).returncode == 1
+    assert told_by("check", driven, log, "--enable-autoexec").returncode == 0
+    assert told_by("check", driven, log).returncode == 1
 
 
 def test_drivers_that_fail_half_way(world, open_again):
@@ -84,7 +72,7 @@ def test_drivers_that_fail_half_way(world, open_again):
     curve.driver.type = "SCRIPTED"
     curve.driver.expression = "0 * round(1 / (30 - frame), 3)"
     world.switch()
-    done = module("simulate", open_again(), "--quiet")
+    done = told_by("simulate", open_again(), "--quiet")
     assert done.returncode == 0
     (line,) = told(done)
     assert "drivers fail" in line and "'wall (location)'" in line
@@ -105,17 +93,17 @@ def linked(world, tmp_path, open_again):
 
 def test_a_missing_library(linked, tmp_path, panel):
     log = tmp_path / "log.csv"
-    assert module("simulate", linked, "--events", log, "--quiet").stderr == ""
+    assert told_by("simulate", linked, "--events", log, "--quiet").stderr == ""
     assert panel() == ""
-    assert module("check", linked, log).returncode == 0
+    assert told_by("check", linked, log).returncode == 0
     (tmp_path / "door.blend").rename(tmp_path / "elsewhere.blend")
-    done = module("simulate", linked, "--quiet")
+    done = told_by("simulate", linked, "--quiet")
     assert done.returncode == 0 and len(told(done)) == 1
     assert "'door.blend' is missing" in told(done)[0] and str(tmp_path) in told(done)[0]
     assert done.stdout.splitlines()[0] == "time_s,frame,sensor,kind,field,value"
     # The same events as before, as it happens, are no proof.
     (tmp_path / "log.csv").write_text(done.stdout, newline="")
-    assert module("check", linked, log).returncode == 1
+    assert told_by("check", linked, log).returncode == 1
     bpy.ops.wm.open_mainfile(filepath=str(linked))
     assert "'door.blend' is missing" in panel()
     (tmp_path / "elsewhere.blend").rename(tmp_path / "door.blend")
@@ -127,7 +115,7 @@ def test_something_that_is_gone_from_a_library(linked, tmp_path, panel):
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "door.blend"))
     bpy.data.objects.remove(bpy.data.objects["door"])
     bpy.ops.wm.save_mainfile()
-    done = module("list", linked)
+    done = told_by("list", linked)
     assert done.returncode == 0
     (line,) = told(done)
     assert "'door.blend' no longer holds 'door'" in line
@@ -156,7 +144,7 @@ def test_images_count_where_a_light_sensor_would_see_them(
     home = open_again()
     assert panel() == ""
     (tmp_path / "wallpaper.png").unlink()
-    done = module("list", home)
+    done = told_by("list", home)
     assert [("wallpaper.png" in line and "missing" in line) for line in told(done)] == (
         [True] if light else []
     )
@@ -170,7 +158,7 @@ def test_a_mesh_cache(world, open_again, tmp_path):
     modifier = world.wall(0.02).modifiers.new("cache", "MESH_CACHE")
     modifier.filepath = str(tmp_path / "walk.mdd")
     world.switch()
-    (line,) = told(module("list", open_again()))
+    (line,) = told(told_by("list", open_again()))
     assert "mesh cache of 'wall' is missing" in line
 
 

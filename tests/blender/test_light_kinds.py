@@ -173,7 +173,7 @@ RUN = """
 import sys
 sys.path.insert(0, {root!r})
 import bpy
-from angen_addon.standalone import load_extension
+from angen_addon.process.standalone import load_extension
 extension = load_extension()
 extension.register()
 import numpy as np

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
@@ -393,7 +393,7 @@ def test_a_lamp_that_is_switched_or_dimmed_costs_no_picture(room, reference):
 
 def test_how_far_a_reference_is_is_told(room):
     """A part of its paths at a time: whoever waits can leave at each."""
-    bpy.context.scene.angen_light_reference = 8192
+    bpy.context.scene.angen_light_reference = 40960
     light_sensor(room, "still", (0.5, 0, 0))
     run = simulate(room.scene, room.sensors(), 1, 1, Recording())
     told = [progress.doing for progress in run if "reference" in progress.doing]
@@ -458,9 +458,9 @@ def test_a_portal_needs_a_world(room, scenes):
     assert (in_a_run(scenes) > 0.0).all()
 
 
-@pytest.mark.parametrize(("few", "bias"), [(64, 0.06), (256, 0.03)])
-def test_what_departs_far_is_looked_at_more_closely(room, monkeypatch, few, bias):
-    """Those that find too little of what is new are not: the fewer the paths, the more of them."""
+@pytest.mark.parametrize("few", [32, 256])
+def test_what_departs_far_is_looked_at_more_closely(room, monkeypatch, few):
+    """Also where few paths find too little of what is new."""
     CHANGES["a screen's glow"]()
     layer, engine, cycles = bpy.context.view_layer, part("light.engine"), part("light.cycles")
 
@@ -478,12 +478,12 @@ def test_what_departs_far_is_looked_at_more_closely(room, monkeypatch, few, bias
     for frame in range(1, 10):
         bpy.context.scene.frame_set(frame)
     monkeypatch.setattr(engine, "SEED", 77)
-    true = read(4 * MANY)
+    true = read(16 * MANY)
     errors, otherwise = [], []
-    for engine.SEED in range(8):
+    for engine.SEED in range(16):
         errors += list(read_in_a_run() / true - 1)
         with monkeypatch.context() as never:
             never.setattr(cycles, "CLOSER", 1)
             otherwise += list(read_in_a_run() / true - 1)
     assert rms(errors) < 0.8 * rms(otherwise)
-    assert abs(np.mean(errors)) < bias
+    assert abs(np.mean(errors)) < 0.03

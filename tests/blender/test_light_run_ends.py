@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
-from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import lamp, material, plate, sky

@@ -2,13 +2,18 @@
 """Light sensors in runs and while scrubbing."""
 
 import math
+import sys
+from pathlib import Path
 
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, resting, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
-from bl_ext.user_default.angen_sensors.angen_addon.sensors import SensorError
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
 from bl_ext.user_default.angen_sensors.panels import readings
+
+sys.path.insert(0, str(Path(__file__).parent))
+from light_stage import material, plate
 
 
 @pytest.fixture
@@ -66,6 +71,52 @@ def test_the_log_tells_of_steps_alone(world, lamp):
         ("13", "illuminance_lux"),
         ("13", "lit"),
     ]
+
+
+def film(folder, name, brightness):
+    """A sequence of pictures, each of one brightness."""
+    for frame, value in enumerate(brightness, 1):
+        image = bpy.data.images.new("one", 2, 2, float_buffer=True)
+        image.colorspace_settings.name = "Non-Color"
+        image.pixels = [value, value, value, 1.0] * 4
+        image.filepath_raw = str(folder / f"{name}{frame:04}.exr")
+        image.file_format = "OPEN_EXR"
+        image.save()
+        bpy.data.images.remove(image)
+    found = bpy.data.images.load(str(folder / f"{name}0001.exr"))
+    found.source, found.colorspace_settings.name = "SEQUENCE", "Non-Color"
+    return found
+
+
+@pytest.mark.parametrize("reference", [0, 64])
+@pytest.mark.parametrize(("grouped", "refreshed"), [(False, False), (False, True), (True, False)])
+def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshed, reference):
+    """Blender's list of updates does not tell of it. `grouped`: its node is in a node group."""
+    bpy.data.objects.remove(bpy.data.objects["lamp"])
+    world.scene.angen_light_reference = reference
+    glow = material(glows=1.0)
+    tree = glow.node_tree
+    of = tree
+    if grouped:
+        of = bpy.data.node_groups.new("television", "ShaderNodeTree")
+        of.interface.new_socket("colour", in_out="OUTPUT", socket_type="NodeSocketColor")
+        shown = tree.nodes.new("ShaderNodeGroup")
+        shown.node_tree = of
+    picture = of.nodes.new("ShaderNodeTexImage")
+    picture.image, picture.image_user.frame_duration = film(tmp_path, "film", (0.1, 0.5, 0.2)), 3
+    picture.image_user.use_auto_refresh = refreshed
+    # Such a node is told otherwise when to show what.
+    compositing = bpy.data.node_groups.new("compositing", "CompositorNodeTree")
+    compositing.nodes.new("CompositorNodeImage").image = picture.image
+    if grouped:
+        of.links.new(picture.outputs[0], of.nodes.new("NodeGroupOutput").inputs[0])
+        picture = shown
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(picture.outputs[0], emission.inputs[0])
+    plate(world, 1.0, (0, 0, 1), (0, 0, -1), glow, "screen")
+    lux = world.series(world.run(), "lux", "illuminance_lux")
+    assert lux[:3] == pytest.approx([lux[0], 5 * lux[0], 2 * lux[0]], rel=1e-3)
+    assert lux[0] > 10.0
 
 
 def test_efficacy_is_a_factor(world, lamp):

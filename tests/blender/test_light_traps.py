@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, material, part, plate, request, sky

@@ -106,7 +106,7 @@ def test_a_white_wall_under_a_lamp(world):
     lamp(world, "POINT", at=(0, 0, 0), energy=100.0)
     radiance = 0.5 / math.pi * 100 / (4 * math.pi * 4)
     # A hundredth of it goes from wall to wall.
-    assert look(samples=1024) == pytest.approx(100 * radiance, rel=0.03)
+    assert look(samples=4096) == pytest.approx(100 * radiance, rel=0.03)
 
 
 def test_eevee_is_refused_with_a_reason_where_it_cannot_run(world, monkeypatch):

@@ -2,14 +2,13 @@
 """A sensor of a kind that a newer version of the extension knows: left out, told of, and kept."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
+from functools import partial
 
 import bpy
 import pytest
+from commands import module
 
-ROOT = Path(__file__).resolve().parents[2]
+told_by = partial(module, text=True)
 
 
 def stored(obj):
@@ -30,20 +29,9 @@ def home(world, tmp_path):
     return path
 
 
-def module(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "angen_addon", *map(str, arguments)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-
-
 def test_it_is_skipped_and_named_and_standard_output_is_pure(home):
     for arguments in (["simulate", home, "--quiet"], ["list", home, "--json"]):
-        done = module(*arguments)
+        done = told_by(*arguments)
         assert done.returncode == 0, done.stderr
         told = [line for line in done.stderr.splitlines() if line]
         assert len(told) == 1 and "'newer'" in told[0] and "number 99" in told[0], done.stderr
@@ -59,7 +47,7 @@ def test_it_is_skipped_and_named_and_standard_output_is_pure(home):
 def test_a_home_of_such_sensors_alone_says_so(home, world, tmp_path):
     bpy.data.objects.remove(bpy.data.objects["known"])
     bpy.ops.wm.save_as_mainfile(filepath=str(home))
-    done = module("simulate", home)
+    done = told_by("simulate", home)
     assert (done.returncode, done.stdout) == (2, "")
     assert "number 99" in done.stderr and "Traceback" not in done.stderr
 

@@ -85,7 +85,7 @@ def test_the_search_finds_what_must_not_be_kept(world):
 @pytest.mark.parametrize("caster", ["FAST", "SCENE"])
 def test_a_run_keeps_nothing_evaluated(home, addon_part, caster):
     home.scene.angen_ray_caster = caster
-    recording = addon_part("sensor_logic.recording").Recording()
+    recording = addon_part("sensor_logic.recording.tracks").Recording()
     simulate = addon_part("angen_addon.runtime.simulation").simulate
     steps = simulate(home.scene, home.sensors(), 1, 6, recording)
     looked = 0

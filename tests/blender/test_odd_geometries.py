@@ -4,8 +4,8 @@ shows where these differ."""
 
 import bpy
 import numpy as np
-import odd_geometries
 import pytest
+from odd_builders import ODD
 
 # Rays from a square above, straight down and aslant, none of them through an edge or a corner.
 SIDE = 11
@@ -77,9 +77,9 @@ def caster(world, addon_part):
     return addon_part("angen_addon.runtime.probes").make_caster(world.scene)
 
 
-@pytest.mark.parametrize("name", odd_geometries.ODD)
+@pytest.mark.parametrize("name", ODD)
 def test_it_is_met_as_blender_meets_it(world, caster, name):
-    odd_geometries.ODD[name](world)
+    ODD[name](world)
     depsgraph = world.update()
     caster.update(depsgraph)
     ours = caster.cast(0, 0, *rays())
@@ -88,10 +88,10 @@ def test_it_is_met_as_blender_meets_it(world, caster, name):
         assert np.abs(ours - met_by_blender(world.scene, depsgraph)).max() < agreed(name)
 
 
-@pytest.mark.parametrize("name", sorted(set(odd_geometries.ODD) - UNLIKE_BLENDER))
+@pytest.mark.parametrize("name", sorted(set(ODD) - UNLIKE_BLENDER))
 def test_it_is_met_as_it_changes(world, caster, name):
     """Frame by frame, as cloth falls and what is built grows; and after the object is moved."""
-    obj = odd_geometries.ODD[name](world)
+    obj = ODD[name](world)
     for frame in (1, 2, 3, 4, 8):
         world.scene.frame_set(frame)
         caster.update(world.update())
@@ -106,7 +106,7 @@ def test_it_is_met_as_it_changes(world, caster, name):
 
 def test_a_face_instancer_that_is_not_shown_is_not_met(world, caster):
     """Nine little boxes on a square that is not shown: rays between them go on."""
-    odd_geometries.ODD["instances_on_faces"](world)
+    ODD["instances_on_faces"](world)
     caster.update(world.update())
     between = np.array([[0.067, 0.067, 0.0], [0.0, 0.0, 0.0]])
     ways = np.tile([0.0, 0.0, -1.0], (2, 1))
@@ -115,7 +115,7 @@ def test_a_face_instancer_that_is_not_shown_is_not_met(world, caster):
 
 def test_what_is_edited_is_met_as_it_is_shown(world, caster):
     """The middle of a cube's face stays in place as it is subdivided twice; its corner does not."""
-    odd_geometries.ODD["being_edited_with_a_modifier"](world)
+    ODD["being_edited_with_a_modifier"](world)
     caster.update(world.update())
     at = np.array([[0.0011, 0.0013, 0.0], [0.19, 0.19, 0.0]])
     ways = np.tile([0.0, 0.0, -1.0], (2, 1))
@@ -124,10 +124,10 @@ def test_what_is_edited_is_met_as_it_is_shown(world, caster):
     assert corner == REACH
 
 
-@pytest.mark.parametrize("name", odd_geometries.ODD)
+@pytest.mark.parametrize("name", ODD)
 def test_a_switch_a_detector_and_a_pad_read_it(world, name):
     """A run of every kind beside it ends, and with `scene.ray_cast` gives the same."""
-    odd_geometries.ODD[name](world)
+    ODD[name](world)
     world.scene.frame_end = 4
     world.switch(range_max=2.0)
     world.pir().location = (0, 0, -0.1)

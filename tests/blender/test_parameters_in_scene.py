@@ -40,7 +40,9 @@ def test_an_animated_parameter_that_goes_wrong_stops_the_run_and_says_so(world, 
     world.wall(0.2)
     sensor = world.switch()
     world.key(sensor, "angen_sensor.optical_switch.range_min", {1: 0.001, 5: 0.6}, "CONSTANT")
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"'switch'.*range_min"):
+    with pytest.raises(
+        addon_part("angen_addon.scene.sensors").SensorError, match=r"'switch'.*range_min"
+    ):
         world.run()
 
 
@@ -60,19 +62,23 @@ def test_a_sensor_on_a_moving_parent_with_a_constraint(world):
 def test_a_sensor_without_a_direction_is_refused_by_name(world, addon_part, scale):
     sensor = world.switch("Kitchen")
     sensor.scale = scale
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match="'Kitchen'"):
+    error = addon_part("angen_addon.scene.sensors").SensorError
+    with pytest.raises(error, match="'Kitchen'"):
         world.run()
 
 
 def test_a_sensor_at_nan_is_refused_by_name(world, addon_part):
     world.switch("Kitchen").location.x = float("nan")
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match="'Kitchen'"):
+    error = addon_part("angen_addon.scene.sensors").SensorError
+    with pytest.raises(error, match="'Kitchen'"):
         world.run()
 
 
 def test_a_rate_of_zero_is_refused(world, addon_part):
     world.switch("Kitchen").angen_sensor.update_rate = 0.0
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"'Kitchen'.*rate"):
+    with pytest.raises(
+        addon_part("angen_addon.scene.sensors").SensorError, match=r"'Kitchen'.*rate"
+    ):
         world.run()
 
 
@@ -91,7 +97,9 @@ def test_a_rate_of_zero_is_refused(world, addon_part):
 def test_parameters_out_of_range_reach_the_user(world, addon_part, kind, name, value):
     """Blender's property lets them be typed, so that the run can say what is wrong."""
     world.sensor(kind, "Kitchen", **{name: value})
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=rf"'Kitchen'.*{name}"):
+    with pytest.raises(
+        addon_part("angen_addon.scene.sensors").SensorError, match=rf"'Kitchen'.*{name}"
+    ):
         world.run()
 
 

@@ -16,12 +16,12 @@ UP = Vector((0, 0, 1))
 
 @pytest.fixture
 def placing(addon_part):
-    return addon_part("angen_addon.placing")
+    return addon_part("angen_addon.authoring.placing")
 
 
 @pytest.fixture
 def housing_of(addon_part):
-    return addon_part("angen_addon.housing").housing_of
+    return addon_part("angen_addon.authoring.housing").housing_of
 
 
 def unit(azimuth, elevation):

@@ -20,13 +20,7 @@ CELL = 0.5
 @pytest.fixture
 def flat(world: Any) -> Any:
     """A room of 5 m by 4 m with a ceiling, a tall shelf in the middle, and a detector."""
-    w, d, h, t = 5.0, 4.0, 2.5, 0.2
-    world.box((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, -0.1), "floor")
-    world.box((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, h + 0.1), "ceiling")
-    world.box((w + 2 * t, t, h), (w / 2, -t / 2, h / 2), "south")
-    world.box((w + 2 * t, t, h), (w / 2, d + t / 2, h / 2), "north")
-    world.box((t, d, h), (-t / 2, d / 2, h / 2), "west")
-    world.box((t, d, h), (w + t / 2, d / 2, h / 2), "east")
+    world.hall(5.0, 4.0, 2.5)
     world.box((0.3, 2.4, 2.2), (2.5, 2.0, 1.1), "shelf")
     pir = world.sensor("PIR", "pir", update_rate=10.0, rays=24, vertical_step=0.4, range_max=6.0)
     pir.location = (0.05, 0.3, 2.2)
@@ -156,7 +150,7 @@ def test_no_step_casts_more_than_so_many_rays(
             break
         steps.append(0)
     assert sum(steps) > 100_000
-    assert max(steps) <= addon_part("angen_addon.coverage.floor").CASTS_AT_ONCE
+    assert max(steps) <= addon_part("angen_addon.coverage.cells").CASTS_AT_ONCE
     with pytest.raises(enough):
         run.throw(enough)
 
@@ -377,7 +371,7 @@ def test_place_saves_a_file_with_the_sensors(command: Any, addon_part: Any, tmp_
     rows = list(csv.DictReader(sheet.open()))
     assert len(rows) == 2
     bpy.ops.wm.open_mainfile(filepath=str(saved))
-    sensors = addon_part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    sensors = addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     placed = [s for s in sensors if s.name.startswith("PIR den")]
     assert len(placed) == 2
     assert all(s.settings.pir.rays == 24 for s in placed)

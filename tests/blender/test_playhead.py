@@ -22,7 +22,7 @@ def cache():
 
 def told(name="Front door"):
     """What the panels, the table and the overlay say of a sensor."""
-    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    sensors = part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     (sensor,) = (s for s in sensors if s.name == name)
     return part("panels.readings").shown(sensor, bpy.context.scene)
 
@@ -297,8 +297,8 @@ def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):
 
 def run_of(steps):
     """The recording of a run that is left after so many steps."""
-    recording = part("sensor_logic.recording").Recording()
-    sensors = part("angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    recording = part("sensor_logic.recording.tracks").Recording()
+    sensors = part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     simulate = part("angen_addon.runtime.simulation").simulate
     run = simulate(bpy.context.scene, sensors, 1, 72, recording)
     for _ in zip(range(steps), run, strict=False):

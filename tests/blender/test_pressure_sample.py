@@ -22,11 +22,13 @@ def readings():
     """Columns (frames,) of every pad, and where the weight was (frames, 3)."""
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLE), load_ui=False)
     scene = bpy.context.scene
-    recording = import_module(f"{ADDON}.sensor_logic.recording").Recording()
+    recording = import_module(f"{ADDON}.sensor_logic.recording.tracks").Recording()
     simulation = import_module(f"{ADDON}.angen_addon.runtime.simulation")
-    found = import_module(f"{ADDON}.angen_addon.sensors").all_sensors(bpy.context.view_layer)
+    found = import_module(f"{ADDON}.angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     for _ in simulation.simulate(scene, found, scene.frame_start, scene.frame_end, recording):
         pass
+    # The places alone are wanted now.
+    scene.angen_live = False
     weight = bpy.data.objects["Weight"]
     places = []
     for frame in range(scene.frame_start, scene.frame_end + 1):

@@ -18,7 +18,7 @@ sys.path.insert(0, {root!r})
 
 def use(path):
     import bpy
-    from angen_addon.standalone import load_extension
+    from angen_addon.process.standalone import load_extension
     load_extension().register()
     bpy.ops.wm.open_mainfile(filepath=path)
     bpy.context.scene.frame_set(5)
@@ -37,7 +37,7 @@ WITH_EXTENSION = """
 import sys
 sys.path.insert(0, {root!r})
 import bpy
-from angen_addon.standalone import load_extension
+from angen_addon.process.standalone import load_extension
 extension = load_extension()
 extension.register()
 scene = bpy.context.scene

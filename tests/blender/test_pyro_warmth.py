@@ -334,7 +334,7 @@ def test_a_lens_written_in_a_text(world, addon_part):
     assert np.abs(signals(world)).max() > 1.0
     text.clear()
     text.write("0,0,4,20,+\n0,0,none,20,-\n")
-    error = addon_part("angen_addon.sensors").SensorError
+    error = addon_part("angen_addon.scene.sensors").SensorError
     with pytest.raises(error, match="'detector': row 2 of the lens table: width is 'none'"):
         world.run()
     assert body.name == "man"
@@ -354,7 +354,7 @@ def test_ambient_that_rises_shortens_the_range(world):
 
 
 def test_nothing_warm_is_told(world, addon_part):
-    warmth = addon_part("angen_addon.warmth")
+    warmth = addon_part("angen_addon.advice.warmth")
     detector(world)
     body = man(world)
     view_layer = world.bpy.context.view_layer

@@ -12,6 +12,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import columns
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.bundles import Rays
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from mathutils.bvhtree import BVHTree
@@ -52,6 +53,20 @@ def rays_at(random, at, spread, count):
     return at + 0.05 * ways, ways
 
 
+def meet_shape(points, corners, origins, ways):
+    """How far rays go to a shape with `points` (3, n) at three frames at which it is the same, inf
+    where they miss it, and to which triangle."""
+    rays = Rays(origins, ways, np.full(len(ways), np.inf))
+    shapes, still = np.stack([points] * 3), np.stack([np.eye(4)] * 3)
+    hits = changing_shapes.meet(
+        shapes, corners.T, still, still, rays, np.ones((3, len(ways)), bool)
+    )
+    far, face = np.full((3, len(ways)), np.inf), np.zeros((3, len(ways)), int)
+    far[hits.frame, hits.ray], face[hits.frame, hits.ray] = hits.far, hits.triangle
+    assert (far == far[0]).all() and (face == face[0]).all()
+    return far[0], face[0]
+
+
 @pytest.mark.parametrize("far_off", [0.0, 500.0])
 @pytest.mark.parametrize(
     ("distance", "spread", "count"),
@@ -77,14 +92,16 @@ def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, co
         expected = met_by(tree, origins, ways, np.full(count, 9.0))
         apex = changing_shapes.apex_of(origins + far_off, ways)
         assert apex == pytest.approx(at + far_off, abs=1e-6) or count == 1
-        far, face = changing_shapes.meet(moved, corners.T, origins + far_off, ways, apex)
+        far, face = meet_shape(moved, corners, origins + far_off, ways)
         both = np.isfinite(far) & np.isfinite(expected)
         # On the outline a hair's breadth decides.
         assert (np.isfinite(far) != np.isfinite(expected)).sum() <= 1
         np.testing.assert_allclose(far[both], expected[both], atol=TOLERANCE)
         hits += both.sum()
-        alone = [changing_shapes.meet(moved, corners.T, o[None] + far_off, w[None], o + far_off)
-                 for o, w in zip(origins, ways, strict=True)]  # fmt: skip
+        alone = [
+            meet_shape(moved, corners, o[None] + far_off, w[None])
+            for o, w in zip(origins, ways, strict=True)
+        ]
         assert far.tobytes() == np.concatenate([one[0] for one in alone]).tobytes()
         assert face[both].tolist() == [
             int(one[1][0]) for one, b in zip(alone, both, strict=True) if b
@@ -104,8 +121,7 @@ def test_rays_to_a_place_meet_what_is_on_their_way(passed):
         ways /= np.linalg.norm(ways, axis=1)[:, None]
         origins = lamp - ways * random.uniform(1.0, 5.0, (80, 1)) + ways * passed
         expected = met_by(tree, origins, ways, np.full(80, 9.0))
-        apex = changing_shapes.apex_of(origins, ways)
-        far, _ = changing_shapes.meet(points.T, corners.T, origins, ways, apex)
+        far, _ = meet_shape(points.T, corners, origins, ways)
         both = np.isfinite(far) & np.isfinite(expected)
         assert (np.isfinite(far) != np.isfinite(expected)).sum() <= 1
         np.testing.assert_allclose(far[both], expected[both], atol=TOLERANCE)

@@ -43,7 +43,14 @@ def ours(handlers):
 def test_on_and_off_three_times(empty_scene):
     on = what_is_registered()
     assert len(ours(on["handlers"])) == 11
-    assert on["object"] == ["angen_ignored", "angen_load", "angen_sensor", "angen_warmth"]
+    assert on["object"] == [
+        "angen_ignored",
+        "angen_load",
+        "angen_place",
+        "angen_resident",
+        "angen_sensor",
+        "angen_warmth",
+    ]
     assert {"angen_seed", "angen_substeps", "angen_luminous_efficacy"} <= set(on["scene"])
     assert on["menu"].count("draw_in_add_menu") == 1
     assert {
@@ -75,7 +82,7 @@ def test_nothing_is_printed_in_it(tmp_path):
     program = (
         "import bpy\n"
         "print('bpy is here', flush=True)\n"
-        "from angen_addon.standalone import load_extension\n"
+        "from angen_addon.process.standalone import load_extension\n"
         "for _ in range(3):\n"
         "    load_extension().register(); load_extension().unregister()\n"
         "load_extension().register()\n"

@@ -15,9 +15,7 @@ BAD_INPUT, FAILED = 2, 1
 @pytest.fixture
 def home(world: Any, tmp_path: Path) -> Path:
     """A door in the hall that opens at frame 13 and closes at 37, and a PIR that sees nothing."""
-    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
-    places = {1: (0, 0, -0.02), 13: (1, 0, -0.02), 37: (0, 0, -0.02)}
-    world.key(leaf, "location", places, "CONSTANT")
+    world.door(13, 37)
     world.switch("Dörr <1>", range_max=0.4)["room"] = "Hall"
     world.pir("PIR").location.x = 100
     folder = tmp_path / "secret"

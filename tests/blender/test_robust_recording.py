@@ -8,20 +8,9 @@ from importlib import import_module
 import addon_utils
 import bpy
 import pytest
+from recorded_home import ADDON, cache, ops, stale
 
-ADDON = "bl_ext.user_default.angen_sensors"
 LENS = "azimuth, elevation, width, height, polarity, gain\n0, 0, {}, 5, 1, 1\n"
-ops = bpy.ops.angen
-
-
-def cache():
-    return import_module(f"{ADDON}.angen_addon.runtime.state").CACHE
-
-
-def stale():
-    """Why the recording is stale; empty where it is fresh, None where there is none."""
-    kept = cache().kept(bpy.context.scene)
-    return kept.stale if kept is not None else None
 
 
 def save_and_load(path):
@@ -32,8 +21,7 @@ def save_and_load(path):
 @pytest.fixture
 def home(world):
     """A door that opens before a switch, and a box; not yet recorded."""
-    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
-    world.key(leaf, "location", {1: (0, 0, -0.02), 13: (1, 0, -0.02)}, "CONSTANT")
+    world.door(13)
     world.switch("Front door")
     world.box((1, 1, 1), at=(4, 0, 0), name="box")
     return world
@@ -295,7 +283,7 @@ def test_a_sensor_that_never_was_on(home, tmp_path):
 def test_a_sensor_whose_place_is_no_number_says_what_to_look_at(home, kind):
     sensor = home.sensor(kind, "lost", home.box((1, 1, 0.1), name="lost"), update_rate=12.0)
     home.key(sensor, "location", {1: (0, 0, 0), 11: (0, 0, 0)}, "CONSTANT")
-    curves = import_module(f"{ADDON}.angen_addon.animation").curves(sensor, {"location"})
+    curves = import_module(f"{ADDON}.angen_addon.scene.animation").curves(sensor, {"location"})
     curves[0].keyframe_points[1].co.y = float("nan")
     with pytest.raises(RuntimeError, match=r"'lost': its transform is not a number.* keys"):
         ops.simulate()

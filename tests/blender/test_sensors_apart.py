@@ -9,7 +9,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from pressure_scenes import Physics, live_problem
 
-LAST = 8
+LAST = 6
 
 
 # Scenes

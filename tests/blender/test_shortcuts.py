@@ -7,14 +7,14 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import sensors
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import simulation
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
+from bl_ext.user_default.angen_sensors.angen_addon.scene import sensors
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
-from bl_ext.user_default.angen_sensors.sensor_logic.recording import Recording
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 sys.path.insert(0, str(Path(__file__).parent))
 from random_scene import LAST_FRAME, RandomScene

@@ -73,7 +73,7 @@ def test_so_does_the_operator(busy):
 def test_so_does_a_run_with_substeps_that_is_closed_early(busy, addon_part):
     busy.scene.angen_substeps = 3
     before = state_of_the_file(busy)
-    recording = addon_part("sensor_logic.recording").Recording()
+    recording = addon_part("sensor_logic.recording.tracks").Recording()
     run = addon_part("angen_addon.runtime.simulation").simulate(
         busy.scene, busy.sensors(), 1, 48, recording
     )
@@ -91,7 +91,9 @@ def test_so_does_a_run_that_fails_half_way(busy, addon_part):
     busy.key(sensor, "scale", {1: (1, 1, 1), 30: (0, 0, 0)}, "CONSTANT")
     busy.scene.frame_set(7, subframe=0.25)
     before = state_of_the_file(busy)
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"'switch'.*scale"):
+    with pytest.raises(
+        addon_part("angen_addon.scene.sensors").SensorError, match=r"'switch'.*scale"
+    ):
         busy.run()
     assert state_of_the_file(busy) == before
     assert not addon_part("angen_addon.runtime.state").CACHE.running
@@ -110,7 +112,7 @@ def test_so_does_a_failing_operator(busy):
 def test_a_run_ends_where_another_scene_is_shown(busy, addon_part):
     """What was recorded is not taken for that scene's."""
     scene, before = busy.scene, state_of_the_file(busy)
-    recording = addon_part("sensor_logic.recording").Recording()
+    recording = addon_part("sensor_logic.recording.tracks").Recording()
     run = addon_part("angen_addon.runtime.simulation").simulate(
         scene, busy.sensors(), 1, 48, recording
     )
@@ -118,7 +120,8 @@ def test_a_run_ends_where_another_scene_is_shown(busy, addon_part):
         next(run)
     other = bpy.data.scenes.new("other")
     bpy.context.window.scene = other
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match="another scene"):
+    error = addon_part("angen_addon.scene.sensors").SensorError
+    with pytest.raises(error, match="another scene"):
         next(run)
     bpy.context.window.scene = scene
     bpy.data.scenes.remove(other)

@@ -13,7 +13,7 @@ ADDON = "bl_ext.user_default.angen_sensors"
 @pytest.fixture
 def made(addon_part):
     """A track of random readings: (kind, active, extra columns) with updates at these frames."""
-    recording = addon_part("sensor_logic.recording")
+    recording = addon_part("sensor_logic.recording.tracks")
     model = addon_part("sensor_logic.model")
 
     def make(kind, frames, active, **columns):
@@ -39,7 +39,7 @@ def test_events_are_those_of_the_event_log(addon_part, made, seed):
     count = numbers.choice([1, 2, 40, 200])
     frames = range(1, count + 1)
     events = addon_part("angen_addon.view.timeline.events")
-    log = addon_part("sensor_logic.event_log")
+    log = addon_part("sensor_logic.log.event_log")
     kind = ("PIR", "PRESSURE")[seed % 2]
     columns = {}
     if kind == "PRESSURE":
@@ -237,7 +237,7 @@ def test_a_history_is_made_once_a_recording(world, addon_part):
 
 def test_a_day_is_made_ready_quickly(addon_part, made):
     """86 400 s at 10 Hz: the events by numpy, not row by row."""
-    recording = addon_part("sensor_logic.recording")
+    recording = addon_part("sensor_logic.recording.tracks")
     events = addon_part("angen_addon.view.timeline.events")
     history = addon_part("angen_addon.view.timeline.history")
     count = 864_000

@@ -29,49 +29,40 @@ def in_collection(world, obj):
     return collection, world.bpy.context.view_layer.layer_collection.children["collection"]
 
 
-def test_seen_as_long_as_it_is_shown(world, each_caster, screen):
-    assert seen(world, world.switch()) == NEAR
+def exclude(world, screen):
+    in_collection(world, screen)[1].exclude = True
 
 
-def test_hide_viewport(world, each_caster, screen):
-    screen.hide_viewport = True
-    assert seen(world, world.switch()) == FAR
+def hide_its_collection(world, screen):
+    in_collection(world, screen)[0].hide_viewport = True
 
 
-def test_hide_set(world, each_caster, screen):
-    screen.hide_set(True)
-    assert seen(world, world.switch()) == FAR
+def close_its_collections_eye(world, screen):
+    in_collection(world, screen)[1].hide_viewport = True
 
 
-def test_excluded_collection(world, each_caster, screen):
-    _, layer = in_collection(world, screen)
-    layer.exclude = True
-    assert seen(world, world.switch()) == FAR
-
-
-def test_collection_hidden_in_the_viewport(world, each_caster, screen):
-    collection, _ = in_collection(world, screen)
-    collection.hide_viewport = True
-    assert seen(world, world.switch()) == FAR
-
-
-def test_collection_hidden_with_the_eye(world, each_caster, screen):
-    _, layer = in_collection(world, screen)
-    layer.hide_viewport = True
-    assert seen(world, world.switch()) == FAR
-
-
-def test_hidden_in_renders_alone_is_seen(world, each_caster, screen):
+def hide_in_renders(world, screen):
     screen.hide_render = True
-    collection, _ = in_collection(world, screen)
-    collection.hide_render = True
-    assert seen(world, world.switch()) == NEAR
+    in_collection(world, screen)[0].hide_render = True
 
 
-@pytest.mark.parametrize("display", ["WIRE", "BOUNDS"])
-def test_display_as_wire_is_seen(world, each_caster, screen, display):
-    screen.display_type = display
-    assert seen(world, world.switch()) == NEAR
+WAYS = {
+    "shown": (lambda world, screen: None, NEAR),
+    "object": (lambda world, screen: setattr(screen, "hide_viewport", True), FAR),
+    "eye": (lambda world, screen: screen.hide_set(True), FAR),
+    "excluded": (exclude, FAR),
+    "collection": (hide_its_collection, FAR),
+    "eye of the collection": (close_its_collections_eye, FAR),
+    "in renders alone": (hide_in_renders, NEAR),
+    "wire": (lambda world, screen: setattr(screen, "display_type", "WIRE"), NEAR),
+    "bounds": (lambda world, screen: setattr(screen, "display_type", "BOUNDS"), NEAR),
+}
+
+
+@pytest.mark.parametrize(("hide", "met"), WAYS.values(), ids=WAYS)
+def test_what_the_viewport_shows_is_met(world, each_caster, screen, hide, met):
+    hide(world, screen)
+    assert seen(world, world.switch()) == met
 
 
 def test_ignored_objects(world, each_caster, screen):
@@ -168,7 +159,9 @@ def test_a_sensor_that_blender_does_not_place_is_refused(world, addon_part, of):
     sensor.location = (1, 2, 3)
     collection, _ = in_collection(world, sensor)
     (sensor if of == "object" else collection).hide_viewport = True
-    with pytest.raises(addon_part("angen_addon.sensors").SensorError, match=r"switch.*viewport"):
+    with pytest.raises(
+        addon_part("angen_addon.scene.sensors").SensorError, match=r"switch.*viewport"
+    ):
         world.run()
     sensor.angen_sensor.enabled = False
     assert not world.run().tracks

@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture
 def weights(addon_part):
-    return addon_part("angen_addon.weights")
+    return addon_part("angen_addon.advice.weights")
 
 
 def person(world):

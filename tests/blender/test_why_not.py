@@ -6,7 +6,7 @@ import math
 import bpy
 import pytest
 from light_stage import facing, lamp
-from test_panels import drawn
+from panel_layout import drawn
 
 ops = bpy.ops.angen
 

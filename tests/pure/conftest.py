@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A stage for the sensor models: they sense what a test says, and no Blender is needed."""
 
+import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from sensor_logic.kind import FORCES, LIGHT, RAYS
 from sensor_logic.model import Array, LightSample, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator
 
+sys.path.insert(0, str(Path(__file__).parent))
 AHEAD = Pose(np.zeros(3), np.eye(3))
 
 

@@ -117,6 +117,7 @@ REGRESSIONS = (
     ("home", (*rows("home", "rays", rays=640), "kept"), 0.8, "640 rays, share kept: 0.8"),
     # A sensor that skipping makes read otherwise.
     ("day", ("checked", "same"), 13, "tracks as without skipping: 13"),
+    ("days", ("checked", "same"), 13, "tracks as at every frame: 13"),
     ("rays", ("ray_accuracy", "fast_rms_m"), 1e-6, "triangles, rms m"),
     # A person who is missed once in forty passes; a person who is not felt.
     (

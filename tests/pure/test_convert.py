@@ -12,10 +12,10 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from sensor_logic.event_log import Event
 from sensor_logic.formats import FORMATS
 from sensor_logic.formats.names import camel, slug, unique
 from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.log.event_log import Event
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"

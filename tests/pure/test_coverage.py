@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from walks import peak_signals
 
 from sensor_logic.coverage import colours, picture
 from sensor_logic.coverage.detect import RangeView, WarmView
+from sensor_logic.coverage.detectors import Walker
 from sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
 from sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Rays, Start, hits
-from sensor_logic.kinds.pir.pyroelectric.coverage import Walker, peak_signals
 from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
 from sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
 from sensor_logic.kinds.pir.pyroelectric.response import Response
@@ -165,7 +166,7 @@ def test_the_saw_tooth_looks_at_each_tilt_at_its_own_time():
 
 
 def test_pyroelectric_steps_are_those_of_the_detectors_own_walks():
-    """Two programs: the walks of sensor_logic.kinds.pir.pyroelectric.coverage."""
+    """Two programs: the walks of `walks`."""
     zones = next(iter(LENSES.values())).zones
     local = zone_rays(zones, 12)
     axes = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensor_logic import divider
+from sensor_logic.physics import divider
 
 OHMS = st.floats(1.0, 1e8)
 

@@ -3,10 +3,12 @@
 
 import json
 import re
+from pathlib import Path
 
 import hard_cases
 import parameter_tables
 from benchmarks import page
+from sensor_logic.study import draws, study
 
 
 def test_the_parameter_page_is_up_to_date():
@@ -46,3 +48,12 @@ def test_every_test_of_hard_cases_is_in_the_page():
     written = hard_cases.PAGE.read_text(encoding="utf-8")
     for name in re.findall(r"^def (test_\w+)", source, re.MULTILINE):
         assert f"[{name}]" in written, "run: python scripts/hard_cases.py"
+
+
+def test_the_studies_of_the_docs_can_be_read_and_stand_on_their_page():
+    written = (page.DOCS / "studies.md").read_text(encoding="utf-8")
+    files = sorted(Path(page.DOCS / "studies").glob("*.toml"))
+    assert files
+    for file in files:
+        assert draws.count(study.read(file)) > 1
+        assert file.read_text(encoding="utf-8").strip() in written, file.name

@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from sensor_logic.event_log import (
+from sensor_logic.log.event_log import (
     Event,
     differences,
     events_csv,
@@ -17,7 +17,7 @@ from sensor_logic.event_log import (
     to_csv,
 )
 from sensor_logic.model import Reading
-from sensor_logic.recording import Recording, Track
+from sensor_logic.recording.tracks import Recording, Track
 
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
 

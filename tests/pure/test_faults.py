@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensor_logic.event_log import Event, read_events, rows_csv
 from sensor_logic.faults import Fault, Plan, make_faults, read_plan, truth_csv, undo
 from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.log.event_log import Event, read_events, rows_csv
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 DAY = 86400

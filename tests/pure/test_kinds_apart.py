@@ -18,19 +18,11 @@ WORDS = re.compile(
 # Blender has these words too: of types of objects and datablocks, and of properties.
 BLENDERS = re.compile(
     r'type (?:==|!=|in|not in) [^"\n]*"LIGHT"|"LIGHT", "MATERIAL"|LIGHTLESS \| \{"LIGHT"\}'
-    r'|"m": "DISTANCE"|subtype="DISTANCE"'
+    r'|"m": "DISTANCE"|subtype="DISTANCE"|"LIGHT", \d'
 )
-MAPS = "coverage maps are of motion detectors alone"
 # Why a file names a kind after all.
 ALLOWED = {
-    "angen_addon/coverage/command.py": MAPS,
-    "angen_addon/coverage/ghosts.py": MAPS,
-    "angen_addon/coverage/proposal.py": MAPS,
-    "angen_addon/coverage/views.py": MAPS,
-    "operators/coverage.py": MAPS,
-    "operators/propose.py": "proposes places of motion detectors",
-    "sensor_logic/coverage/detect.py": MAPS,
-    "sensor_logic/coverage/picture.py": MAPS,
+    "sensor_logic/coverage/detectors.py": "coverage maps are of motion detectors alone",
     "operators/door.py": "fits a door with a switch, in a fork made for its flag",
     "operators/warmth.py": "writes the lens of a pyroelectric detector into a text",
 }

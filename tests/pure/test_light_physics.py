@@ -12,7 +12,7 @@ from sensor_logic.kinds.light.model import LightParameters
 from sensor_logic.kinds.light.parts import PARTS
 from sensor_logic.kinds.light.photoresistor import conductance, divided, equivalent_lux, follow
 from sensor_logic.parameters import specs
-from sensor_logic.photometry import counts, illuminance, luminance, luminance_percent
+from sensor_logic.physics.photometry import counts, illuminance, luminance, luminance_percent
 
 GL5528 = (14_000.0, 0.7, 1e6)
 LUX = st.floats(0.0, 2e5)

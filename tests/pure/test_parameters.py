@@ -98,8 +98,8 @@ def test_no_number_may_be_beyond_its_limits_nan_or_infinite(kind, name):
             whole = isinstance(getattr(cls(), name), int)
             problems = cls(**{name: math.floor(beyond) if whole and way < 0 else beyond}).problems()
             assert problems and name in problems[0]
-    if spec.above_minimum:
-        assert cls(**{name: spec.minimum}).problems()
+    if spec.positive:
+        assert cls(**{name: 0}).problems()
 
 
 def test_several_problems_are_all_told():

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from sensor_logic.partner_names import joined, split
+from sensor_logic.log.partner_names import joined, split
 
 CASES = [
     [],

@@ -11,9 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from walks import peak_signals
 
+from sensor_logic.coverage.detectors import Walker
 from sensor_logic.kind import WARMTH
-from sensor_logic.kinds.pir.pyroelectric.coverage import Walker, element_directions, peak_signals
 from sensor_logic.kinds.pir.pyroelectric.detector import (
     PyroelectricDetector,
     response_of,
@@ -502,12 +503,3 @@ def test_coverage_ends_at_walls():
 
     assert found(3.0) == 0.0
     assert found(9.0) == peak_signals(zones, response, pose, starts, ends, Walker())[0] > 0.0
-
-
-def test_directions_of_the_zones_turn_with_the_detector():
-    zones = LENSES["THREE_TIERS"].zones
-    found = element_directions(zones, level_at(2.0))
-    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0)
-    # The middle lenslet of the first tier looks along world +Y.
-    np.testing.assert_allclose(found[8:10].mean(axis=0), (0, 1, 0), atol=1e-3)
-    assert found[:, 2].max() < 0.01 and found[:, 2].min() < -0.6

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from sensor_logic.ray_tree import RayTree
+from sensor_logic.geometry.ray_tree import RayTree
 
 
 def one_by_one(points, triangles, origins, directions, limits):

@@ -11,70 +11,21 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
+from log_of_a_year import AWKWARD, ROWS, SENSORS, START, year
 
 from sensor_logic.compare.intervals import read as read_home
 from sensor_logic.compare.statistics import measures
-from sensor_logic.event_log import Event, rows_csv
 from sensor_logic.files import write_files
 from sensor_logic.formats import FORMATS, outputs
-from sensor_logic.formats.log import Activity, SensorFacts
 from sensor_logic.formats.reading import read_log
-from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.formats.source import SourceError
+from sensor_logic.log.event_log import rows_csv
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-START = datetime(2026, 3, 2, 7)
-YEAR = 365 * 86400.0
-AWKWARD = 'Küche, "links"; = 2'
-KINDS = {
-    "PIR hall": ("PIR", "hall"),
-    "pir-hall": ("PIR", "hall"),
-    AWKWARD: ("PIR", "kitchen, small"),
-    "Switch": ("OPTICAL_SWITCH", ""),
-    "Pad": ("PRESSURE", "living room"),
-    "Lux": ("LIGHT", "hall"),
-    "Percent": ("LIGHT", "hall"),
-    "Range": ("DISTANCE", "hall"),
-    "Reed": ("CONTACT", "kitchen, small"),
-}
-ROWS = [
-    (0.0, "Lux", "illuminance_lux", "0.1"),
-    (0.0, "Lux", "lit", "0"),
-    (0.0, "PIR hall", "moved", "0"),
-    (0.0, "Pad", "force_n", "34.671246"),
-    (0.0, "Pad", "partners", ""),
-    (0.0, "Pad", "pressed", "1"),
-    (0.0, "Pad", "valid", "1"),
-    (0.0, "Percent", "luminance_percent", "45.88486"),
-    (0.0, "Range", "distance_m", "1.234568"),
-    (0.0, "Range", "near", "0"),
-    (0.0, "Reed", "open", "1"),
-    (0.0, "Switch", "open", "0"),
-    (0.0, AWKWARD, "moved", "0"),
-    (0.0, "pir-hall", "moved", "1"),
-    (2.833333, "PIR hall", "moved", "1"),
-    (3.000001, "Switch", "open", "1"),
-    (3.625, "PIR hall", "moved", "0"),
-    (3.7, "Range", "distance_m", "0.75"),
-    (3.7, "Range", "near", "1"),
-    (3.9, "Reed", "open", "0"),
-    (4.0, "Pad", "partners", 'Anna;Box "1"\\ 2'),
-    (5.0, "pir-hall", "moved", "0"),
-    (6.0, AWKWARD, "moved", "1"),
-    (7.0, "Switch", "open", "0"),
-    (8.0, "Lux", "illuminance_lux", "1445.25"),
-    (YEAR - 0.000001, "PIR hall", "moved", "1"),
-    (YEAR, "PIR hall", "moved", "0"),
-]
 # What a format has no place for.
 LOST = {"casas": {"force_n", "partners", "valid", "distance_m"}, "casas-csv": {"partners"}}
 LOST["pyadlml"] = {"partners"}
 READ = [name for name in FORMATS if name != "parquet" or find_spec("pyarrow")]
-
-
-def log_of(rows, start=START):
-    sensors = {name: SensorFacts(name, *facts) for name, facts in KINDS.items()}
-    events = [Event(t, s, f, 0.0, KINDS[s][0], v) for t, s, f, v in rows]
-    return make_log(events, sensors, start, [Activity(2_000_000, 9_000_000, "A", "Eat", "hall")])
 
 
 @pytest.fixture
@@ -91,8 +42,10 @@ def written(tmp_path):
 
 @pytest.mark.parametrize("name", READ)
 def test_what_was_written_is_read_back(written, name) -> None:
-    expected = [row for row in ROWS if row[2] not in LOST.get(name, set())]
-    source = read_log(written(log_of(ROWS), name))
+    # No name ends with a backslash there.
+    held = (lambda text: text.rstrip("\\")) if name == "influx" else str
+    expected = [(t, held(s), *row) for t, s, *row in ROWS if row[0] not in LOST.get(name, set())]
+    source = read_log(written(year(), name))
     found = sorted((e.time, e.sensor, e.field, e.value) for e in source.events)
     if name in {"casas", "casas-csv"}:
         # Their first line is a change: the states at the start have no time of their own.
@@ -107,9 +60,9 @@ def test_what_was_written_is_read_back(written, name) -> None:
     )
     assert source.has_activities == (name not in {"events", "home-assistant", "parquet"})
     if name != "events":
-        assert source.sensors[AWKWARD].room == "kitchen, small"
+        assert source.sensors[held(AWKWARD)].room == "kitchen, small"
         assert {(s.name, s.kind) for s in source.sensors.values()} == {
-            (name, kind) for name, (kind, _) in KINDS.items()
+            (held(sensor.name), sensor.kind) for sensor in SENSORS.values()
         }
 
 
@@ -124,7 +77,7 @@ def test_a_log_is_at_no_distance_from_itself_in_another_format(written, tmp_path
         (6.0, "Switch", "open", "0"),
         (7.0, "Switch", "open", "1"),
     ]
-    log = log_of(sorted(rows))
+    log = year(sorted(rows))
     (tmp_path / "events.csv").write_text(rows_csv(c.event for c in log.changes))
     one, two = read_home(tmp_path / "events.csv"), read_home(written(log, name))
     assert {n: s.quantity for n, s in one.sensors.items()} == {
@@ -140,7 +93,7 @@ def test_no_hour_is_lost_where_daylight_saving_begins(written, name) -> None:
     for zone, shift in (("Europe/London", 0), ("Europe/Stockholm", 1)):
         start = datetime(2026, 3, 29, shift, tzinfo=ZoneInfo(zone))
         rows = [(0.0, "PIR hall", "moved", "0"), (7200.0, "PIR hall", "moved", "1")]
-        path = written(log_of(rows, start), name)
+        path = written(year(rows, start=start), name)
         assert [event.time for event in read_log(path).events] == [0.0, 7200.0]
 
 
@@ -158,7 +111,7 @@ def test_other_programs_folders_are_read_by_the_names_of_their_devices(tmp_path)
 
 
 def test_convert_takes_any_format(written, tmp_path) -> None:
-    source, out = written(log_of(ROWS), "influx"), tmp_path / "out.xes"
+    source, out = written(year(), "influx"), tmp_path / "out.xes"
     command = ["convert", source, "--format", "xes", "--out", out]
     done = subprocess.run(
         [sys.executable, "-m", "angen_addon", *map(str, command)],

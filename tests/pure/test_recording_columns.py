@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from sensor_logic.clock import Clock, Schedule
-from sensor_logic.event_log import samples_csv
+from sensor_logic.log.event_log import samples_csv
 from sensor_logic.model import Reading
-from sensor_logic.recording import Recording, Track
-from sensor_logic.recording_columns import CHUNK, Column, Grid
-from sensor_logic.recording_file import from_bytes, to_bytes
+from sensor_logic.recording.columns import CHUNK, Column, Grid
+from sensor_logic.recording.tracks import Recording, Track
+from sensor_logic.recording.writer import from_bytes, to_bytes
 
 MANY = 3 * CHUNK + 17
 RNG = np.random.default_rng(3)

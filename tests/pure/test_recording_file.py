@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from sensor_logic.clock import Clock, Schedule
 from sensor_logic.kinds import KINDS
 from sensor_logic.model import Reading
-from sensor_logic.recording import Recording, Track
-from sensor_logic.recording_file import TITLE, VERSION, from_bytes, to_bytes
-from sensor_logic.recording_reader import RecordingFileError
+from sensor_logic.recording.reader import RecordingFileError
+from sensor_logic.recording.tracks import Recording, Track
+from sensor_logic.recording.writer import TITLE, VERSION, from_bytes, to_bytes
 
 VALUES = {
     bool: st.booleans(),
@@ -286,6 +286,6 @@ def test_many_tracks_are_counted_together():
 
 
 def test_what_a_file_would_refuse_is_not_written(monkeypatch):
-    monkeypatch.setattr("sensor_logic.recording_file.VALUES", 30 * 6 - 1)
+    monkeypatch.setattr("sensor_logic.recording.writer.VALUES", 30 * 6 - 1)
     with pytest.raises(RecordingFileError, match="more readings"):
         to_bytes(small(), {})

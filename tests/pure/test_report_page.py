@@ -13,8 +13,8 @@ import pytest
 
 from sensor_logic.clock import Clock
 from sensor_logic.kinds import KINDS
-from sensor_logic.recording import Recording, Track
-from sensor_logic.recording_columns import Column
+from sensor_logic.recording.columns import Column
+from sensor_logic.recording.tracks import Recording, Track
 from sensor_logic.report import page
 from sensor_logic.report.facts import Placed, Report, SensorFacts, Shape, Storey
 from sensor_logic.report.sections import Line

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensor_logic.recording import Track
+from sensor_logic.recording.tracks import Track
 from sensor_logic.report import time_axis
 from sensor_logic.report.figures import figures, quantity
 from sensor_logic.report.series import columns, runs

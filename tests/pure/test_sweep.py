@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
+from sensor_logic.geometry.sweep import Passes, _meetings, passes
+from sensor_logic.geometry.triangle_tree import TriangleTree
 from sensor_logic.kinds.optical_switch.breaks import light_between
-from sensor_logic.movement import Movement, pieces_needed, seen_from
-from sensor_logic.sweep import Passes, _meetings, passes
-from sensor_logic.triangle_tree import TriangleTree
 
 
 def turn(axis, angle):
@@ -314,7 +314,7 @@ def test_where_they_are_found_does_not_depend_on_how_many_are_compared_at_once(m
     rng = np.random.default_rng(2)
     ways, tree = turning_past(1.0, 3, rng), TriangleTree(sphere(20, rng))
     whole = passes(ways, np.ones(3), tree, 1)
-    monkeypatch.setattr("sensor_logic.triangle_tree.PAIRS_AT_ONCE", 7)
+    monkeypatch.setattr("sensor_logic.geometry.triangle_tree.PAIRS_AT_ONCE", 7)
     np.testing.assert_array_equal(columns(passes(ways, np.ones(3), tree, 1)), columns(whole))
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sensor_logic.geometry.sweep import Passes
 from sensor_logic.kind import CROSSINGS
 from sensor_logic.kinds.optical_switch.model import OpticalSwitchParameters, SlottedSwitch
-from sensor_logic.sweep import Passes
 
 ONE = OpticalSwitchParameters(swept=True)
 FIVE = replace(ONE, aperture_rays=5, aperture=0.001)

@@ -78,7 +78,7 @@ def test_pandas_reads_a_typed_table(reader, written, zone) -> None:
 
 def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
     from sensor_logic.model import Reading
-    from sensor_logic.recording import Recording, Track
+    from sensor_logic.recording.tracks import Recording, Track
 
     pandas = reader("pandas")
     switch, lux = Track("Switch", "OPTICAL_SWITCH"), Track("Lux", "LIGHT")

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ...appearance import Appearance
+from ...view.appearance import Appearance
 from .explain import explain_contact
 from .figure import figure
 from .housing import HOUSINGS

@@ -7,9 +7,9 @@ import math
 from dataclasses import dataclass
 
 from ....sensor_logic.quantities import Lengths, measured
+from ....sensor_logic.wording import quoted
 from ...view.explain.facts import Explanation, at_frame
 from ...view.explain.replay import Replay
-from ...wording import quoted
 from .panel import NO_MAGNET
 
 
@@ -21,6 +21,10 @@ class ContactCause:
     distance: float
     closes: float
     opens: float
+
+    @property
+    def because(self) -> str:
+        return self.magnet
 
 
 def explain_contact(replay: Replay, index: int) -> Explanation:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ...housing import Housing
+from ...authoring.housing import Housing
 
 
 def _contact() -> Housing:

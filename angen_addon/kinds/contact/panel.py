@@ -9,7 +9,7 @@ from bpy.types import Context
 
 from ....panels.lines import draw_lines
 from ....panels.readings import Shown
-from ...sensors import Sensor
+from ...scene.sensors import Sensor
 
 NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is its magnet"
 

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ...appearance import Appearance
-from ...placing import looking_level
+from ...authoring.placing import looking_level
+from ...view.appearance import Appearance
 from .explain import explain_distance
 from .figure import figure, plan_rays, rays
 from .housing import HOUSINGS

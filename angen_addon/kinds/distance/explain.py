@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from ....sensor_logic.kinds.distance.model import sigma
 from ....sensor_logic.kinds.distance.parameters import DistanceParameters
+from ....sensor_logic.wording import named, quoted
 from ...view.explain.facts import Explanation, Facts, at_frame
 from ...view.explain.replay import Replay
-from ...wording import named, quoted
 
 # m: a recorded distance that differs by more is of another scene.
 TOLERANCE = 1e-6
@@ -27,6 +27,10 @@ class DistanceCause:
     met: tuple[tuple[str, int], ...]
     distance: float
     targets: int
+
+    @property
+    def because(self) -> str:
+        return self.met[0][0] if self.met else ""
 
 
 def explain_distance(replay: Replay, index: int) -> Explanation:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ...housing import Housing, looking
+from ...authoring.housing import Housing, looking
 
 
 def _chip(across: float, up: float, deep: float) -> Housing:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ...appearance import Appearance
+from ...view.appearance import Appearance
 from .explain import explain_light
 from .figure import figure, plan_rays, rays
 from .housing import HOUSINGS

@@ -6,10 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ....sensor_logic.kind import Field
+from ....sensor_logic.wording import quoted
 from ...view.explain.facts import Explanation, at_frame, more_needed
 from ...view.explain.lamps import LampShare, LightParts, light_parts
 from ...view.explain.replay import Replay
-from ...wording import quoted
 
 LAMPS_SHOWN = 6
 SHADOWED_SHOWN = 3
@@ -28,6 +28,12 @@ class LightCause:
     @property
     def unit(self) -> str:
         return self.field.unit
+
+    @property
+    def because(self) -> str:
+        """The lamp that changed most."""
+        changed = _most_changed(self)
+        return changed[1].name if changed is not None else ""
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:

@@ -9,8 +9,8 @@ from bpy.types import Context
 
 from ....panels.lines import draw_lines
 from ....panels.readings import Shown
-from ...sensors import Sensor
-from ...wording import capital
+from ....sensor_logic.wording import capital
+from ...scene.sensors import Sensor
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:

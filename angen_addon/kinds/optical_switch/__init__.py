@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ...appearance import Appearance
-from ...placing import beside_it
+from ...authoring.placing import beside_it
+from ...view.appearance import Appearance
 from .explain import explain_switch
 from .figure import figure
 from .housing import HOUSINGS

@@ -9,9 +9,9 @@ import numpy as np
 
 from ....sensor_logic.kinds.optical_switch.model import SWITCHING_LEVEL, OpticalSwitchParameters
 from ....sensor_logic.quantities import Lengths
+from ....sensor_logic.wording import quoted
 from ...view.explain.facts import Explanation, Facts, at_frame
 from ...view.explain.replay import Replay
-from ...wording import quoted
 
 RANGE_TOLERANCE = 1e-6
 
@@ -37,6 +37,13 @@ class BeamCause:
     now: Beam
     open: bool
     threshold: float
+
+    @property
+    def because(self) -> str:
+        """What breaks the beam, or did until now."""
+        if not self.open:
+            return self.now.name
+        return self.before.name if self.before and self.before.range < self.threshold else ""
 
 
 def explain_switch(replay: Replay, index: int) -> Explanation:

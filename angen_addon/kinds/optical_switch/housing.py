@@ -4,7 +4,7 @@ sizes are not known, the gap is, and the rest is as Vishay's (83764)."""
 
 from __future__ import annotations
 
-from ...housing import Housing
+from ...authoring.housing import Housing
 
 
 def fork(gap: float, across: float, along: float, height: float) -> Housing:

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ...appearance import Appearance
-from ...placing import looking_level
+from ...authoring.placing import looking_level
+from ...view.appearance import Appearance
 from .explain import explain_motion
 from .figure import figure, lit_figure, rays, scanned_figure, scans
 from .housing import HOUSINGS

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....sensor_logic.output_timing import waiting
+from ....sensor_logic.physics.output_timing import waiting
+from ....sensor_logic.wording import capital, quoted
 from ...view.explain.facts import Explanation, Facts
 from ...view.explain.replay import Replay
-from ...wording import capital, quoted
 from .explain_scan import SAME as CHANGED
 from .explain_scan import explain_range_scan
 from .explain_warmth import WarmCause, explain_pyroelectric

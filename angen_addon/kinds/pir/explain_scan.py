@@ -13,9 +13,9 @@ import numpy as np
 from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Pose
 from ....sensor_logic.quantities import Lengths
+from ....sensor_logic.wording import quoted
 from ...view.explain.facts import Explanation, at_frame
 from ...view.explain.replay import Replay
-from ...wording import quoted
 
 # A range that changed by less than this, in m, without the noise, did not change.
 SAME = 1e-6
@@ -57,6 +57,10 @@ class RayChange:
     @property
     def change(self) -> float:
         return abs(self.after - self.before)
+
+    @property
+    def because(self) -> str:
+        return self.culprit if self.triggered and self.culprit != NOISE else ""
 
 
 def explain_range_scan(replay: Replay, index: int) -> Explanation:

@@ -15,12 +15,14 @@ from ....sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, l
 from ....sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.model import Array, Emission
+from ....sensor_logic.wording import quoted
 from ...view.explain.facts import Explanation
 from ...view.explain.replay import Replay
-from ...wording import quoted
 
 # s: what the elements felt earlier than this the amplifier has mostly forgotten.
 WINDOW = 0.5
+# s: that long after what moved has come to rest the signal may swing over the threshold once more.
+SWING_BACK = 2.0
 MOST_UPDATES = 12
 # A bundle of rays that no sensor uses for itself.
 BUNDLE = 1_000_000
@@ -50,6 +52,10 @@ class WarmCause:
     threshold: float
     ambient: float
 
+    @property
+    def because(self) -> str:
+        return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
+
 
 @dataclass(frozen=True)
 class _Look:
@@ -66,9 +72,30 @@ class _Look:
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
     """Update `index` of a pyroelectric detector. Raises SensorError."""
     track = replay.track
-    time = track.times[index]
+    signal = float(track.columns["signal"][index])
+    looks = _looks(replay, index, WINDOW)
+    if abs(signal) > 1.0 and looks and not _things([look for _, look in looks]):
+        # The amplifier swings back after what moved stands still.
+        looks = _looks(replay, index, SWING_BACK)
+    if not looks:
+        return replay.off(index)
+    parameters, now = looks[-1]
+    things = _things([look for _, look in looks])
+    cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
+    facts = [
+        ("Signal", f"{signal:+.2f} of the threshold"),
+        ("Around", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
+    ]
+    facts += [(thing.name, _thing_text(thing)) for thing in things[:NAMES_SHOWN]]
+    headline = _headline(cause, bool(track.active[index]))
+    return replay.told(index, headline, tuple(facts), "", cause)
+
+
+def _looks(replay: Replay, index: int, window: float) -> list[tuple[PirParameters, _Look]]:
+    """Updates of so many seconds until this one, since the detector was off last."""
+    times = replay.track.times
     first = index
-    while first > 0 and time - track.times[first - 1] <= WINDOW + 1e-9:
+    while first > 0 and times[index] - times[first - 1] <= window + 1e-9:
         first -= 1
     stride = max(1, math.ceil((index - first) / MOST_UPDATES))
     looks: list[tuple[PirParameters, _Look]] = []
@@ -78,19 +105,7 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
             looks.clear()
         else:
             looks.append(look)
-    if not looks:
-        return replay.off(index)
-    parameters, now = looks[-1]
-    things = _things([look for _, look in looks])
-    signal = float(track.columns["signal"][index])
-    cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
-    facts = [
-        ("Signal", f"{signal:+.2f} of the threshold"),
-        ("Around", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
-    ]
-    facts += [(thing.name, _thing_text(thing)) for thing in things[:NAMES_SHOWN]]
-    headline = _headline(cause, bool(track.active[index]))
-    return replay.told(index, headline, tuple(facts), "", cause)
+    return looks
 
 
 def _look(replay: Replay, index: int) -> tuple[PirParameters, _Look] | None:

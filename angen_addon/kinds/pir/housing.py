@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from ...housing import Housing, looking
+from ...authoring.housing import Housing, looking
 
 
 def _hc_sr501() -> Housing:

@@ -10,8 +10,8 @@ from bpy.types import Context
 from ....panels import warmth
 from ....panels.lines import draw_lines
 from ....panels.readings import Shown
-from ... import advice
-from ...sensors import Sensor
+from ...advice import sensing as advice
+from ...scene.sensors import Sensor
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ...appearance import Appearance
-from ...placing import lying
+from ...authoring.placing import lying
+from ...view.appearance import Appearance
 from .explain import explain_pad
 from .figure import FIELDS, figure, force_of_reading
 from .housing import HOUSINGS

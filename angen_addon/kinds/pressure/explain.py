@@ -10,11 +10,11 @@ import numpy as np
 from ....sensor_logic.kind import FORCES
 from ....sensor_logic.kinds.pressure import FORCE
 from ....sensor_logic.kinds.pressure.model import PressureParameters, pad_reading
-from ....sensor_logic.partner_names import split
+from ....sensor_logic.log.partner_names import split
 from ....sensor_logic.quantities import Lengths, typed
+from ....sensor_logic.wording import capital, quoted
 from ...view.explain.facts import Explanation, at_frame, more_needed
 from ...view.explain.replay import Replay
-from ...wording import capital, quoted
 from .words import centre_text
 
 # Of the recorded force, or of a newton where that is less.
@@ -27,7 +27,8 @@ newtons = FORCE.text
 @dataclass(frozen=True)
 class PadCause:
     """Newtons by name, the greatest first; force, own weight along the pad's −Z and threshold in
-    N; the centre of pressure in m along the pad's axes; why the forces are not sure."""
+    N; the centre of pressure in m along the pad's axes; why the forces are not sure; who pressed at
+    the update before."""
 
     partners: tuple[tuple[str, float], ...]
     force: float
@@ -35,6 +36,12 @@ class PadCause:
     threshold: float
     centre: tuple[float, float]
     problem: str
+    before: tuple[str, ...]
+
+    @property
+    def because(self) -> str:
+        """What presses most, or did at the update before."""
+        return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
 def explain_pad(replay: Replay, index: int) -> Explanation:
@@ -105,6 +112,7 @@ def _why(replay: Replay, index: int) -> Explanation:
         parameters.threshold,
         (reading.fields["cop_x_m"], reading.fields["cop_y_m"]),
         reading.fields["problem"],
+        tuple(split(track.columns["partners"][index - 1])) if index else (),
     )
     told = float(track.value[index])
     doubt = ""
@@ -117,7 +125,7 @@ def _why(replay: Replay, index: int) -> Explanation:
         doubt = cause.problem
     facts = _facts(cause, replay.lengths)
     if index > 0:
-        names = ", ".join(split(track.columns["partners"][index - 1]))
+        names = ", ".join(cause.before)
         by = f", {names}" if names else ""
         when = at_frame(track.frames[index - 1], track.times[index - 1])
         facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))

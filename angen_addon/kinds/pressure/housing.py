@@ -4,7 +4,7 @@ the FSR 400 series, FSR 402 and 406."""
 
 from __future__ import annotations
 
-from ...housing import Housing, Point, pad
+from ...authoring.housing import Housing, Point, pad
 
 
 def _force_resistor(diameter: float, length: float, side: float = 0.0) -> Housing:

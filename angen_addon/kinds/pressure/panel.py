@@ -11,12 +11,12 @@ from bpy.types import Context
 from ....panels.lines import draw_lines, draw_row
 from ....panels.readings import Shown
 from ....sensor_logic.kinds.pressure import KIND
+from ....sensor_logic.log.partner_names import split
 from ....sensor_logic.model import NOT_YET
-from ....sensor_logic.partner_names import split
 from ....sensor_logic.quantities import NOTHING, Lengths
-from ... import advice
-from ...sensors import Sensor
-from ...units import lengths_of
+from ...advice import sensing as advice
+from ...scene.sensors import Sensor
+from ...scene.units import lengths_of
 from .words import centre_text
 
 SECTIONS = (

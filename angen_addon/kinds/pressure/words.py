@@ -7,7 +7,7 @@ import math
 
 from ....sensor_logic.kinds.pressure import KIND
 from ....sensor_logic.quantities import METRES, NOTHING, Lengths
-from ...units import UNITS
+from ...scene.units import UNITS
 
 
 def centre_text(x: float, y: float, lengths: Lengths) -> str:

@@ -118,7 +118,7 @@ class Player:
             note(f"removed from the broker, as this home lacks them: {', '.join(names)}")
 
     def idle(self) -> None:
-        """What is done between messages: a lost connection is told and, if it can be, mended."""
+        """Between messages: reports a lost connection and tries to mend it."""
         self._check()
         if not self._is_open or not self._link.is_lost:
             return

@@ -8,16 +8,16 @@ import queue
 import threading
 from collections.abc import Iterator, Sequence
 
-from ....sensor_logic.event_log import NewEvents
 from ....sensor_logic.formats.home_assistant import OFFLINE, TOPIC, Home
 from ....sensor_logic.formats.log import Change
 from ....sensor_logic.formats.source import channel_of, make_log
+from ....sensor_logic.log.event_log import NewEvents
 from ....sensor_logic.parameters import is_chosen
-from ....sensor_logic.recording import Recording
+from ....sensor_logic.recording.tracks import Recording
 from ...commands.console import note
-from ...sensors import Sensor
-from ...version import extension_version
+from ...scene.sensors import Sensor
 from ..run_log import sensor_facts
+from ..version import extension_version
 from .address import Address
 from .link import Link
 from .pace import SLICE_S

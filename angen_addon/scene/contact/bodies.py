@@ -12,21 +12,21 @@ import numpy as np
 from ....sensor_logic.contact.pad_forces import ABOVE, BESIDE, pad_forces
 from ....sensor_logic.contact.world import PadForces
 from ....sensor_logic.model import NOT_YET
-from ...instances import Uid
+from ..instances import Uid
+from ..rays.frames import Frames
 from ..rays.solids import Solids
 from .columns import Surfaces
 from .cut_off import CutOff
 from .facts import facts_of, is_simulated
 from .frame_world import FrameWorld, Resting
-from .moments import Moment
-from .standing import standing
+from .moments import Moment, gravity_of
+from .near_pads import NEARBY, states_near
+from .standing import Surroundings, standing
 from .things import Key, Pad, Things
 
 Array = np.typing.NDArray[np.float64]
 MOST_RESTING = 20_000
 FRAMES_NEEDED = 3
-# m: an animated body is looked at for what it stands on where bounds come this near.
-NEARBY = 0.2
 
 
 class Bodies:
@@ -37,18 +37,40 @@ class Bodies:
         self._surfaces = Surfaces(solids)
         self._things = Things()
         self._moments: list[Moment] = []
+        self._newest: Moment | None = None
         self._world: FrameWorld | None = None
         self._depsgraph: Any = None
         self._metres = 1.0
         self._stale = ""
         self._resting: Resting = {}
 
+    def prepare(self, depsgraph: Any, metres: float, pads: Sequence[Pad]) -> None:
+        """Makes what must not depend on the frame at which it is asked for first."""
+        self._things.sync(depsgraph, self._solids, pads)
+        for thing in self._things.by_key.values():
+            for solid in thing.surfaces:
+                solid.geometry.triangles(depsgraph)
+                if thing.pad:
+                    scale = np.linalg.norm(self._solids.matrix[solid.row, :3, :3], axis=0)
+                    thing.collider(depsgraph, scale, metres)
+
+    def states_near(
+        self, pad: Uid, frames: Frames, scene: Any, metres: float
+    ) -> list[bytes] | None:
+        """What tells apart, at each of some frames (k,), all that a pad can feel; None where bounds
+        do not tell."""
+        key = self._things.pads.get(pad)
+        if key is None or not self._things.by_key[key].surfaces:
+            return None
+        up = gravity_of(scene, metres)[1]
+        return states_near(key, self._things, self._solids, frames, up, metres)
+
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
     ) -> None:
         """Takes down the scene at a frame, after the solids were synced. `pads` are all
         pads, `due` tells those whose forces at this frame will be asked for after the next."""
-        last = self._moments[-1] if self._moments and metres == self._metres else None
+        last = self._newest if metres == self._metres else None
         if last is None or frame != last.frame + 1:
             self._moments = []
         self._depsgraph, self._metres, self._world = depsgraph, metres, None
@@ -58,25 +80,17 @@ class Bodies:
         self._stale = _stale(depsgraph.scene, frame) if moves else ""
         moment = Moment(frame, depsgraph, self._things, self._solids, metres, last)
         self._moments = [*self._moments[1 - FRAMES_NEEDED :], moment]
-        up = moment.up
+        self._newest = moment
+        parts = self._solids, self._surfaces, self._things
+        around = Surroundings(depsgraph, *parts, moment.up, metres)
         for pad in due:
-            for key in _reachable(self._things.pads[pad], moment, self._things, up):
+            for key in _reachable(self._things.pads[pad], moment, self._things, moment.up):
                 original = self._things.by_key[key].original
                 moment.facts[key] = facts_of(original.evaluated_get(depsgraph))
                 if key in moment.bodies and key not in moment.standing:
                     thing, body = self._things.by_key[key], moment.bodies[key]
-                    moment.standing[key] = standing(
-                        depsgraph,
-                        self._solids,
-                        self._surfaces,
-                        self._things,
-                        thing,
-                        body,
-                        up,
-                        metres,
-                    )
-
-        cut_off = CutOff(depsgraph, self._solids, self._surfaces, self._things, moment, metres)
+                    moment.standing[key] = standing(around, thing, body)
+        cut_off = CutOff(around, moment)
         for key in (self._things.pads[pad] for pad in due):
             moment.cut_off[key] = cut_off.problem(key)
 

@@ -8,7 +8,7 @@ lie in which triangle, and those pairs are tested in one go.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,9 @@ class Surfaces:
         self._solids = solids
         self._listing = -1
         self._known: dict[int, tuple[int, float, Triangles]] = {}
+        # By the numbers of a pad and a thing, how far this lies above that, and of which state of
+        # both that is true.
+        self.gaps: dict[tuple[int, int], tuple[Any, float | None]] = {}
 
     def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
         """Of a solid as it is now."""
@@ -76,7 +79,7 @@ class Columns:
 
     def __init__(self, starts: Array, way: Array, length: Array) -> None:
         self.starts, self.way, self.length = starts, way, length
-        self._axes = _across(way)
+        self._axes = _across(*way.tolist())
         both = np.concatenate([starts, starts + length[:, None] * way]).T.copy()
         self._lo, self._hi = both.min(axis=1), both.max(axis=1)
 
@@ -121,8 +124,10 @@ class Columns:
         return far
 
 
-def _across(way: Array) -> Array:
-    """(3, 3): rows are two unit vectors across the way, and the way."""
+@lru_cache(maxsize=16)
+def _across(*parts: float) -> Array:
+    """(3, 3): rows are two unit vectors across a way, and the way."""
+    way = np.array(parts)
     one = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
     one /= np.linalg.norm(one)
     return np.stack([one, np.cross(way, one), way])

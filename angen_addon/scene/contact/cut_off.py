@@ -7,17 +7,15 @@ would pass the weight on to it, and without its mass nobody can tell how much.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ....sensor_logic.contact.shapes import perpendiculars
 from ....sensor_logic.contact.world import Ground
-from ..rays.solids import Solid, Solids
+from ..rays.solids import Solid
 from . import columns
 from .moments import Moment
-from .standing import DEPTH, FLUSH
-from .things import Key, Things
+from .standing import DEPTH, FLUSH, Surroundings
+from .things import Key
 
 Array = np.typing.NDArray[np.float64]
 # A pad's upper side is looked at in a grid of this many points a side.
@@ -27,22 +25,10 @@ POINTS = 5
 class CutOff:
     """Looks for such weights at one frame."""
 
-    def __init__(
-        self,
-        depsgraph: Any,
-        solids: Solids,
-        surfaces: columns.Surfaces,
-        things: Things,
-        moment: Moment,
-        metres: float,
-    ) -> None:
-        self._depsgraph = depsgraph
-        self._solids = solids
-        self._surfaces = surfaces
-        self._things = things
-        self._moment = moment
-        self._metres = metres
-        self._up = moment.up
+    def __init__(self, around: Surroundings, moment: Moment) -> None:
+        self._around, self._moment = around, moment
+        self._solids, self._things = around.solids, around.things
+        self._up, self._metres = around.up, around.metres
 
     def problem(self, pad: Key) -> str:
         """Why the pad's reading is not known; empty where it is."""
@@ -67,8 +53,7 @@ class CutOff:
         top = max(float(lo @ self._up), float(hi @ self._up))
         if thing is None or (ground.places @ self._up <= top + FLUSH).all():
             return False
-        tops = self._upper_side(pad, lo, hi)
-        gap = self._gap_above(tops, thing, tolerance)
+        gap = self._gap_between(pad, lo, hi, thing, tolerance)
         if gap is None:
             return False
         if np.isfinite(self._meet(ground.places + FLUSH * self._up, pad, -1.0, DEPTH)).any():
@@ -81,6 +66,18 @@ class CutOff:
             and self._things.of_solid[solid.number] not in self._moment.standing
         ]
         return not (self._gap_below(ground.places, thing, others) <= gap + FLUSH)
+
+    def _gap_between(
+        self, pad: Solid, lo: Array, hi: Array, thing: Solid, tolerance: float
+    ) -> float | None:
+        """As `_gap_above`, found once for as long as both stay as they are."""
+        versions = [int(self._solids.version[solid.row]) for solid in (pad, thing)]
+        state = (*versions, tolerance, self._metres, *self._up.tolist())
+        known = self._around.surfaces.gaps.get((pad.number, thing.number))
+        if known is None or known[0] != state:
+            known = state, self._gap_above(self._upper_side(pad, lo, hi), thing, tolerance)
+            self._around.surfaces.gaps[pad.number, thing.number] = known
+        return known[1]
 
     def _upper_side(self, pad: Solid, lo: Array, hi: Array) -> Array:
         """(k, 3): places on the pad's upper side."""
@@ -118,5 +115,5 @@ class CutOff:
         return float((np.min(far, axis=0, initial=np.inf) - FLUSH - low).max())
 
     def _meet(self, starts: Array, solid: Solid, sign: float, length: float) -> Array:
-        triangles = self._surfaces.of(self._depsgraph, solid, self._metres)
+        triangles = self._around.surfaces.of(self._around.depsgraph, solid, self._metres)
         return columns.meet(triangles, starts, sign * self._up, np.full(len(starts), length))

@@ -125,7 +125,9 @@ class FrameWorld:
         if row is None:
             return []
         meets = ((self._lo <= self._hi[row]) & (self._hi >= self._lo[row])).all(axis=1)
-        return [self._keys[other] for other in np.flatnonzero(meets).tolist() if other != row]
+        keys = [self._keys[other] for other in np.flatnonzero(meets).tolist() if other != row]
+        # What is gone by the next frame, such as who has left the home, touches nothing any more.
+        return [key for key in keys if key in self._things.by_key]
 
     def hovering(self, pad: Key, beside: float, above: float) -> list[Key]:
         row = self._moments[1].row[pad]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.contact.underside import is_closed
-from ...animation import is_animated
-from ...instances import Uid
+from ..animation import is_animated
+from ..instances import Uid
 from ..rays.solids import Solid, Solids
 from .colliders import Collider, rigid_body_collider, surface_collider
 from .facts import is_simulated
@@ -146,7 +146,7 @@ class Things:
         self.pads = {pad.uid: _key_of(pad, solids) for pad in pads}
         self.by_key = {}
         scene = depsgraph.scene.original
-        for original in _rigid_bodies(scene):
+        for original in rigid_bodies(scene):
             thing = self._thing((original.session_uid,), original)
             thing.rigid = True
             thing.objects = frozenset(_family(original))
@@ -236,7 +236,7 @@ def _key_of(pad: Pad, solids: Solids) -> Key:
     return next((s.key for s in solids.solids if s.key[0] == own and pad.uid in s.owners), pad.uid)
 
 
-def _rigid_bodies(scene: Any) -> Iterator[Any]:
+def rigid_bodies(scene: Any) -> Iterator[Any]:
     """Objects that are bodies of their own: not the parts of a compound."""
     world = scene.rigidbody_world
     if world is None or not world.enabled or world.collection is None:

@@ -14,9 +14,10 @@ the difference is taken in proportion: a closed box reads nothing, whatever day 
 frame. Such a ratio has a bias of the second order in the errors.
 
 Where the light departs far from the reference's, that reading goes on to several times the paths,
-and is corrected by what as many miss in the reference. As its few paths say themselves whether it
-departs, those that find too little of what is new are not found out: readings near that limit are
-biased a little low.
+and is corrected by what as many miss in the reference. Whether it departs, few paths say, and may
+find too little of what is new: so each view has two pixels of half the paths each, whose random
+numbers have nothing in common, and the word of either is enough. What neither finds makes a reading
+too low, and is a lot rarer (tests/blender/test_light_reference.py).
 
 Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates;
 Cochran, Sampling Techniques, chapter 6, on ratio estimates;
@@ -39,7 +40,7 @@ from . import faces, four_walls
 from .colour import to_rec709
 from .cycles_scene import CyclesScene, Steps
 from .frozen import Simulated
-from .picture import Picture, Seen, share_out
+from .picture import TWICE, Picture, Seen, share_out
 from .scene import contents
 from .still_walls import StillWalls
 
@@ -134,10 +135,11 @@ class CyclesLight:
         """What each of some requests of one method and number of paths finds, by name: linear
         Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m²; and notes."""
         method, samples = METHODS[requests[0].method], requests[0].samples
-        few = max(1, math.ceil(samples / method.COUNT))
+        pixels = TWICE * method.COUNT
+        few = max(1, math.ceil(samples / pixels))
         many = 0
         if self.refers(samples) and all(r.steady for r in requests) and not self._asks_for_frame():
-            many = math.ceil(self.reference / method.COUNT)
+            many = math.ceil(self.reference / pixels)
         found: dict[str, Array] = {}
         notes: list[str] = []
         for together in self._shared_out(method, requests):
@@ -181,38 +183,38 @@ class CyclesLight:
         """(requests, …): the light of requests that share a picture."""
         if not asked.many:
             own = yield from self._own(asked)
-            return _light_of(asked, own, self._stand(PRESENT).weights())
+            return _light_of(asked, own.mean(2), self._stand(PRESENT).weights())
         by_few, by_more, by_many = yield from self._reference(asked)
         own = yield from self._own(asked)
         weights = self._stand(PRESENT).weights()
         far = _departs(own, by_few, weights)
-        better = _corrected(own, by_few, by_many)
-        for one in np.flatnonzero(far).tolist():
-            more = yield from self._closer(asked, own, one)
-            better[:, one] = _corrected(more, by_more[:, one], by_many[:, one])
-        return _light_of(asked, better, weights)
+        found, known = own.copy(), by_few.copy()
+        for one in np.flatnonzero(far.any(axis=1)).tolist():
+            found[:, one] = yield from self._closer(asked, own, one)
+            known[:, one] = by_more[:, one]
+        return _light_of(asked, _corrected(found.mean(2), known.mean(2), by_many.mean(2)), weights)
 
     def _own(self, asked: _Asked) -> Steps[Array]:
-        """(groups, requests, pixels, 3): what an update's own few light paths find."""
+        """(groups, requests, TWICE, views, 3): what an update's own few light paths find."""
         if asked.pixels not in self._found:
             scene = self._stand(PRESENT)
             total = yield from scene.traced(self._picture(asked), 0, asked.few)
-            self._found[asked.pixels] = total / asked.few
+            self._found[asked.pixels] = _twice(total) / asked.few
         return self._found[asked.pixels]
 
     def _closer(self, asked: _Asked, own: Array, one: int) -> Steps[Array]:
-        """(groups, pixels, 3): what more light paths find for the request of that number."""
+        """(groups, TWICE, views, 3): what more light paths find for the request of that number."""
         key = asked.pixels, one
         if key not in self._found:
             scene = self._stand(PRESENT)
             tracing = scene.traced(self._picture(asked), asked.few, asked.near, CLOSELY, one)
-            more = yield from tracing
+            more = _twice((yield from tracing))
             self._found[key] = (asked.few * own[:, one] + more[:, one]) / asked.near
         return self._found[key]
 
     def _reference(self, asked: _Asked) -> Steps[list[Array]]:
-        """(groups, requests, pixels, 3): what few, more and many light paths find at the first
-        frame; the few are the first ones of the many."""
+        """(groups, requests, TWICE, views, 3): what few, more and many light paths find at the
+        first frame; the few are the first ones of the many."""
         scene = self._stand(PRESENT)
         key = asked.pixels, asked.few, asked.many, self._contents, scene.groups.state
         if key not in self._references:
@@ -221,7 +223,7 @@ class CyclesLight:
             for stop in (asked.few, asked.near, asked.many):
                 tracing = scene.traced(self._picture(asked), at, stop, REFERENCE, of=asked.many)
                 total = total + (yield from tracing)
-                found.append(total / stop)
+                found.append(_twice(total) / stop)
                 at = stop
             while len(self._references) >= REFERENCES:
                 self._references.pop(next(iter(self._references)))
@@ -230,9 +232,11 @@ class CyclesLight:
 
     def _stand(self, where: str) -> CyclesScene:
         """The light scene, at that frame."""
-        if self._scene is not None and self._scene.frozen and self._stands == FIRST != where:
-            # What was frozen was hidden, and would come back in another order.
-            self._close_scene()
+        if self._scene is not None and self._stands != where:
+            # What was frozen was hidden at the first frame, and would come back in another order.
+            frozen = self._scene.frozen and self._stands == FIRST
+            if frozen or self._scene.has_stiff_films:
+                self._close_scene()
         if self._scene is None:
             self._scene, self._stands = CyclesScene(*self._user, self._simulated), PRESENT
         if self._stands != where:
@@ -272,21 +276,23 @@ def _asks_for_frame(curve: Any) -> bool:
     )
 
 
-def _sum(passes: Array, weights: Array) -> Array:
-    """(requests, pixels, 3) of (groups, requests, pixels, 3) and the weights (groups, 3)."""
-    return np.einsum("grpc,gc->rpc", passes, weights)
+def _twice(passes: Array) -> Array:
+    """Passes (groups, requests, pixels, 3) by their two pixels of each view."""
+    return passes.reshape(*passes.shape[:2], TWICE, -1, 3)
 
 
 def _light_of(asked: _Asked, passes: Array, weights: Array) -> Array:
-    light = asked.method.FACTOR * to_rec709(_sum(passes, weights))
+    """Of passes (groups, requests, views, 3) and the weights (groups, 3) of the groups."""
+    light = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->rvc", passes, weights))
     return light if asked.method.COUNT > 1 else light[:, 0]
 
 
 def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
-    """(requests,) Whether the light (groups, requests, pixels, 3) is so unlike the reference's that
-    its errors may be too, such as where somebody stands close to the sensor or its lamp."""
-    change = np.einsum("grpc,gc->r", np.abs(own - few), np.abs(weights))
-    return np.asarray(change > ALIKE * np.einsum("grpc,gc->r", few, np.abs(weights)))
+    """(requests, TWICE) Whether the light (groups, requests, TWICE, views, 3) is so unlike the
+    reference's that its errors may be too, such as where somebody stands close to the sensor or its
+    lamp: as each pixel's paths say."""
+    change = np.einsum("grtvc,gc->rt", np.abs(own - few), np.abs(weights))
+    return np.asarray(change > ALIKE * np.einsum("grtvc,gc->rt", few, np.abs(weights)))
 
 
 def _corrected(light: Array, few: Array, many: Array) -> Array:

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from . import engine, exr
 from .frozen import Simulated
 from .groups import LightGroups
-from .picture import SIDE, WHOLE, Part, Picture, Seen, camera
+from .picture import Part, Picture, Seen, camera
 from .scene import LightScene, is_portal, quietly, shown_objects
+from .values import has_stiff_films
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -30,7 +31,7 @@ Steps = Generator[str, None, T]
 FIRST_PICTURE = "Cycles takes the scene in"
 # Paths in all that a picture begins with, and the seconds that it should last: more pixels are
 # rendered at once, or fewer, by the time that the last picture took.
-PATHS, LONGEST_S, SHORTEST_S = 1 << 15, 0.4, 0.15
+PATHS, LONGEST_S, SHORTEST_S = 1 << 16, 0.4, 0.15
 # What the groups leave of the whole is a difference of single-precision sums: less is nothing.
 ROUNDING = 1e-5
 
@@ -52,6 +53,7 @@ class CyclesScene(LightScene):
         super().__init__(scene, view_layer, simulated)
         self._paths_at_once = PATHS
         self._is_new = True
+        self.has_stiff_films = has_stiff_films()
         self._pictures: list[Picture] = []
         lamps = [o for o in shown_objects(view_layer) if o.type == "LIGHT" and not is_portal(o)]
         self._lamps = [lamp.data for lamp in lamps]
@@ -64,7 +66,6 @@ class CyclesScene(LightScene):
         engine.set_up(scene, "CYCLES")
         render, settings = scene.render, scene.render.image_settings
         render.use_persistent_data = True
-        render.resolution_x = render.resolution_y = SIDE
         if hasattr(settings, "media_type"):
             settings.media_type = "MULTI_LAYER_IMAGE"
         if hasattr(settings, "use_exr_interleave"):
@@ -118,9 +119,8 @@ class CyclesScene(LightScene):
         """The light paths `first` … `last` of each pixel: sums (groups, requests, pixels, 3) of
         their radiance; of the request of that number `only`, if told. `of` so many paths, it is
         told how far they are."""
-        total = np.zeros((1, SIDE * SIDE, 3))
-        for other in self._pictures:
-            other.show(other is picture)
+        total = np.zeros((1, picture.side * picture.side, 3))
+        self._show_only(picture)
         at_once = engine.at_once(self.scene)
         for start in range(first, last, at_once):
             count = min(at_once, last - start)
@@ -129,11 +129,18 @@ class CyclesScene(LightScene):
                 far = f": {100 * start // of} % done" if of else ""
                 yield FIRST_PICTURE if self._is_new else doing + far
                 began, was_new = time.perf_counter(), self._is_new
-                total = total + count * self._render(start, count, part)
+                total = total + count * self._render(start, count, part, picture.side)
                 if not was_new:
                     self._learn(time.perf_counter() - began)
         pixels = picture.first[:, None] + np.arange(picture.count)
         return total[:, pixels]
+
+    def _show_only(self, picture: Picture) -> None:
+        for other in self._pictures:
+            other.show(other is picture)
+        render, data = self.scene.render, self.scene.camera.data
+        if render.resolution_x != picture.side:
+            render.resolution_x = render.resolution_y = data.ortho_scale = picture.side
 
     def _learn(self, seconds: float) -> None:
         if seconds > LONGEST_S:
@@ -141,13 +148,13 @@ class CyclesScene(LightScene):
         elif seconds < SHORTEST_S:
             self._paths_at_once = min(PATHS, 2 * self._paths_at_once)
 
-    def _render(self, start: int, count: int, part: Part) -> Array:
+    def _render(self, start: int, count: int, part: Part, side: int) -> Array:
         """(groups, all pixels, 3)"""
         engine.trace(self.scene, start, count)
         render, (row, column, end_row, end_column) = self.scene.render, part
-        render.use_border = part != WHOLE
-        render.border_min_x, render.border_max_x = column / SIDE, end_column / SIDE
-        render.border_min_y, render.border_max_y = 1 - end_row / SIDE, 1 - row / SIDE
+        render.use_border = end_row - row < side
+        render.border_min_x, render.border_max_x = column / side, end_column / side
+        render.border_min_y, render.border_max_y = 1 - end_row / side, 1 - row / side
         with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
             render.filepath = str(Path(folder, "views"))
             # Named as an argument, a scene is put to the frame of the user's.
@@ -161,4 +168,4 @@ class CyclesScene(LightScene):
         found = [passes[f"Combined_{name}"] for name in self.groups.names]
         left = whole - sum(found, np.zeros_like(whole))
         left[np.abs(left) < ROUNDING * np.abs(whole)] = 0.0
-        return np.array([*found, left]).reshape(len(found) + 1, SIDE * SIDE, 3)
+        return np.array([*found, left]).reshape(len(found) + 1, side * side, 3)

@@ -16,7 +16,7 @@ SEED = 0
 # Light paths of any number and order have the same random numbers where they are told to be part
 # of so many. Before Blender knew parts, they have where no more than 256 are traced at once.
 SEQUENCE = 1 << 20
-AT_ONCE, AT_ONCE_BEFORE = 1024, 256
+AT_ONCE, AT_ONCE_BEFORE = 2048, 256
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 # Its compilation of shaders alone can take this long with a software renderer.
 PATIENCE_S = 120

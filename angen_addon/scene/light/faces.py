@@ -20,9 +20,10 @@ COUNT, FACTOR = 1, math.pi
 # sensor sits on. Where coordinates are coarser, as many of their steps.
 FACE = 1e-3
 STEPS = 16.0
-# Rays to a face start this far ahead of it, in its sides; faces so near each other could be taken
-# for one another.
-AHEAD = 0.5
+# Rays to a face start this far ahead of it, in its sides, before this part of it: where coordinates
+# are coarse, those before its edges would pass it. Faces so near each other could be taken for one
+# another.
+AHEAD, PART = 0.5, 0.75
 APART = 4.0
 
 
@@ -41,7 +42,9 @@ def collide(scene: Any, walls: Any, one: Seen, other: Seen) -> bool:
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
     """Of each pixel, where the rays through its corners start (4, 3), and their directions."""
     size, back = face_size(scene, request.matrix), request.matrix[:3, 2]
-    return [(face(request.matrix, size) - AHEAD * size * back, np.tile(back, (len(CORNERS), 1)))]
+    corners = face(request.matrix, size)
+    starts = PART * corners + (1.0 - PART) * corners.mean(axis=0) - AHEAD * size * back
+    return [(starts, np.tile(back, (len(CORNERS), 1)))]
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:

@@ -20,7 +20,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...animation import curves, is_animated
+from ..animation import curves, is_animated
 from .lamps import tint_of
 from .values import POWER, lamp_values
 

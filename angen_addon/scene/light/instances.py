@@ -9,8 +9,8 @@ from typing import Any
 
 import bpy
 
-from ...instances import Uid, is_holder, shown_in
-from ...sensors import all_sensors
+from ..instances import Uid, is_holder, shown_in
+from ..sensors import all_sensors
 
 
 def light_housings(view_layer: Any) -> frozenset[Uid]:

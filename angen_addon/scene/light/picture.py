@@ -10,6 +10,7 @@ is the same to the bit whatever other sensors there are.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -22,8 +23,11 @@ from numpy.typing import NDArray
 from .nodes import Nodes
 
 Array = NDArray[np.float64]
-# Pixels a side. Cycles visits the empty ones too; fewer would make names collide more often.
-SIDE = 16
+# Each view has so many pixels, whose random numbers have nothing in common.
+TWICE = 2
+# So many first pixels there are for names. Cycles visits the empty ones too; fewer would collide
+# more often.
+PLACES = 72
 # Where the sheet lies, under everything: nothing else is between the clip planes of its camera.
 SHEET = (0.0, 0.0, -1e5)
 # Its camera is that much above it: as near as single precision allows there, for the sake of fog.
@@ -34,7 +38,6 @@ CORNERS = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 UNSEEN_BY = ("diffuse", "glossy", "transmission", "shadow", "volume_scatter")
 # First row and column of pixels, and those behind the last.
 Part = tuple[int, int, int, int]
-WHOLE: Part = (0, 0, SIDE, SIDE)
 
 
 @dataclass(frozen=True)
@@ -48,20 +51,20 @@ class Seen:
 def pixel_of(name: str, count: int) -> int:
     """The first of `count` neighbouring pixels that belong to a name."""
     digest = hashlib.blake2b(name.encode(), digest_size=8).digest()
-    return int.from_bytes(digest, "little") % (SIDE * SIDE // count) * count
+    return int.from_bytes(digest, "little") % PLACES * count
 
 
 def share_out(
-    wanted: list[Seen], count: int, collide: Callable[[Seen, Seen], bool]
+    wanted: list[Seen], views: int, collide: Callable[[Seen, Seen], bool]
 ) -> list[dict[int, Seen]]:
-    """What is wanted by its first of `count` pixels; in as many pictures as it takes, so that no
-    two in one collide."""
+    """What is wanted of so many views each, by its first pixel; in as many pictures as it takes, so
+    that no two in one collide."""
     found = []
     while wanted:
         together: dict[int, Seen] = {}
         left = []
         for seen in wanted:
-            pixel = pixel_of(seen.request.name, count)
+            pixel = pixel_of(seen.request.name, TWICE * views)
             if pixel in together or any(collide(seen, other) for other in together.values()):
                 left.append(seen)
             else:
@@ -72,27 +75,27 @@ def share_out(
 
 
 class Picture:
-    """The pixels of some requests in a light scene, `count` of each, by the first of them.
+    """A square of pixels, `side` a side, in a light scene: those of some requests, `count` of each,
+    by the first of them. They are all views of a request, and then all again.
 
     `method`: the module that says what they look at. What is made for them is seen only while the
     picture is `shown`.
     """
 
     def __init__(self, light_scene: Any, method: Any, together: dict[int, Seen]) -> None:
-        self.count: int = method.COUNT
+        self.count: int = TWICE * method.COUNT
+        self.side = math.isqrt(PLACES * self.count)
         self.first = np.array(list(together))
-        # Rows and columns of the pixels (requests, count).
-        self.places = np.divmod(self.first[:, None] + np.arange(self.count), SIDE)
         self.notes: list[str] = []
         self.made: list[Any] = []
         self._light_scene = light_scene
         self.collection = self.own(bpy.data.collections.new(".angen_light"))
         corners, starts, ways = [], [], []
         for first, seen in together.items():
-            rays = method.rays(light_scene.scene, seen.request)
+            rays = TWICE * method.rays(light_scene.scene, seen.request)
             for number, (places, directions) in enumerate(rays):
-                row, column = divmod(first + number, SIDE)
-                middle = np.array([column - SIDE / 2, SIDE / 2 - 1 - row])
+                row, column = divmod(first + number, self.side)
+                middle = np.array([column - self.side / 2, self.side / 2 - 1 - row])
                 corners.append(np.c_[CORNERS + middle, np.zeros(4)] + SHEET)
                 starts.append(places)
                 ways.append(directions)
@@ -119,16 +122,12 @@ class Picture:
     def parts(self, at_most: int) -> list[Part]:
         """Parts of the picture with so many used pixels at most, or one request each."""
         if self.first.size * self.count <= at_most:
-            return [WHOLE]
-        rows, columns = (found.tolist() for found in np.divmod(self.first, SIDE))
-        return [
-            (row, column, row + 1, column + self.count)
-            for row, column in zip(rows, columns, strict=True)
-        ]
+            return [(0, 0, self.side, self.side)]
+        return [self.part_of(request) for request in range(self.first.size)]
 
     def part_of(self, request: int) -> Part:
         """The part with one request, by its number."""
-        row, column = divmod(int(self.first[request]), SIDE)
+        row, column = divmod(int(self.first[request]), self.side)
         return row, column, row + 1, column + self.count
 
     def add_squares(
@@ -152,7 +151,6 @@ def camera(own: Any) -> Any:
     """Sees the sheet and nothing else, upright: its first row of pixels is the picture's."""
     data = own(bpy.data.cameras.new(".angen_light"))
     data.type = "ORTHO"
-    data.ortho_scale = SIDE
     data.clip_start, data.clip_end = ABOVE / 2, ABOVE * 1.5
     made = own(bpy.data.objects.new(".angen_light", data))
     made.matrix_world = Matrix.Translation((SHEET[0], SHEET[1], SHEET[2] + ABOVE))

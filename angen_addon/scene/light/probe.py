@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.model import LightSample
-from ....sensor_logic.photometry import EFFICACY, illuminance, luminance_percent
+from ....sensor_logic.physics.photometry import EFFICACY, illuminance, luminance_percent
 from ..rays.solids import Solids
 from . import eevee, engine
 from .cycles import CyclesLight

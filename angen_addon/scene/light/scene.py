@@ -16,12 +16,12 @@ import bpy
 
 from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
-from ...animation import is_animated
-from ...quiet import standard_output_silenced
+from ...process.quiet import standard_output_silenced
+from ..animation import is_animated
 from .frozen import Frozen, Simulated
 from .instances import Instances
 from .twins import twins
-from .values import own_properties
+from .values import MARK, own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}
@@ -29,8 +29,6 @@ LINES = {"WIRE", "BOUNDS"}
 SMOOTH_MAP = 256
 DETAILED_MAP = 1024
 DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
-# Custom property by which what was made here is known from what the user made.
-MARK = "angen_light_made"
 MADE = ("scenes", "collections", "objects", "meshes", "materials", "cameras", "lights", "worlds")
 # Handlers of the user and of other add-ons take renders for the user's own.
 HANDLERS = (

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...instances import Uid
+from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster
 from ..rays.solids import Solids
 from .surfaces import Surfaces

@@ -14,32 +14,21 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .lamps import tint_of
-from .scene import MARK, shown_objects
+from .scene import shown_objects
 from .values import (
+    LIGHTLESS,
+    TOLD_ELSEWHERE,
+    films,
     lamp_values,
     looked_up,
+    looks_at_places,
     names_looked_up,
     object_values,
     own_properties,
+    powers,
+    shape_values,
     tree_values,
     values,
-)
-
-# Modifiers that move vertices and touch nothing else that a material can look at.
-DEFORMING = {"ARMATURE", "CAST", "CURVE", "HOOK", "LATTICE", "MESH_DEFORM", "SHRINKWRAP"}
-DEFORMING |= {"SIMPLE_DEFORM", "SMOOTH", "CORRECTIVE_SMOOTH", "SUBSURF", "SURFACE_DEFORM", "WARP"}
-# Objects whose place alone matters to no light.
-LIGHTLESS = {"EMPTY", "CAMERA", "ARMATURE", "SPEAKER", "LATTICE"}
-# Datablocks that are told of by the objects, or that light does not depend on.
-TOLD_ELSEWHERE = (
-    bpy.types.Action,
-    bpy.types.Armature,
-    bpy.types.Camera,
-    bpy.types.Collection,
-    bpy.types.Key,
-    bpy.types.Scene,
-    bpy.types.Speaker,
 )
 
 
@@ -58,6 +47,8 @@ class LightSignature:
         # Whether all but the power of lamps was as before when this was last asked.
         self.only_power_changed = False
         self._empties_matter = False
+        # Pictures that change by themselves: Blender's list of updates does not tell of them.
+        self._has_films = False
         # What nodes look up in the view layer, the scene and the world.
         self._names: set[str] = set()
 
@@ -88,9 +79,11 @@ class LightSignature:
         scene = view_layer.id_data
         world = scene.world.session_uid if scene.world else 0
         names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
-        apart, other = _powers(view_layer)
-        digest.update(repr((self._count, world, asked, names, other)).encode())
-        self._objects(digest, view_layer, depsgraph)
+        shown = list(shown_objects(view_layer))
+        apart, other = powers(shown)
+        film = scene.frame_float if self._has_films else None
+        digest.update(repr((self._count, world, asked, names, other, film)).encode())
+        self._objects(digest, shown, view_layer, depsgraph)
         before = self._digest, self._powers
         self._digest, self._powers = digest.digest(), repr(apart).encode()
         self.only_power_changed = self._digest == before[0]
@@ -104,18 +97,11 @@ class LightSignature:
 
     def _compare_shape(self, evaluated: Any) -> None:
         original = evaluated.original
-        comparable = original.type == "MESH" and all(
-            m.type in DEFORMING for m in original.modifiers
-        )
-        mesh = evaluated.data if comparable else None
-        if mesh is None or mesh.is_editmode:
-            self._count += 1
-            return
         # Beside the object's own entry.
-        key, digest = -original.as_pointer(), _shape(mesh)
-        if self._known.get(key) != digest:
+        key, digest = -original.as_pointer(), _digest(shape_values(evaluated))
+        if digest is None or self._known.get(key) != digest:
             self._count += 1
-            self._known[key] = digest
+            self._known[key] = digest or b""
 
     def _know_all(self, depsgraph: Any) -> None:
         """The state against which updates are compared from now on."""
@@ -139,10 +125,10 @@ class LightSignature:
     def _values_of(self, datablock: Any) -> Any:
         """The values of a datablock that light may depend on; None where they cannot be told."""
         if isinstance(datablock, bpy.types.NodeTree):
-            found, looks_at_objects = tree_values(datablock)
-            self._empties_matter |= looks_at_objects
+            self._empties_matter |= looks_at_places(datablock)
+            self._has_films |= bool(films(datablock))
             self._names |= names_looked_up(datablock)
-            return found
+            return tree_values(datablock)
         if isinstance(datablock, bpy.types.Light):
             # Their power is looked at at each update. An embedded tree is told of by itself too.
             return lamp_values(datablock, power=False)
@@ -151,7 +137,7 @@ class LightSignature:
             return values(datablock), self._values_of(tree) if tree else ()
         return None
 
-    def _objects(self, digest: Any, view_layer: Any, depsgraph: Any) -> None:
+    def _objects(self, digest: Any, shown: list[Any], view_layer: Any, depsgraph: Any) -> None:
         """What is shown, and where."""
         objects = depsgraph.objects
         matrices = np.empty(len(objects) * 16, np.float32)
@@ -160,10 +146,7 @@ class LightSignature:
             matter = np.fromiter((o.type not in LIGHTLESS for o in objects), bool, len(objects))
             matrices = matrices.reshape(-1, 16)[matter]
         digest.update(matrices.tobytes())
-        shown = [
-            obj.session_uid for obj in view_layer.objects if obj.visible_get(view_layer=view_layer)
-        ]
-        digest.update(np.array(shown, np.uint64).tobytes())
+        digest.update(np.array([obj.session_uid for obj in shown], np.uint64).tobytes())
         if any(obj.is_instancer for obj in view_layer.objects):
             for instance in depsgraph.object_instances:
                 if instance.is_instance:
@@ -172,32 +155,7 @@ class LightSignature:
                     digest.update(np.array(instance.matrix_world, np.float32).tobytes())
 
 
-def _powers(view_layer: Any) -> tuple[list[Any], list[Any]]:
-    """Power of the lamps that are shown, and of those that others too, such as instances, have."""
-    shown: dict[Any, int] = {}
-    for obj in shown_objects(view_layer):
-        if obj.type == "LIGHT":
-            shown[obj.data] = shown.get(obj.data, 0) + 1
-    apart: list[Any] = []
-    other: list[Any] = []
-    for data in bpy.data.lights:
-        if MARK in data:
-            continue
-        power = data.session_uid, data.energy, *tint_of(data)
-        is_apart = data.users - data.use_fake_user == shown.get(data)
-        (apart if is_apart else other).append(power)
-    return apart, other
-
-
 def _digest(found: Any) -> bytes | None:
     if found is None:
         return None
     return hashlib.blake2b(repr(found).encode(), digest_size=16).digest()
-
-
-def _shape(mesh: Any) -> bytes:
-    points = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.attributes["position"].data.foreach_get("vector", points)
-    digest = hashlib.blake2b(points.tobytes(), digest_size=16)
-    digest.update(repr((len(mesh.loops), len(mesh.polygons))).encode())
-    return digest.digest()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...animation import stays
+from ..animation import stays
 from .frozen import Simulated
 from .scene import Housings, is_left_out
 from .surfaces import is_clear

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The values of datablocks that light depends on, in a form that can be compared."""
+"""What light depends on: the values of datablocks, in a form that can be compared."""
 
 from __future__ import annotations
 
-from collections.abc import Container
+import hashlib
+from collections.abc import Container, Sequence
 from functools import cache
 from typing import Any
 
 import bpy
+import numpy as np
+
+from .lamps import tint_of
 
 SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING", "POINTER"}
 # Bookkeeping and looks, which change by themselves.
@@ -47,6 +51,23 @@ OF_OBJECT = (
 # What light is linear in.
 POWER = {"color", "energy", "exposure", "temperature", "temperature_color", "use_temperature"}
 CHANGING_IMAGES = {"MOVIE", "SEQUENCE"}
+# Modifiers that move vertices and touch nothing else that a material can look at.
+DEFORMING = {"ARMATURE", "CAST", "CURVE", "HOOK", "LATTICE", "MESH_DEFORM", "SHRINKWRAP"}
+DEFORMING |= {"SIMPLE_DEFORM", "SMOOTH", "CORRECTIVE_SMOOTH", "SUBSURF", "SURFACE_DEFORM", "WARP"}
+# Objects whose place alone matters to no light.
+LIGHTLESS = {"EMPTY", "CAMERA", "ARMATURE", "SPEAKER", "LATTICE"}
+# Datablocks that are told of by the objects, or that light does not depend on.
+TOLD_ELSEWHERE = (
+    bpy.types.Action,
+    bpy.types.Armature,
+    bpy.types.Camera,
+    bpy.types.Collection,
+    bpy.types.Key,
+    bpy.types.Scene,
+    bpy.types.Speaker,
+)
+# Custom property by which what was made for light scenes is known from what the user made.
+MARK = "angen_light_made"
 
 
 def object_values(evaluated: Any) -> list[Any]:
@@ -64,15 +85,23 @@ def object_values(evaluated: Any) -> list[Any]:
     return found
 
 
-def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
-    """Values of all nodes and their links, and whether the nodes look at places of objects.
+def shape_values(evaluated: Any) -> Any:
+    """The shape of an object; None where it cannot be told."""
+    original, mesh = evaluated.original, evaluated.data
+    deformed = original.type == "MESH" and all(m.type in DEFORMING for m in original.modifiers)
+    if not deformed or mesh.is_editmode:
+        return None
+    points = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", points)
+    digest = hashlib.blake2b(points.tobytes(), digest_size=16).digest()
+    return digest, len(mesh.loops), len(mesh.polygons)
 
-    None for the values where they cannot be told.
-    """
+
+def tree_values(tree: Any) -> list[Any]:
+    """Values of all nodes and their links."""
     found: list[Any] = [
         [(k.from_socket.path_from_id(), k.to_socket.path_from_id()) for k in tree.links]
     ]
-    looks_at_objects = False
     for node in tree.nodes:
         found.append(values(node))
         for socket in (*node.inputs, *node.outputs):
@@ -84,13 +113,29 @@ def tree_values(tree: Any) -> tuple[list[Any] | None, bool]:
         curves = getattr(node, "mapping", None)
         if isinstance(curves, bpy.types.CurveMapping):
             found += [tuple(p.location) for c in curves.curves for p in c.points]
-        image = getattr(node, "image", None)
-        if image is not None and image.source in CHANGING_IMAGES:
-            return None, True
-        looks_at_objects |= getattr(node, "object", None) is not None
-        # Attributes of objects can be driven by anything.
-        looks_at_objects |= node.type == "ATTRIBUTE"
-    return found, looks_at_objects
+    return found
+
+
+def looks_at_places(tree: Any) -> bool:
+    """Whether its nodes look at places of objects, or attributes, which anything can drive."""
+    return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
+
+
+def films(tree: Any) -> list[Any]:
+    """Its nodes that show pictures that change from frame to frame."""
+    return [
+        node
+        for node in tree.nodes
+        if hasattr(node, "image_user") and node.image and node.image.source in CHANGING_IMAGES
+    ]
+
+
+def has_stiff_films() -> bool:
+    """Whether nodes of the file show films that Cycles does not follow in a scene that it keeps."""
+    data = bpy.data
+    owners = [*data.materials, *data.lights, *data.worlds]
+    trees = [*data.node_groups, *(o.node_tree for o in owners if o.node_tree)]
+    return any(not node.image_user.use_auto_refresh for tree in trees for node in films(tree))
 
 
 def values(struct: Any, without: Container[str] = ()) -> list[Any]:
@@ -102,9 +147,26 @@ def values(struct: Any, without: Container[str] = ()) -> list[Any]:
 def lamp_values(lamp: Any, power: bool = True) -> list[Any]:
     """All values of a lamp's data: its own, with or without its power, Cycles' and the user's, and
     those of its nodes."""
-    nodes = tree_values(lamp.node_tree)[0] if lamp.node_tree else None
+    nodes = tree_values(lamp.node_tree) if lamp.node_tree else None
     own = values(lamp, set() if power else POWER)
     return [own, values(lamp.cycles), own_properties(lamp), nodes]
+
+
+def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+    """Power of the lamps among the shown objects, and of those that others too, such as instances,
+    have."""
+    users: dict[Any, int] = {}
+    for obj in shown:
+        if obj.type == "LIGHT":
+            users[obj.data] = users.get(obj.data, 0) + 1
+    apart: list[Any] = []
+    other: list[Any] = []
+    for data in bpy.data.lights:
+        if MARK not in data:
+            is_apart = data.users - data.use_fake_user == users.get(data)
+            power = data.session_uid, data.energy, *tint_of(data)
+            (apart if is_apart else other).append(power)
+    return apart, other
 
 
 def own_properties(owner: Any) -> dict[str, Any]:

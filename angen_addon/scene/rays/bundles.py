@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .changing_shapes import apex_of
+from .changing_shapes import Picture, apex_of, pictures_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -22,6 +23,7 @@ class Rays:
     origins: Array
     directions: Array
     length: Array
+    _equal: tuple[Array, ...] = ()
 
     @cached_property
     def starts(self) -> Array:
@@ -39,15 +41,21 @@ class Rays:
         """The point (3,) that the lines of all of them go through, if they do."""
         return apex_of(self.origins, self.directions)
 
+    @cached_property
+    def pictures(self) -> list[Picture]:
+        """What shapes that change are seen in."""
+        return pictures_of(self.origins, self.directions, self.apex)
+
     def same(self, other: Rays) -> bool:
-        return all(
-            a is b or np.array_equal(a, b)
-            for a, b in (
-                (self.origins, other.origins),
-                (self.directions, other.directions),
-                (self.length, other.length),
-            )
-        )
+        """Whether another is equal; those who ask in turn with arrays of their own are known."""
+        own = self.origins, self.directions, self.length
+        asked = other.origins, other.directions, other.length
+        if any(known and all(map(is_, known, asked)) for known in (own, self._equal)):
+            return True
+        if not all(map(np.array_equal, own, asked)):
+            return False
+        self._equal = asked
+        return True
 
     def box(self, ranges: Array) -> tuple[Array, Array]:
         """Bounds (3,), (3,) of the rays as far as `ranges`."""

@@ -9,6 +9,7 @@ accurate wherever in the world the solid stands.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,14 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.model import Answers
-from ...instances import Uid
+from ..instances import Uid
 from . import changing_shapes
 from .bundles import Array, Bundle, Index, Rays, Seen
+from .changing_shapes import turned
 from .frames import Frames
-from .solids import Solid, Solids
+from .geometry import Geometry
+from .solids import Solids
 
 # A box test of more pairs of boxes and rays than this is split, to bound its memory.
 PAIRS_AT_ONCE = 200_000
+# Points of a shape, over frames, that are looked at together.
+POINTS_AT_ONCE = 1 << 16
 # The limit handed to the tree is in single precision: let it pass what is at the limit exactly.
 LIMIT_SLACK = 1.0 + 1e-6
 NOTHING = 0
@@ -89,9 +94,12 @@ class RayCaster:
         length: Array,
         frames: Index,
     ) -> Answers:
-        """The ranges (n,) at each of some frames (k,), in order of time."""
+        """The ranges (n,) at each of some frames (k,), in order of time; the same array as long as
+        they stay the same."""
         found = self.see_at(sensor, bundle, origins, directions, length, frames)
-        return Answers(np.stack([seen.ranges for seen in found.table]), found.rows)
+        for seen in found.table:
+            seen.ranges.flags.writeable = False
+        return Answers([seen.ranges for seen in found.table], found.rows)
 
     def see_at(
         self,
@@ -210,21 +218,45 @@ class RayCaster:
         """By frame and row, of solids given by frame (p,) and column (p,): which rays of a bundle
         meet it, how far they go and to which face."""
         at, found = self.frames, {}
-        size = max(1, PAIRS_AT_ONCE // len(bundle.rays.length))
+        rays, limits = bundle.rays, bundle.still.ranges
+        size = max(1, PAIRS_AT_ONCE // len(rays.length))
         for start in range(0, len(frames), size):
             frame, column = frames[start : start + size], columns[start : start + size]
-            enter, leave = _slabs(at.lo[frame, column], at.hi[frame, column], bundle.rays)
-            crossed = (leave >= enter) & (enter <= bundle.still.ranges)
+            enter, leave = _slabs(at.lo[frame, column], at.hi[frame, column], rays)
+            crossed = (leave >= enter) & (enter <= limits)
             some = np.flatnonzero(crossed.any(axis=1))
-            inverses = np.linalg.inv(at.matrix[frame[some], column[some]])
-            for i, inverse in zip(some.tolist(), inverses, strict=True):
-                which, row = np.flatnonzero(crossed[i]), int(at.rows[column[i]])
-                limits = bundle.still.ranges[which]
-                far, faces = self._far(row, which, bundle.rays, limits, inverse, int(frame[i]))
-                nearer = far < limits
-                if nearer.any():
-                    found[int(frame[i]), row] = which[nearer], far[nearer], faces[nearer]
+            for own in np.unique(column[some]).tolist():
+                which, row = some[column[some] == own], int(at.rows[own])
+                whens, matrix = frame[which].tolist(), at.matrix[frame[which], own]
+                surfaces = [at.surface(self.solids, row, when) for when in whens]
+                shape = self.solids.solids[row].geometry, surfaces, matrix
+                inverse = np.linalg.inv(matrix)
+                for i, hit in self._meet_shape(*shape, inverse, rays, limits, crossed[which]):
+                    found[whens[i], row] = hit
         return found
+
+    def _meet_shape(
+        self,
+        geometry: Geometry,
+        surfaces: list[Any],
+        matrix: Array,
+        inverse: Array,
+        rays: Rays,
+        limits: Array,
+        crossed: NDArray[np.bool_],
+    ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
+        """At those of some frames (k) at which rays meet a solid within their limits (n,): the
+        number of the frame, which rays do, how far they go and to which face. It has a surface at
+        each, and matrices (k, 4, 4) with their inverses; `crossed` (k, n): which rays may."""
+        if geometry.deforms and not surfaces[0].large:
+            yield from _meet_changing(surfaces, matrix, inverse, rays, limits, crossed)
+            return
+        for i, surface in enumerate(surfaces):
+            which = np.flatnonzero(crossed[i])
+            far, faces = self._far(geometry, surface, which, rays, limits[which], inverse[i])
+            nearer = far < limits[which]
+            if nearer.any():
+                yield i, (which[nearer], far[nearer], faces[nearer])
 
     def _near(self, rows: Index, rays: Rays, box: tuple[Array, Array]) -> list[Index]:
         """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
@@ -242,66 +274,79 @@ class RayCaster:
             hit_rows = np.flatnonzero(crossed.any(axis=1))
             nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
             for i in hit_rows[nearest_first].tolist():
-                which = np.flatnonzero(crossed[i] & (enter[i] <= seen.ranges))
-                if len(which):
+                asked = crossed[i] & (enter[i] <= seen.ranges)
+                if asked.any():
                     row = int(part[i])
-                    inverse, limits = self.solids.inverse[row], seen.ranges[which]
-                    far, faces = self._far(row, which, rays, limits, inverse, None)
-                    seen.shorten(self.solids.solids[row].number, which, far, faces)
+                    solid, matrix = self.solids.solids[row], self.solids.matrix[row][None]
+                    shape = solid.geometry, [solid.geometry.state], matrix
+                    for _, hit in self._meet_shape(
+                        *shape, self.solids.inverse[row][None], rays, seen.ranges, asked[None]
+                    ):
+                        seen.shorten(solid.number, *hit)
 
     def _far(
         self,
-        row: int,
+        geometry: Geometry,
+        surface: Any,
         which: Index,
         rays: Rays,
         limits: Array,
         inverse: Array,
-        frame: int | None,
     ) -> tuple[Array, Index]:
-        """How far (k,) the rays `which` (k,) go to a solid with this inverse matrix, inf where that
-        is beyond the limits, and to which face; at a frame, or as the solid is in the list."""
-        solid = self.solids.solids[row]
-        origins, directions = rays.origins[which], rays.directions[which]
-        if solid.geometry.deforms:
-            return self._far_to_changing(solid, rays, origins, directions, inverse, frame)
-        geometry = solid.geometry
+        """How far (k,) the rays `which` (k,) go to a shape with this inverse matrix, inf where that
+        is beyond the limits, and to which face."""
+        origins, ways = rays.origins[which], turned(rays.directions[which], inverse)
+        if geometry.deforms:
+            return surface.meet(turned(origins, inverse) + inverse[:3, 3], ways)
         # Building the tree sets its pivot.
         geometry.tree(self._depsgraph)
-        starts = _turned(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
-        ways = _turned(directions, inverse)
+        starts = turned(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
         scale = np.linalg.norm(ways, axis=1)
         limits = limits * scale * LIMIT_SLACK
         far, faces = geometry.meet(self._depsgraph, starts, ways, limits)
         return far / scale, faces
 
-    def _far_to_changing(
-        self,
-        solid: Solid,
-        rays: Rays,
-        origins: Array,
-        directions: Array,
-        inverse: Array,
-        frame: int | None,
-    ) -> tuple[Array, Index]:
-        surface = solid.geometry.state
-        if frame is not None:
-            surface = self.frames.surface(self.solids, solid.row, frame)
-        starts, ways = _turned(origins, inverse) + inverse[:3, 3], _turned(directions, inverse)
-        if surface.large:
-            return surface.meet(starts, ways)
-        corners, face = surface.triangles
-        apex = rays.apex
-        if apex is not None:
-            apex = _turned(apex[None], inverse)[0] + inverse[:3, 3]
-        far, triangle = changing_shapes.meet(surface.points, corners, starts, ways, apex)
-        return far, face[triangle]
+
+def _meet_changing(
+    surfaces: list[Any],
+    matrix: Array,
+    inverse: Array,
+    rays: Rays,
+    limits: Array,
+    crossed: NDArray[np.bool_],
+) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
+    """As `RayCaster._meet_shape`, of one that changes."""
+    for part in _of_one_cut(surfaces):
+        points = np.stack([surface.points for surface in surfaces[part]])
+        corners, face = surfaces[part.start].triangles
+        asked = crossed[part]
+        hits = changing_shapes.meet(points, corners, matrix[part], inverse[part], rays, asked)
+        hits = hits.at(hits.far < limits[hits.ray])
+        for same in np.split(np.arange(len(hits.frame)), np.flatnonzero(np.diff(hits.frame)) + 1):
+            if len(same):
+                yield (
+                    part.start + int(hits.frame[same[0]]),
+                    (
+                        hits.ray[same],
+                        hits.far[same],
+                        face[hits.triangle[same]],
+                    ),
+                )
 
 
-def _turned(vectors: Array, matrix: Array) -> Array:
-    """Vectors (n, 3), turned by a matrix; each the same to the bit whatever others there are."""
-    x, y, z = (vectors[:, i : i + 1] for i in range(3))
-    result: Array = x * matrix[:3, 0] + y * matrix[:3, 1] + z * matrix[:3, 2]
-    return result
+def _of_one_cut(surfaces: list[Any]) -> Iterator[slice]:
+    """Stretches of surfaces whose faces are cut into the same triangles, so many as fit into
+    memory that is quick."""
+    most = max(1, POINTS_AT_ONCE // max(1, surfaces[0].points.shape[1]))
+    start = 0
+    for end in range(1, len(surfaces) + 1):
+        if (
+            end == len(surfaces)
+            or end - start == most
+            or surfaces[end].triangles[0] is not surfaces[start].triangles[0]
+        ):
+            yield slice(start, end)
+            start = end
 
 
 def _slabs(lo: Array, hi: Array, rays: Rays) -> tuple[Array, Array]:

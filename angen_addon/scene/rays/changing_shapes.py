@@ -9,10 +9,15 @@ exactly.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .bundles import Rays
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -22,7 +27,7 @@ RIM = 1e-7
 # Cells along an axis of the picture; how near, in cells, to an edge is on both sides of it; the
 # least size of the picture of the rays, as share of 1; by how much a triangle is larger; and up to
 # which size in cells it is told whether a square holds a ray.
-CELLS = 64
+CELLS = 128
 EVERY_CELL = np.arange(CELLS * CELLS + 1)
 EDGE = 0.01
 LEAST_SIZE = 1e-2
@@ -51,90 +56,134 @@ def apex_of(origins: Array, directions: Array) -> Array | None:
     return found if float(np.abs(aside).max()) <= THROUGH * size else None
 
 
+@dataclass(frozen=True)
+class Hits:
+    """What (p,) of some rays meet at some frames, in order of these: the `frame`, the `ray`, how
+    `far` it goes, in lengths of its direction, and to which `triangle`."""
+
+    frame: Index
+    ray: Index
+    far: Array
+    triangle: Index
+
+    def at(self, which: Any) -> Hits:
+        return Hits(self.frame[which], self.ray[which], self.far[which], self.triangle[which])
+
+
 def meet(
-    points: Array, corners: Index, origins: Array, ways: Array, apex: Array | None
-) -> tuple[Array, Index]:
-    """How far (n,), in lengths of their `ways` (n, 3), rays from `origins` (n, 3) go to the nearest
-    of the triangles `corners` (3, m) of `points` (3, k), inf where they meet none; and the triangle
-    (n,) that each meets. `apex` (3,): where the rays' lines all meet, if they do."""
-    far, face = np.full(len(origins), np.inf), np.zeros(len(origins), np.intp)
-    for which, looks, eye in _pictures(origins, ways, apex):
-        ray, triangle = _together(points, corners, looks, eye)
-        ray = which[ray]
-        length = _lengths(points, corners[:, triangle], origins[ray], ways[ray])
-        hit = np.flatnonzero(length < np.inf)
-        ray, triangle, length = ray[hit], triangle[hit], length[hit]
-        order = np.lexsort((triangle, length, ray))
-        ray = ray[order]
-        first = np.flatnonzero(ray != np.concatenate([[-1], ray[:-1]]))
-        ray, first = ray[first], order[first]
-        nearer = length[first] < far[ray]
-        ray, first = ray[nearer], first[nearer]
-        far[ray], face[ray] = length[first], triangle[first]
-    return far, face
+    points: Any,
+    corners: Index,
+    matrix: Array,
+    inverse: Array,
+    rays: Rays,
+    asked: NDArray[np.bool_],
+) -> Hits:
+    """The nearest of the triangles `corners` (3, m) that rays (n) meet at each of some frames (k):
+    their `points` (k, 3, v) are in the space of a solid whose matrices (k, 4, 4) and their inverses
+    are given. `asked` (k, n): which rays may meet it."""
+    found = []
+    for picture in rays.pictures:
+        frame, ray, triangle = picture.pairs(points, corners, matrix)
+        some = np.flatnonzero(asked[frame, ray])
+        frame, ray, triangle = frame[some], ray[some], triangle[some]
+        back = inverse[frame]
+        starts = turned(rays.origins[ray], back) + back[:, :3, 3]
+        ways = turned(rays.directions[ray], back)
+        far = _lengths(points, frame, corners[:, triangle], starts, ways)
+        hit = np.flatnonzero(far < np.inf)
+        found.append(Hits(frame[hit], ray[hit], far[hit], triangle[hit]))
+    hits = found[0]
+    if len(found) > 1:
+        hits = Hits(*(np.concatenate([getattr(h, f.name) for h in found]) for f in fields(Hits)))
+    hits = hits.at(np.lexsort((hits.triangle, hits.far, hits.ray, hits.frame)))
+    which = hits.frame * len(rays.origins) + hits.ray
+    return hits.at(np.flatnonzero(which != np.concatenate([[-1], which[:-1]])))
 
 
-def _pictures(origins: Array, ways: Array, apex: Array | None) -> list[tuple[Index, Array, Array]]:
-    """Which rays are seen in one picture, the ways in which each is looked along, and the picture's
-    eye (3,). Rays that go towards their apex, as those to a lamp do, are looked back along too."""
+def turned(vectors: Array, matrix: Array) -> Array:
+    """Vectors (n, 3), turned by a matrix, or each by its own (n, 4, 4); each the same to the bit
+    whatever others there are."""
+    x, y, z = (vectors[:, i : i + 1] for i in range(3))
+    result: Array = x * matrix[..., :3, 0] + y * matrix[..., :3, 1] + z * matrix[..., :3, 2]
+    return result
+
+
+def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[Picture]:
+    """Pictures in which all rays from `origins` (n, 3) along unit vectors (n, 3) are seen; `apex`
+    (3,): where their lines all meet, if they do. Rays that go towards it, as those to a lamp do,
+    are looked back along too."""
     every = np.arange(len(origins))
     if apex is None:
-        return [(every[i : i + 1], ways[i : i + 1], origins[i]) for i in every.tolist()]
+        return [Picture(every[i : i + 1], ways[i : i + 1], origins[i]) for i in every.tolist()]
     ahead = ((origins - apex) * ways).sum(axis=1)
     behind = bool((ahead < -THROUGH * float(np.abs(ahead).max(initial=0.0))).any())
     found = []
     for looks in (ways, -ways) if behind else (ways,):
-        found += [(which, looks[which], apex) for which in _narrow(looks)]
+        found += [Picture(which, looks[which], apex) for which in _narrow(looks)]
     return found
 
 
 def _narrow(ways: Array) -> list[Index]:
-    """Which of some ways (n, 3) fit into one picture."""
+    """Which of some unit vectors (n, 3) fit into one picture."""
     every = np.arange(len(ways))
-    units = ways / np.linalg.norm(ways, axis=1)[:, None]
-    middle = units.mean(axis=0)
-    if float((units @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
+    middle = ways.mean(axis=0)
+    if float((ways @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
         return [every]
     # One picture for each side of a cube about the eye.
-    axis = np.abs(units).argmax(axis=1)
-    side = 2 * axis + (units[every, axis] > 0.0)
+    axis = np.abs(ways).argmax(axis=1)
+    side = 2 * axis + (ways[every, axis] > 0.0)
     return [np.flatnonzero(side == one) for one in np.unique(side).tolist()]
 
 
-def _together(points: Array, corners: Index, ways: Array, eye: Array) -> tuple[Index, Index]:
-    """Rays and triangles (p,) that lie in one place of the picture: no fewer than meet."""
-    axes = _axes(ways)
-    there = axes @ ways.T
-    rays = there[:2] / there[2]
-    # By single axes numpy is quickest.
-    seen = axes @ points.astype(np.float64) - (axes @ eye)[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x, y = seen[0] / seen[2], seen[1] / seen[2]
-    grid = Grid(rays)
-    columns, rows = grid.cells(x, 0)[corners], grid.cells(y, 1)[corners]
-    (left, right), (below, above) = _bounds(columns), _bounds(rows)
-    close = TOO_NEAR * float(np.abs(seen[2]).max(initial=0.0))
-    if float(seen[2].min(initial=np.inf)) <= close:
-        # What reaches beside the eye or behind it has no place in the picture: it may be anywhere.
-        depth = seen[2][corners]
-        beside = np.flatnonzero((depth <= close).any(axis=0))
-        left[beside] = below[beside] = 0
-        right[beside] = above[beside] = np.where(depth[:, beside].max(axis=0) > 0.0, CELLS - 1, 0)
-        x, y = x.copy(), y.copy()
-        x[seen[2] <= close] = y[seen[2] <= close] = np.nan
-    near = grid.may_hold(left, right, below, above)
-    triangle, ray = grid.pairs(near, left[near], right[near], below[near], above[near])
-    inside = np.ones(len(ray), bool)
-    with np.errstate(invalid="ignore"):
-        for place, at in ((x, rays[0][ray]), (y, rays[1][ray])):
-            least, most = _bounds(place[corners[:, triangle]])
-            slack = BORDER * (1.0 + np.abs(at))
-            inside &= ~((least > at + slack) | (most < at - slack))
-    return ray[inside], triangle[inside]
+class Picture:
+    """Those of a bundle's `rays` (n,) that are looked along in the `ways` (n, 3) from an `eye`
+    (3,), and the grid of the cells that they are in."""
+
+    def __init__(self, rays: Index, ways: Array, eye: Array) -> None:
+        self._rays, self._eye = rays, eye
+        self._axes = _axes(ways)
+        there = self._axes @ ways.T
+        self._places = there[:2] / there[2]
+        self._grid = Grid(self._places)
+
+    def pairs(self, points: Any, corners: Index, matrix: Array) -> tuple[Index, Index, Index]:
+        """Frames, and rays and triangles (p,) that lie in one place of the picture there: no fewer
+        than meet."""
+        turn = self._axes @ matrix[:, :3, :3]
+        shift = (matrix[:, :3, 3] - self._eye) @ self._axes.T
+        seen = turn @ points.astype(np.float64) + shift[:, :, None]
+        depth = seen[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = seen[:, 0] / depth, seen[:, 1] / depth
+        (left, right), (below, above) = (
+            _bounds(cells[:, own] for own in corners)
+            for cells in (self._grid.cells(x, 0), self._grid.cells(y, 1))
+        )
+        close = TOO_NEAR * np.abs(depth).max(axis=1)
+        for frame in np.flatnonzero(depth.min(axis=1) <= close).tolist():
+            # What reaches beside the eye or behind it has no place in the picture: it may be
+            # anywhere.
+            off = depth[frame] <= close[frame]
+            beside = np.flatnonzero(off[corners].any(axis=0))
+            ahead = ~off[corners[:, beside]].all(axis=0)
+            left[frame, beside] = below[frame, beside] = 0
+            right[frame, beside] = above[frame, beside] = np.where(ahead, CELLS - 1, 0)
+            x[frame, off] = y[frame, off] = np.nan
+        near = self._grid.may_hold(left, right, below, above)
+        bounds = (edge.ravel()[near] for edge in (left, right, below, above))
+        of, ray = self._grid.pairs(*bounds)
+        frame, triangle = np.divmod(near[of], corners.shape[1])
+        inside = np.ones(len(ray), bool)
+        with np.errstate(invalid="ignore"):
+            for places, at in ((x, self._places[0][ray]), (y, self._places[1][ray])):
+                least, most = _bounds(places[frame, own] for own in corners[:, triangle])
+                slack = BORDER * (1.0 + np.abs(at))
+                inside &= ~((least > at + slack) | (most < at - slack))
+        return frame[inside], self._rays[ray[inside]], triangle[inside]
 
 
-def _bounds(ends: Any) -> tuple[Any, Any]:
-    """Least and greatest (m,) of three arrays (3, m): numpy is slow to find them along an axis."""
+def _bounds(ends: Iterable[Any]) -> tuple[Any, Any]:
+    """Least and greatest of three arrays: numpy is slow to find them along an axis."""
     one, two, three = ends
     return np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
 
@@ -187,20 +236,17 @@ class Grid:
             return np.fmax(np.fmin(at, CELLS - 1), 0.0).astype(np.uint8)
 
     def may_hold(self, left: Index, right: Index, below: Index, above: Index) -> Index:
-        """Which rectangles (m,) of cells may hold a ray."""
+        """Which rectangles of cells, in all, may hold a ray."""
         size = np.minimum(np.maximum(right - left, above - below), SQUARES).astype(np.intp)
         return np.flatnonzero(self._held.ravel().take((size * CELLS + left) * CELLS + below))
 
-    def pairs(
-        self, triangle: Index, left: Index, right: Index, below: Index, above: Index
-    ) -> tuple[Index, Index]:
-        """Triangles, each with a ray (p,) that is in its rectangle of cells."""
-        left = left.astype(np.intp)
-        which, column = _spread(left, right.astype(np.intp) + 1)
+    def pairs(self, left: Index, right: Index, below: Index, above: Index) -> tuple[Index, Index]:
+        """Rectangles of cells, each with a ray (p,) that is in it."""
+        which, column = _spread(left.astype(np.intp), right.astype(np.intp) + 1)
         first = self._start[column * CELLS + below[which]]
         end = self._start[column * CELLS + above[which] + 1]
         of, at = _spread(first, end)
-        return triangle[which[of]], self._ray[at]
+        return which[of], self._ray[at]
 
 
 def _spread(first: Index, end: Index) -> tuple[Index, Index]:
@@ -211,10 +257,10 @@ def _spread(first: Index, end: Index) -> tuple[Index, Index]:
     return which, np.arange(len(which)) + start[which]
 
 
-def _lengths(points: Array, corners: Index, origins: Array, ways: Array) -> Array:
+def _lengths(points: Any, frame: Index, corners: Index, origins: Array, ways: Array) -> Array:
     """How far (p,) each ray goes to its triangle, in lengths of its way; inf where it misses it:
     Möller and Trumbore's test, about the ray's origin."""
-    corner, one, two = (points[:, at].astype(np.float64).T for at in corners)
+    corner, one, two = (points[frame, :, at].astype(np.float64) for at in corners)
     one, two, start = one - corner, two - corner, origins - corner
     across, turned = _cross(ways, two), _cross(start, one)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Surface, read_surface
+from .listed import pointers_of
 from .matrices import matrices_of, world_bounds
-from .solids import Solids, pointers_of
+from .solids import Solids
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -53,6 +54,13 @@ class Frames:
     def __len__(self) -> int:
         return len(self.version)
 
+    def show(self, solids: Solids, frame: int) -> None:
+        """Brings the list to one of the frames."""
+        at = self.matrix[frame], self.lo[frame], self.hi[frame], self.version[frame]
+        solids.show(self.rows, *at)
+        for row, surfaces in self.surfaces.items():
+            solids.solids[row].geometry.take_over(surfaces[frame])
+
     def surface(self, solids: Solids, row: int, frame: int) -> Surface:
         """The surface of a solid at a frame."""
         kept = self.surfaces.get(row)
@@ -77,6 +85,7 @@ class Film:
         # Blender named it.
         self._before: dict[int, Surface] = {}
         self._shapes: list[dict[int, Surface]] = []
+        self._keeps_faces: dict[int, bool] = {}
         self._bytes = 0
 
     def __len__(self) -> int:
@@ -95,14 +104,17 @@ class Film:
         """Takes down a frame; False where the list has to be made anew: things came or went, or one
         has other faces than before."""
         solids, shapes = self._solids, {}
-        if not solids.settled or pointers_of(depsgraph) != self._listed:
+        if not (solids.settled and solids.has_objects_of(depsgraph, self._listed)):
             return False
         for uid in solids.reshaped:
             geometry = solids.shape_of(uid) if uid in self._uids else None
             if geometry is None:
                 continue
-            surface = read_surface(geometry.original.evaluated_get(depsgraph), True)
             known = self._before.setdefault(uid, geometry.state)
+            if uid not in self._keeps_faces:
+                self._keeps_faces[uid] = geometry.keeps_faces
+            like = known if self._keeps_faces[uid] else None
+            surface = read_surface(geometry.original.evaluated_get(depsgraph), True, like)
             if known is None or not surface.has_faces_of(known):
                 return False
             geometry.deforms = geometry.deforms or uid in solids.bends
@@ -142,10 +154,7 @@ class Film:
     def _begin_anew(self, frames: Frames) -> None:
         solids = self._solids
         solids.syncs += len(frames)
-        solids.show(frames.rows, frames.matrix[-1], frames.lo[-1], frames.hi[-1])
-        solids.version[frames.rows] = frames.version[-1]
-        for row, surfaces in frames.surfaces.items():
-            solids.solids[row].geometry.take_over(surfaces[-1])
+        frames.show(solids, -1)
         self._world = self._worlds[-1]
         self._worlds, self._shapes, self._before, self._bytes = [], [], {}, 0
 

@@ -12,7 +12,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
-from ....sensor_logic.ray_tree import RayTree
+from ....sensor_logic.geometry.ray_tree import RayTree
 from .faces import cut_faces
 
 Array = NDArray[np.float64]
@@ -22,6 +22,8 @@ SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 FAR_FROM_OWN_ORIGIN = 8.0
 # From so many triangles on a tree of Blender's takes too long to build, and too much memory.
 LARGE = 250_000
+# Modifiers that move points and leave faces as they are.
+SHAPING = {"ARMATURE", "HOOK", "LATTICE", "CAST", "CURVE", "SIMPLE_DEFORM", "SMOOTH", "MESH_DEFORM"}
 # Bounds of what is empty.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
@@ -78,7 +80,8 @@ class Surface:
 
     def has_faces_of(self, other: Surface) -> bool:
         """Whether another has the same faces; then what is known of them is taken over."""
-        if self.faces != other.faces or not np.array_equal(self.corners, other.corners):
+        known = self.corners is other.corners
+        if self.faces != other.faces or not (known or np.array_equal(self.corners, other.corners)):
             return False
         self.corners = other.corners
         if self.plain:
@@ -131,6 +134,13 @@ class Geometry:
         self._triangles = np.empty((0, 3), np.int32)
 
     @property
+    def keeps_faces(self) -> bool:
+        """Whether nothing but an edit can give it other faces."""
+        original = self.original
+        plain = original.type == "MESH" and original.mode == "OBJECT"
+        return plain and all(modifier.type in SHAPING for modifier in original.modifiers)
+
+    @property
     def pivot(self) -> Array:
         """The point (3,) of its space where the tree has its origin."""
         return self._built.pivot
@@ -180,6 +190,8 @@ class Geometry:
 
     def take_over(self, surface: Surface) -> bool:
         """The surface is another from now on; True where it differs from before."""
+        if surface is self._surface:
+            return False
         if self._surface is not None and surface.same(self._surface):
             # Its triangles may not have been asked for before.
             self._surface._triangles = self._surface._triangles or surface._triangles
@@ -322,16 +334,21 @@ def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
     return lo.astype(np.float64), hi.astype(np.float64)
 
 
-def read_surface(evaluated: Any, with_triangles: bool = False) -> Surface:
-    """The surface of an evaluated object, copied."""
+def read_surface(
+    evaluated: Any, with_triangles: bool = False, like: Surface | None = None
+) -> Surface:
+    """The surface of an evaluated object, copied; `like`: one that has the same faces."""
     with surface_mesh(evaluated) as mesh:
         if mesh is None or not len(mesh.polygons):
             return Surface(np.empty((3, 0), np.float32), np.empty(0, np.int32), 0)
         # As attributes they are copied whole; vertex by vertex it takes 500 times as long.
         coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
         mesh.attributes["position"].data.foreach_get("vector", coordinates)
-        corners = np.empty(len(mesh.loops), np.int32)
-        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+        if like is not None and len(like.corners) == len(mesh.loops):
+            corners = like.corners
+        else:
+            corners = np.empty(len(mesh.loops), np.int32)
+            mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
         faces, triangles = len(mesh.polygons), None
         if with_triangles and len(corners) != 3 * faces:
             # How a face is cut can change with its shape.

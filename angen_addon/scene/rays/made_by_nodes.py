@@ -9,7 +9,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
-from ....sensor_logic.ray_tree import RayTree
+from ....sensor_logic.geometry.ray_tree import RayTree
 from .geometry import Geometry, evaluated_materials, slots_of, triangles_of, uids_of
 
 

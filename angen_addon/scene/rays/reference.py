@@ -10,7 +10,7 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ....sensor_logic.model import Answers, Index
-from ...instances import Uid
+from ..instances import Uid
 from .frames import Frames
 from .solids import Solids
 

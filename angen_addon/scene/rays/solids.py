@@ -14,8 +14,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
+from ..animation import may_set
+from ..instances import Paths, Uid, parts_of_instances
 from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
+from .listed import is_own_surface, is_transient, name_of, owners_of, pointers_of
 from .made_by_nodes import MadeByNodes, made_shape
 from .matrices import invertible, matrices_of, world_bounds
 
@@ -60,10 +62,9 @@ class Solids:
     """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
     world bounds `lo`, `hi` (n, 3), and `version` (n,), the number of the synchronisation, of which
     there were `syncs`, at which one last moved or changed its shape. `listing` counts how often the
-    list was made anew; `edits` how often more than the frame may have
-    changed;
-    `gone` lists the numbers of still solids that are no more, or moved: what was known of rays
-    that met them is void; `instanced` are the session uids of objects that others instance."""
+    list was made anew; `edits` how often more than the frame may have changed; `gone` lists the
+    numbers of still solids that are no more, or moved: what was known of rays that met them is
+    void; `instanced` are the session uids of objects that others instance."""
 
     def __init__(self) -> None:
         self.solids: list[Solid] = []
@@ -84,12 +85,16 @@ class Solids:
         self.syncs = 0
         self.edits = 0
         self._listed: list[int] = []
+        self._stays = 0
+        self._scene_told = True
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
         # What instances, what is in an instanced collection, and what is instanced otherwise.
         self._of_instances: set[int] = set()
         self.must_list = True
+        # Those without such modifiers, until the next edit.
+        self._plain: set[int] = set()
         self._unsure = False
         self._touched: set[int] = set()
         self._reshaped: set[int] = set()
@@ -106,6 +111,7 @@ class Solids:
         """
         if edited:
             self.forget()
+        self._scene_told |= depsgraph.id_type_updated("SCENE")
         for update in depsgraph.updates:
             changed = update.id
             if not isinstance(changed, OBJECT):
@@ -113,16 +119,30 @@ class Solids:
             original = changed.original
             uid = original.session_uid
             self._touched.add(uid)
-            self.must_list |= _may_instance(original)
+            if original.is_instancer or (uid not in self._plain and self._may_instance(original)):
+                self.must_list = True
             if update.is_updated_geometry:
                 for named in (self._reshaped, self.reshaped):
                     named.add(uid)
                 if by_frame:
                     self.bends.add(uid)
 
+    def _may_instance(self, original: Any) -> bool:
+        """Whether modifiers of an object can bring forth instances."""
+        may = any(m.type in {"NODES", "PARTICLE_SYSTEM"} for m in original.modifiers)
+        if not may:
+            self._plain.add(original.session_uid)
+        return may
+
+    def told_of(self, uids: set[int]) -> bool:
+        """Whether the scene or some object was named since the last look, as what a script changed
+        before it moved the playhead is."""
+        return self._scene_told or not uids.isdisjoint(self._touched)
+
     def forget(self) -> None:
         """Anything may have changed unheard: all is looked at again."""
         self.edits += 1
+        self._plain.clear()
         self.must_list = True
         self._unsure = True
 
@@ -144,6 +164,7 @@ class Solids:
         else:
             self._listed = pointers_of(depsgraph)
             self._list(depsgraph)
+        self._scene_told = False
         self._touched.clear()
         self._reshaped.clear()
         self._read_now.clear()
@@ -151,7 +172,13 @@ class Solids:
 
     def stands(self, depsgraph: Any) -> bool:
         """Whether the list is that of the depsgraph: nothing can have come or gone."""
-        return self.settled and self._listed == pointers_of(depsgraph)
+        return self.settled and self.has_objects_of(depsgraph, self._listed)
+
+    def has_objects_of(self, depsgraph: Any, listed: list[int]) -> bool:
+        """Whether a depsgraph holds the objects that were listed (see `pointers_of`): that of the
+        list does as long as neither keys nor, as the scene tells, scripts show and hide any."""
+        stays = not self._scene_told and depsgraph.as_pointer() == self._stays
+        return stays or pointers_of(depsgraph) == listed
 
     @property
     def settled(self) -> bool:
@@ -165,6 +192,7 @@ class Solids:
 
     def note_seen(self) -> None:
         """What was told of changes at this frame is dealt with."""
+        self._scene_told = False
         self.reshaped.clear()
         self._touched.clear()
 
@@ -176,11 +204,17 @@ class Solids:
         """The rows of the solids that have it."""
         return [solid.row for solid in self._by_shape.get(uid, ())]
 
-    def show(self, rows: NDArray[np.intp], matrix: Array, lo: Array, hi: Array) -> None:
+    def show(
+        self,
+        rows: NDArray[np.intp],
+        matrix: Array,
+        lo: Array,
+        hi: Array,
+        version: NDArray[np.int64],
+    ) -> None:
         """Some rows are where they were found to be otherwise than by `sync`."""
-        self.syncs += 1
         self.matrix[rows], self.lo[rows], self.hi[rows] = matrix, lo, hi
-        self.version[rows] = self.syncs
+        self.version[rows] = version
         self._note_inverse(rows)
 
     def row_of(self, key: Key) -> int | None:
@@ -263,7 +297,7 @@ class Solids:
                 continue
             original = seen.original
             owner = instance.parent.original if instance.is_instance else original
-            if instance.is_instance and _is_own_surface(instance, original, owner):
+            if instance.is_instance and is_own_surface(instance, original, owner):
                 continue
             if instance.is_instance:
                 self.instanced.add(original.session_uid)
@@ -276,7 +310,7 @@ class Solids:
             key: Key = (original.session_uid,)
             if instance.is_instance:
                 key += (owner.session_uid, *instance.persistent_id)
-            made_by_nodes = instance.is_instance and _is_transient(depsgraph, seen, original)
+            made_by_nodes = instance.is_instance and is_transient(depsgraph, seen, original)
             solid = before.pop(key, None)
             geometry: Geometry
             if made_by_nodes:
@@ -295,9 +329,9 @@ class Solids:
                 solid.moving = True
                 self.gone.append(solid.number)
             solid.geometry = geometry
-            solid.name = _name(original, owner, made_by_nodes)
+            solid.name = name_of(original, owner, made_by_nodes)
             solid.original, solid.owner = original, owner
-            solid.owners = _owners(owner)
+            solid.owners = owners_of(owner)
             if instance.is_instance:
                 solid.owners |= paths.owners(instance)
             self._by_key[key] = solid
@@ -330,6 +364,8 @@ class Solids:
         self._world = np.empty(len(objects) * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", self._world)
         self.must_list = False
+        hides = any(may_set(obj, "hide_viewport") for obj in bpy.data.objects)
+        self._stays = 0 if hides else depsgraph.as_pointer()
         self.listing += 1
 
     def _shape(
@@ -359,39 +395,3 @@ class Solids:
         if first is not geometry and not geometry.deforms:
             return geometry.share(first)
         return geometry.read(geometry.original.evaluated_get(depsgraph))
-
-
-def pointers_of(depsgraph: Any) -> list[int]:
-    """What tells whether its objects are the same: what is evaluated has no session uid."""
-    return [evaluated.as_pointer() for evaluated in depsgraph.objects]
-
-
-def _name(original: Any, owner: Any, made_by_nodes: bool) -> str:
-    """The object's name, and for an instance also that of what brings it forth."""
-    if original == owner or made_by_nodes:
-        return str(owner.name)
-    return f"{original.name} in {owner.name}"
-
-
-def _is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
-    """Curves, text and the like come twice: as themselves and as an instance of their mesh."""
-    return (
-        original == owner and original.type != "MESH" and instance.persistent_id[1] == UNUSED_LEVEL
-    )
-
-
-def _may_instance(original: Any) -> bool:
-    """Whether an object's own evaluation can bring forth instances."""
-    return original.is_instancer or any(
-        modifier.type in {"NODES", "PARTICLE_SYSTEM"} for modifier in original.modifiers
-    )
-
-
-def _is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
-    """Whether an instance is of a mesh that nodes made, not of the object it is listed under."""
-    data = original.evaluated_get(depsgraph).data
-    return data is None or seen.data.as_pointer() != data.as_pointer()
-
-
-def _owners(owner: Any) -> frozenset[Uid]:
-    return frozenset(obj.session_uid for obj in chain(owner))

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.movement import Movement, pieces_needed, seen_from
-from ....sensor_logic.sweep import Passes, joined, no_passes, passes
-from ....sensor_logic.triangle_tree import TriangleTree
-from ...instances import Uid
+from ....sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
+from ....sensor_logic.geometry.sweep import Passes, joined, no_passes, passes
+from ....sensor_logic.geometry.triangle_tree import TriangleTree
+from ..instances import Uid
 from .caster import RayCaster
 from .frames import Frames
 from .geometry import Geometry, Surface

@@ -8,16 +8,16 @@ from typing import Any
 
 from ....sensor_logic.clock import Schedule
 from ....sensor_logic.kind import LIGHT
-from ....sensor_logic.recording import Recording
+from ....sensor_logic.recording.tracks import Recording
 from ...runtime import outputs
 from ...runtime.simulation import Progress, simulate
 from ...runtime.time_base import clock_of
-from ...sensors import Sensor, SensorError, decimal, simulated
+from ...scene.sensors import Sensor, SensorError, decimal, simulated
 from ..timeline.events import log_indices
 from . import explain
 
 
-class Moment:
+class ExplainedTime:
     """One sensor at a time (s): what has to be simulated first, and the explanation."""
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], sensor: Sensor, time: float) -> None:

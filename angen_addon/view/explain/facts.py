@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ....sensor_logic.event_log import format_frame
+from ....sensor_logic.log.event_log import format_frame
 from ....sensor_logic.quantities import typed
 
 # Names and values.
@@ -18,7 +18,7 @@ Facts = list[tuple[str, str]]
 class Explanation:
     """`index`: the update in the sensor's track; `headline`: a sentence; `facts`: names and
     values; `doubt`: why this may not be what happened, empty where it is sure; `cause`: the same
-    as numbers, of the kind's own type."""
+    as numbers, of the kind's own type, which also tells `because` of which object it is."""
 
     sensor: str
     index: int
@@ -28,6 +28,12 @@ class Explanation:
     facts: tuple[tuple[str, str], ...]
     doubt: str = ""
     cause: Any = None
+
+    @property
+    def because(self) -> str:
+        """The object that made the reading what it is; empty where none did, or it is not known,
+        as for a motion that is over."""
+        return self.cause.because if self.cause is not None else ""
 
     def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
         """The same with these facts before its own."""

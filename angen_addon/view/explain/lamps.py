@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.photometry import luminance
+from ....sensor_logic.physics.photometry import luminance
 from ...scene.light.closed_forms import shine
 from ...scene.light.direct import Direct
 from ...scene.light.faces import face_size

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is told of any sensor: what it published at an update, and with which parameters."""
+"""The explanation of any sensor: what it published at an update, and with which parameters."""
 
 from __future__ import annotations
 
 from ....sensor_logic.kind import RAYS
 from ....sensor_logic.parameters import specs, used, value_text
-from ...wording import quoted
+from ....sensor_logic.wording import quoted
 from .facts import Explanation, Facts
 from .replay import Replay
 

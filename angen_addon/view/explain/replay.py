@@ -12,22 +12,25 @@ import bpy
 import numpy as np
 
 from ....sensor_logic.model import Array, Pose
-from ....sensor_logic.recording import Recording, Track
+from ....sensor_logic.recording.tracks import Recording, Track
 from ...runtime import handlers, outputs, state
 from ...runtime.probes import Probes
 from ...runtime.sensor_runner import PendingUpdates, SensorRunner
 from ...runtime.time_base import evaluated_depsgraph
-from ...sensors import Sensor, all_sensors, read_pose, unit_scale
-from ...units import lengths_of
+from ...scene.sensors import Sensor, all_sensors, read_pose, unit_scale
+from ...scene.units import lengths_of
 from .facts import Explanation
 from .witness import Witness
 
 
 class Replay:
     """One sensor at chosen updates of a recording. `runner` keeps its model's state between
-    them; `witness` says what its rays met at the last one; `lengths` is what to tell lengths in."""
+    them; `witness` says what its rays met at the last one; `lengths` is what to tell lengths in.
+    `probes`: those of another replay, which know the home already."""
 
-    def __init__(self, scene: Any, sensor: Sensor, recording: Recording) -> None:
+    def __init__(
+        self, scene: Any, sensor: Sensor, recording: Recording, probes: Probes | None = None
+    ) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
         assert track is not None and clock is not None
         self.scene = scene
@@ -36,9 +39,10 @@ class Replay:
         self.runner = SensorRunner(sensor, clock)
         self.metres = unit_scale(scene)
         self.lengths = lengths_of(scene)
-        self.probes = Probes(scene)
+        self.probes = probes or Probes(scene)
         self.probes.serve([sensor])
-        self.witness = Witness(self.probes.caster)
+        caster: Any = self.probes.caster
+        self.witness = caster if isinstance(caster, Witness) else Witness(caster)
         self.probes.caster = self.witness  # type: ignore[assignment]
         self._recording = recording
         self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []

@@ -14,13 +14,13 @@ import numpy as np
 from ....sensor_logic.clock import Clock
 from ....sensor_logic.model import Array, Pose
 from ....sensor_logic.parameters import specs
-from ...animation import is_animated
 from ...kinds import appearance_of
 from ...runtime import state
 from ...runtime.live import live_of
 from ...runtime.sensor_runner import SensorRunner
+from ...scene.animation import is_animated
 from ...scene.rays.solids import Solids
-from ...sensors import Sensor, SensorError, all_sensors, unit_scale
+from ...scene.sensors import Sensor, SensorError, all_sensors, unit_scale
 from ..sight import Rays, sight_of
 from .figures import Figure, surface_outline
 from .movers import Movers
@@ -141,7 +141,11 @@ class Field:
         self.metres = unit_scale(scene)
         if edited:
             self._list(view_layer, clock)
-        aimed = [seen for seen in self.seen if self._aim(seen, depsgraph, edited)]
+        live = live_of(scene)
+        # The live sensors know of what was changed before the playhead moved.
+        alike = in_handler and live.looked_at == scene.frame_current and not live.told
+        asked = [s for s in self.seen if edited or not (alike and s.matrix and s.runner.steady)]
+        aimed = [seen for seen in asked if self._aim(seen, depsgraph, edited)]
         if edited or aimed:
             self._bound()
         caster = self._look(scene, depsgraph, in_handler)

@@ -7,6 +7,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, PointerProperty
 from bpy.types import Context, PropertyGroup, Scene
 
+from ...scene.lengths import property_group
+
 
 def redraw_views() -> None:
     """Asks Blender to draw every 3D view again."""
@@ -20,15 +22,14 @@ def _changed(self: PropertyGroup, context: Context) -> None:
     redraw_views()
 
 
-def _group() -> type:
-    annotations = {
+SETTINGS = property_group(
+    "AngenOverlay",
+    {
         "show": BoolProperty(
             name="Show Sensors",
             description="Draw sensors in the viewport: what they see and what they read. "
             "Off: costs nothing",
             default=True,
-            options=set(),
-            update=_changed,
         ),
         "which": EnumProperty(
             name="Fields Of",
@@ -37,35 +38,22 @@ def _group() -> type:
                 ("ALL", "All", "Those of all sensors that the viewport shows", 0),
                 ("SELECTED", "Selected", "Those of the selected sensors", 1),
             ],
-            options=set(),
-            update=_changed,
         ),
         "fields": BoolProperty(
             name="Fields of View",
             description="Draw what each sensor sees: its own rays, to where they end",
             default=True,
-            options=set(),
-            update=_changed,
         ),
         "names": BoolProperty(
-            name="Names",
-            description="Write each sensor's name beside it",
-            default=True,
-            options=set(),
-            update=_changed,
+            name="Names", description="Write each sensor's name beside it", default=True
         ),
         "values": BoolProperty(
-            name="Readings",
-            description="Write what each sensor reads beside it",
-            default=True,
-            options=set(),
-            update=_changed,
+            name="Readings", description="Write what each sensor reads beside it", default=True
         ),
-    }
-    return type("AngenOverlay", (PropertyGroup,), {"__annotations__": annotations})
-
-
-SETTINGS = _group()
+    },
+    options=set(),
+    update=_changed,
+)
 
 
 def register() -> None:

@@ -13,7 +13,7 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.report.facts import Placed, Shape, Storey
 from ...runtime import state
 from ...runtime.time_base import evaluated_depsgraph
-from ...sensors import Sensor
+from ...scene.sensors import Sensor
 from .fields import placed
 from .home import Home
 from .shapes import shapes_at

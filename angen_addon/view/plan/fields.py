@@ -10,11 +10,11 @@ from mathutils.geometry import convex_hull_2d
 
 from ....sensor_logic.model import Array
 from ....sensor_logic.report.facts import Placed
-from ...instances import Uid
 from ...kinds import appearance_of
 from ...runtime.sensor_runner import SensorRunner
 from ...runtime.time_base import clock_of
-from ...sensors import Sensor
+from ...scene.instances import Uid
+from ...scene.sensors import Sensor
 from ..sight import Rays, sight_of
 from .home import Home
 

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array
-from ...instances import Uid
+from ...scene.instances import Uid
 from ...scene.rays.caster import RayCaster
 from ...scene.rays.geometry import triangles_of
 from ...scene.rays.solids import Solid
-from ...sensors import unit_scale
+from ...scene.sensors import unit_scale
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,8 @@ class Surface:
 
 
 class Home:
-    """The scene as a depsgraph has it evaluated; `metres` in a unit of Blender."""
+    """The scene as a depsgraph has it evaluated; `metres` in a unit of Blender. `rows` (k,) are the
+    solids that rays of nobody in particular meet: all, if it is not a part."""
 
     def __init__(self, depsgraph: Any) -> None:
         self.depsgraph = depsgraph
@@ -38,6 +40,13 @@ class Home:
         solids = self.caster.solids
         # (n, 3) in m: bounds of all solids.
         self.lo, self.hi = solids.lo * self.metres, solids.hi * self.metres
+        self.rows = np.arange(len(solids.solids))
+
+    def part(self, wanted: Callable[[Solid], bool]) -> Home:
+        """The same home, of which rays meet only those solids that are wanted."""
+        found, solids = copy(self), self.caster.solids.solids
+        found.rows = np.array([row for row in self.rows.tolist() if wanted(solids[row])], np.intp)
+        return found
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array

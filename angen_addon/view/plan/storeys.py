@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ....sensor_logic.report.facts import Placed
-from ...instances import Uid
+from ...scene.instances import Uid
 from .home import Home
 
 # Rays go down around the sensor, at these distances from it (m).

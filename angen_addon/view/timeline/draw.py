@@ -9,9 +9,9 @@ from typing import Any
 import bpy
 from bpy.types import SpaceDopeSheetEditor
 
-from ...instances import Uid
 from ...runtime import state
-from ...sensors import Sensor
+from ...scene.instances import Uid
+from ...scene.sensors import Sensor
 from .history import HISTORIES, History
 from .layout import CHIP, Colour, Picture, View, Word, labels, strips
 

@@ -8,14 +8,14 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.event_log import news
-from ....sensor_logic.recording import Track
+from ....sensor_logic.log.event_log import news
+from ....sensor_logic.recording.tracks import Track
 
 Indices = NDArray[np.intp]
 
 
 def log_indices(track: Track) -> Indices:
-    """The updates that the event log tells of, in order; the first update is one of them."""
+    """The updates that have rows in the event log, in order; the first update is one of them."""
     return _together(news(track, published) for published in track.kind.events)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
-from ....sensor_logic.recording import Recording, Track
-from ...instances import Uid
+from ....sensor_logic.recording.tracks import Recording, Track
+from ...scene.instances import Uid
 from .events import Indices, event_indices, log_indices
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ class History:
 
 
 def history_of(recording: Recording, sensors: Iterable[Any]) -> History:
-    """The history of sensors; those without a track have none, and are told as off."""
+    """The history of sensors; those without a track have none, and are shown as off."""
     start, end = float(recording.frame_start), float(recording.frame_end + 1)
     rows = [_row(recording.track_of(sensor.uid), sensor, start, end) for sensor in sensors]
     # What has no room comes last.
@@ -97,7 +97,7 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> Row:
 
 
 def _full(track: Track, sensor: Any) -> float:
-    """100 for what is told in percent; else the peak, or the threshold where nothing reaches it."""
+    """100 for what is in percent; else the peak, or the threshold where nothing reaches it."""
     if track.reading_at(0).unit == "%":
         return 100.0
     threshold = float(getattr(sensor.parameters, "threshold", 0.0))

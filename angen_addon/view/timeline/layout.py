@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
-from ...instances import Uid
+from ...scene.instances import Uid
 from .history import ACTIVE, IDLE, INVALID, OFF, History, Row
 
 Array = NDArray[np.float64]

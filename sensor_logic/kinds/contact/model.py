@@ -31,8 +31,7 @@ class ContactParameters(Parameters):
         "Close distance",
         "It closes where the magnet is nearer than this. Data sheets: operate, make or pull-in",
         unit="m",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         short="Closes At",
     )
     open_distance: float = parameter(
@@ -40,8 +39,7 @@ class ContactParameters(Parameters):
         "Open distance",
         "It opens where the magnet is farther than this. Data sheets: release, break or drop-out",
         unit="m",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         short="Opens At",
     )
 

@@ -67,10 +67,7 @@ def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array,
     x = _places(parameters.horizontal_fov, parameters.zones_across, k)
     y = -_places(parameters.vertical_fov, parameters.zones_up, k)
     zone = np.broadcast_to(
-        np.stack(
-            np.broadcast_arrays(x[None, :, None, :], y[:, None, :, None]),
-            axis=-1,
-        ),
+        np.stack(np.broadcast_arrays(x[None, :, None, :], y[:, None, :, None]), axis=-1),
         (parameters.zones_up, parameters.zones_across, k, k, 2),
     ).reshape(-1, 2)
     ways = np.column_stack([zone, np.full(len(zone), -1.0)]) @ pose.axes.T

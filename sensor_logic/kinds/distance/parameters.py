@@ -20,41 +20,35 @@ SEVERAL = "VL53L5CX data sheet DS13754: 8 × 8 zones"
 @dataclass(frozen=True)
 class DistanceParameters(Parameters):
     threshold: float = parameter(
-        1.0, "Threshold", "Something is near that is nearer than this", unit="m", minimum=0.0
+        1.0, "Threshold", "Something is near that is nearer than this", unit="m"
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
         "It is near until it is this much farther away than the threshold",
         unit="m",
-        minimum=0.0,
     )
     report_step: float = parameter(
         0.05,
         "Report step",
         "The event log tells of the distance when it changed by this much",
         unit="m",
-        minimum=0.0,
         short="Report by",
     )
-    range_min: float = parameter(
-        0.04, "Range min", "What is nearer reads this", unit="m", minimum=0.0
-    )
+    range_min: float = parameter(0.04, "Range min", "What is nearer reads this", unit="m")
     range_max: float = parameter(
         3.6,
         "Range max",
         "How far a white target is seen that fills a zone; reads this where there is none",
         unit="m",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
     )
     range_grey: float = parameter(
         1.7,
         "Range of grey",
         "How far a target is seen that reflects 17 %; ultrasound: as far as a white one",
         unit="m",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         short="Of grey",
     )
     target: str = parameter(
@@ -67,19 +61,13 @@ class DistanceParameters(Parameters):
         ),
     )
     reflectance: float = parameter(
-        WHITE,
-        "Reflectance",
-        "What everything reflects, 0 to 1",
-        minimum=0.01,
-        maximum=1.0,
-        **FIXED,
+        WHITE, "Reflectance", "What everything reflects, 0 to 1", minimum=0.01, maximum=1.0, **FIXED
     )
     horizontal_fov: float = parameter(
         math.radians(19.3),
         "Horizontal FOV",
         "Angle from side to side that all zones together take",
         unit="rad",
-        minimum=0.0,
         maximum=math.radians(120),
         short="FOV Across",
     )
@@ -88,7 +76,6 @@ class DistanceParameters(Parameters):
         "Vertical FOV",
         "Angle from top to bottom that all zones together take",
         unit="rad",
-        minimum=0.0,
         maximum=math.radians(120),
         short="FOV Up",
     )
@@ -118,28 +105,22 @@ class DistanceParameters(Parameters):
         "Separation",
         "Things nearer together than this are one echo",
         unit="m",
-        minimum=0.0,
         used_when=(("echo", "STRONGEST"),),
     )
     noise_sigma: float = parameter(
-        0.0, "Noise", "Standard deviation of a reading at no distance", unit="m", minimum=0.0
+        0.0, "Noise", "Standard deviation of a reading at no distance", unit="m"
     )
     noise_growth: float = parameter(
-        0.0,
-        "Noise growth",
-        "How much the standard deviation grows with each metre, in metres",
-        minimum=0.0,
+        0.0, "Noise growth", "How much the standard deviation grows with each metre, in metres"
     )
     resolution: float = parameter(
-        0.0, "Resolution", "Readings are multiples of this; 0: exact", unit="m", minimum=0.0
+        0.0, "Resolution", "Readings are multiples of this; 0: exact", unit="m"
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        if self.range_min >= self.range_max:
-            return [
-                f"range_min ({lengths.typed(self.range_min)}) must be smaller than "
-                f"range_max ({lengths.typed(self.range_max)})"
-            ]
+        problems = self.must_be_smaller("range_min", "range_max", lengths)
+        if problems:
+            return problems
         if self.range_grey > self.range_max:
             return [
                 f"range_grey ({lengths.typed(self.range_grey)}) is beyond range_max "

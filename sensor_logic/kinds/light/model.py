@@ -52,21 +52,14 @@ class LightParameters(Parameters):
     )
     samples: int = parameter(1024, "Samples", "Light paths a reading", minimum=1, maximum=1_000_000)
     clip_start: float = parameter(
-        0.5,
-        "Clip start",
-        "Nearer than this is not seen",
-        unit="m",
-        minimum=0.0,
-        source=THESIS,
-        **FOUR_WALL,
+        0.5, "Clip start", "Nearer than this is not seen", unit="m", source=THESIS, **FOUR_WALL
     )
     clip_end: float = parameter(
         5.0,
         "Clip end",
         "How far the views see",
         unit="m",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source=THESIS,
         **FOUR_WALL,
     )
@@ -75,32 +68,25 @@ class LightParameters(Parameters):
         "Field of view",
         "Angle of each of the four views",
         unit="rad",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         maximum=math.pi,
         source=THESIS,
         **FOUR_WALL,
     )
     exposure: float = parameter(
-        1.0,
-        "Exposure",
-        "Radiance that reads 100 % is one over this",
-        minimum=0.0,
-        **FOUR_WALL,
+        1.0, "Exposure", "Radiance that reads 100 % is one over this", **FOUR_WALL
     )
     threshold: float = parameter(
         50.0,
         "Threshold",
         "Lit above this reading: percent, or lux, as the method reads",
         unit=READING,
-        minimum=0.0,
     )
     report_step: float = parameter(
         1.0,
         "Report step",
         "The event log tells of the reading when it changed by this much",
         unit=READING,
-        minimum=0.0,
         short="Report by",
     )
     hysteresis: float = parameter(
@@ -108,7 +94,6 @@ class LightParameters(Parameters):
         "Hysteresis",
         "Difference of the readings at which it turns lit and dark, about the threshold",
         unit=READING,
-        minimum=0.0,
     )
     output: str = parameter(
         "RESISTOR",
@@ -124,8 +109,7 @@ class LightParameters(Parameters):
         0.7,
         "Gamma",
         "Slope of the resistance over the light, both logarithmic",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source="0.6 ± 0.1, GL55 series manual",
         **RESISTOR,
     )
@@ -134,8 +118,7 @@ class LightParameters(Parameters):
         "Resistance at 10 lux",
         "Resistance of the photoresistor at 10 lux",
         unit="Ω",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source="8–20 or 10–20 kΩ, GL5528 data sheets",
         short="At 10 lux",
         **RESISTOR,
@@ -145,8 +128,7 @@ class LightParameters(Parameters):
         "Dark resistance",
         "Resistance of the photoresistor in the dark",
         unit="Ω",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source=GL5528,
         short="Dark",
         **RESISTOR,
@@ -156,7 +138,6 @@ class LightParameters(Parameters):
         "Rise time",
         "Time constant with which it follows a light that grows",
         unit="s",
-        minimum=0.0,
         source="20 ms, " + GL5528,
         **RESISTOR,
     )
@@ -165,7 +146,6 @@ class LightParameters(Parameters):
         "Fall time",
         "Time constant with which it follows a light that fades",
         unit="s",
-        minimum=0.0,
         source="30 ms, " + GL5528,
         **RESISTOR,
     )
@@ -174,8 +154,7 @@ class LightParameters(Parameters):
         "Load resistor",
         "Fixed resistor of the divider",
         unit="Ω",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         short="Load",
         **RESISTOR,
     )
@@ -184,8 +163,7 @@ class LightParameters(Parameters):
         "Supply voltage",
         "Voltage of the divider",
         unit="V",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         short="Supply",
         **RESISTOR,
     )
@@ -194,8 +172,7 @@ class LightParameters(Parameters):
         "Full scale",
         "Most light that the digital part can tell",
         unit="lx",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source=BH1750,
         **DIGITAL,
     )
@@ -204,7 +181,6 @@ class LightParameters(Parameters):
         "Step",
         "Light of one count of the digital part; 0: no steps",
         unit="lx",
-        minimum=0.0,
         source=BH1750,
         **DIGITAL,
     )
@@ -213,26 +189,17 @@ class LightParameters(Parameters):
         "Integration time",
         "The digital part tells the mean light of this long",
         unit="s",
-        minimum=0.0,
         source=BH1750,
         short="Integration",
         **DIGITAL,
     )
     noise_sigma: float = parameter(
-        0.0,
-        "Noise",
-        "Standard deviation of the noise on the reading",
-        unit=READING,
-        minimum=0.0,
+        0.0, "Noise", "Standard deviation of the noise on the reading", unit=READING
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        if self.method == "FOUR_WALL" and self.clip_start >= self.clip_end:
-            return [
-                f"clip_start ({lengths.typed(self.clip_start)}) must be smaller than "
-                f"clip_end ({lengths.typed(self.clip_end)})"
-            ]
-        return []
+        four = self.method == "FOUR_WALL"
+        return self.must_be_smaller("clip_start", "clip_end", lengths) if four else []
 
 
 class LightSensor(Model):

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much of a beam's light passes between two looks at it, told from what swept through it."""
+"""How much of a beam's light passes between two looks at it, by what swept through it."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ...geometry.sweep import Passes
+from ...geometry.triangle_tree import Index
 from ...model import Array
-from ...sweep import Passes
-from ...triangle_tree import Index
 
 # Share of the time between two looks. A gap in a break that is shorter is rounding; at 24
 # frames a second it is 0.4 µs, of which no part takes note.

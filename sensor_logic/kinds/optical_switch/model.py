@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry.sweep import Passes, no_passes
 from ...kind import CROSSINGS, RAYS
 from ...model import Array, Model, Pose, Reading, Readings, Update, Updates
 from ...parameters import Parameters, parameter
 from ...quantities import METRES, Lengths
-from ...sweep import Passes, no_passes
 from .breaks import light_between
 
 THESIS = "laser switch of the thesis's Gazebo plugin"
@@ -33,28 +33,16 @@ NO_RANGES = np.zeros((0, 2))
 @dataclass(frozen=True)
 class OpticalSwitchParameters(Parameters):
     range_min: float = parameter(
-        0.001,
-        "Range min",
-        "Nearer than this is not seen",
-        unit="m",
-        minimum=0.0,
-        source=THESIS,
+        0.001, "Range min", "Nearer than this is not seen", unit="m", source=THESIS
     )
     range_max: float = parameter(
-        0.5,
-        "Range max",
-        "How far the beam reaches",
-        unit="m",
-        minimum=0.0,
-        above_minimum=True,
-        source=THESIS,
+        0.5, "Range max", "How far the beam reaches", unit="m", positive=True, source=THESIS
     )
     threshold: float = parameter(
         0.05,
         "Threshold",
         "Open where the beam reaches at least this far. Datasheets: gap",
         unit="m",
-        minimum=0.0,
         source=THESIS,
     )
     aperture_rays: int = parameter(
@@ -69,22 +57,16 @@ class OpticalSwitchParameters(Parameters):
         "Aperture",
         "Width of the slit, along the sensor's X axis. Datasheets: aperture or slit width",
         unit="m",
-        minimum=0.0,
     )
     hysteresis: float = parameter(
         0.15,
         "Hysteresis",
         "Difference of the light at which it opens and closes, as a share of the full light",
-        minimum=0.0,
         maximum=0.95,
         source="Schmitt trigger: opens at 0.60, closes below 0.45",
     )
     noise_sigma: float = parameter(
-        0.0,
-        "Noise",
-        "Standard deviation of the noise on every range (Gaussian)",
-        unit="m",
-        minimum=0.0,
+        0.0, "Noise", "Standard deviation of the noise on every range (Gaussian)", unit="m"
     )
     swept: bool = parameter(
         False,
@@ -95,11 +77,9 @@ class OpticalSwitchParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        if self.range_min >= self.range_max:
-            return [
-                f"range_min ({lengths.typed(self.range_min)}) must be smaller than "
-                f"range_max ({lengths.typed(self.range_max)})"
-            ]
+        problems = self.must_be_smaller("range_min", "range_max", lengths)
+        if problems:
+            return problems
         if self.threshold > self.range_max:
             return [
                 f"threshold ({lengths.typed(self.threshold)}) is beyond range_max "

@@ -13,7 +13,7 @@ from bisect import bisect
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ... import divider
+from ...physics import divider
 
 if TYPE_CHECKING:  # pressure.py uses this file
     from .model import PressureParameters
@@ -97,13 +97,14 @@ def spread_factor(spread: float, unit_noise: float) -> float:
 
 
 class ForceResistor:
-    """The state of one part. `part_noise`, a standard normal number, is what part it is."""
+    """The state of one part. `part_noise`, a standard normal number, is what part it is; `touched`
+    whether a press goes on."""
 
     def __init__(self, part_noise: float = 0.0) -> None:
         self._part_noise = part_noise
         self._press_noise = 0.0
         self._log_conductance: float | None = None
-        self._touched = False
+        self.touched = False
         self._load = 0.0
         self._load_time = 0.0
         self._decades = 0.0
@@ -118,10 +119,10 @@ class ForceResistor:
         """
         touching = contact(parameters, force_n)
         load = min(force_n, parameters.force_max)
-        if touching == 1.0 and not self._touched:
+        if touching == 1.0 and not self.touched:
             self._press_noise = unit_noise
         decades = self._drift_decades(touching == 1.0, load, time_s)
-        self._touched = touching == 1.0
+        self.touched = touching == 1.0
         factor = (
             spread_factor(parameters.part_spread, self._part_noise)
             * spread_factor(parameters.repeatability, self._press_noise)
@@ -159,7 +160,7 @@ class ForceResistor:
         """
         if not touched:
             return 0.0
-        if not self._touched:
+        if not self.touched:
             self._load, self._load_time, self._decades = load, time, 0.0
         held = (time - self._load_time) / DRIFT_START
         decades = math.log10(10.0**self._decades + held) * min(self._load / load, 1.0)

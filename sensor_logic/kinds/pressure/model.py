@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...kind import FORCES
+from ...log.partner_names import joined
 from ...model import Model, PadContact, Pose, Reading, Update
 from ...parameters import Choice, Parameters, parameter
-from ...partner_names import joined
 from ...quantities import METRES, Lengths
 from .force_resistor import ForceResistor
 
@@ -27,15 +28,12 @@ FSR_402 = "Interlink FSR 402 data sheet, PDS-10004"
 
 @dataclass(frozen=True)
 class PressureParameters(Parameters):
-    threshold: float = parameter(
-        1.0, "Threshold", "Pressed above this force", unit="N", minimum=0.0
-    )
+    threshold: float = parameter(1.0, "Threshold", "Pressed above this force", unit="N")
     report_step: float = parameter(
         1.0,
         "Report step",
         "The event log tells of the force when it changed by this much",
         unit="N",
-        minimum=0.0,
         short="Report by",
     )
     partner_object: str | None = parameter(
@@ -63,8 +61,7 @@ class PressureParameters(Parameters):
         "Area",
         "Active area of the force-sensing resistor",
         unit="m²",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source="12.7 mm diameter, " + FSR_402,
     )
     force_min: float = parameter(
@@ -72,7 +69,6 @@ class PressureParameters(Parameters):
         "Force min",
         "Least force that the resistor feels. Datasheets: actuation force",
         unit="N",
-        minimum=0.0,
         source=FSR_402,
     )
     force_max: float = parameter(
@@ -80,8 +76,7 @@ class PressureParameters(Parameters):
         "Force max",
         "Force at which the resistor saturates. Datasheets: force sensitivity range",
         unit="N",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source=FSR_402,
     )
     resistor: str = parameter(
@@ -99,8 +94,7 @@ class PressureParameters(Parameters):
         "Resistance at 1 N",
         "Resistance under a force of 1 N. Datasheets: from the curve of resistance over force",
         unit="Ω",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
         used_when=(("resistor", "POWER_LAW"),),
         short="At 1 N",
@@ -110,8 +104,7 @@ class PressureParameters(Parameters):
         "Exponent",
         "The resistance falls with the force to this power. "
         "Datasheets: slope of the curve, both axes logarithmic",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         maximum=5.0,
         source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
         used_when=(("resistor", "POWER_LAW"),),
@@ -121,8 +114,7 @@ class PressureParameters(Parameters):
         "Unloaded resistance",
         "Resistance without force. Datasheets: non-actuated or stand-off resistance",
         unit="Ω",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         source="> 10 MΩ, " + FSR_402,
         short="Unloaded",
     )
@@ -131,7 +123,6 @@ class PressureParameters(Parameters):
         "Hysteresis",
         "Share by which the resistance is lower as the load falls than as it grew. "
         "Datasheets: hysteresis, (RF+ − RF−)/RF+",
-        minimum=0.0,
         maximum=0.9,
         source="0.10 on average, " + FSR_402,
     )
@@ -140,7 +131,6 @@ class PressureParameters(Parameters):
         "Drift",
         "Share of the resistance lost with each tenfold time under a constant load. "
         "Datasheets: long-term drift, per log10(time)",
-        minimum=0.0,
         maximum=0.1,
         source="< 0.05 (1 kg, 35 days), " + FSR_402,
     )
@@ -149,7 +139,6 @@ class PressureParameters(Parameters):
         "Part spread",
         "Standard deviation of the resistance from sensor to sensor, as a share of it. "
         "Datasheets: part-to-part repeatability, one standard deviation / mean",
-        minimum=0.0,
         maximum=0.5,
         source="± 0.06 in one batch, " + FSR_402,
     )
@@ -158,7 +147,6 @@ class PressureParameters(Parameters):
         "Repeatability",
         "Standard deviation of the resistance from press to press, as a share of it. "
         "Datasheets: single-part repeatability, one standard deviation / mean",
-        minimum=0.0,
         maximum=0.5,
         source="± 0.02, " + FSR_402,
     )
@@ -167,33 +155,21 @@ class PressureParameters(Parameters):
         "Load resistor",
         "Fixed resistor of the divider, from its output to ground. Datasheets: measuring resistor",
         unit="Ω",
-        minimum=0.0,
-        above_minimum=True,
+        positive=True,
         short="Load",
     )
     supply_voltage: float = parameter(
-        5.0,
-        "Supply voltage",
-        "Voltage of the divider",
-        unit="V",
-        minimum=0.0,
-        above_minimum=True,
-        short="Supply",
+        5.0, "Supply voltage", "Voltage of the divider", unit="V", positive=True, short="Supply"
     )
     adc_bits: int = parameter(
         10, "ADC bits", "Resolution of the converter behind it", minimum=1, maximum=32
     )
     noise_sigma: float = parameter(
-        0.0, "Noise", "Standard deviation of the noise on the force", unit="N", minimum=0.0
+        0.0, "Noise", "Standard deviation of the noise on the force", unit="N"
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        if self.force_min >= self.force_max:
-            return [
-                f"force_min ({self.force_min:.6g} N) must be smaller than "
-                f"force_max ({self.force_max:.6g} N)"
-            ]
-        return []
+        return self.must_be_smaller("force_min", "force_max", lengths)
 
 
 class PressurePad(Model):
@@ -202,6 +178,8 @@ class PressurePad(Model):
     def __init__(self) -> None:
         self._resistor: ForceResistor | None = None
         self._known = PadReading(0.0, "", (math.nan, math.nan))
+        # What that was made of.
+        self._asked: tuple[Any, ...] = (None, None, None)
 
     def update(self, parameters: PressureParameters, update: Update) -> Reading:
         """The force along the pad's −Z in N, from its partners, and what the resistor makes of it.
@@ -211,13 +189,18 @@ class PressurePad(Model):
         contact: PadContact = update.ask(FORCES)
         problem = contact.forces.problem
         if contact.forces.usable:
-            self._known = pad_reading(parameters, update.pose, contact)
+            asked = parameters, update.pose, contact
+            if not all(one is two for one, two in zip(asked, self._asked, strict=True)):
+                self._asked, self._known = asked, pad_reading(*asked)
             if not problem and self._known.on_its_back:
                 problem = "what touches the pad does so on its back: its +Z side senses; turn it"
-        on_force, on_press = update.noise().standard_normal(2)
-        force = self._known.force + parameters.noise_sigma * float(on_force)
         if self._resistor is None:
             self._resistor = ForceResistor(float(update.part().standard_normal()))
+        on_force = on_press = 0.0
+        # Numbers that nothing is made of need not be drawn.
+        if parameters.noise_sigma or (self._known.force > 0.0 and not self._resistor.touched):
+            on_force, on_press = update.noise().standard_normal(2)
+        force = self._known.force + parameters.noise_sigma * float(on_force)
         felt = self._resistor.update(parameters, max(force, 0.0), update.time, float(on_press))
         pressed = force > parameters.threshold
         fields = {

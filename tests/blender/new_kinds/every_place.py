@@ -10,7 +10,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from test_panels import PANELS, Layout, drawn
+from panel_layout import PANELS, Layout, drawn
 
 ops = bpy.ops.angen
 # By kind: label, number, field of events, name of the main reading, its first and last value.

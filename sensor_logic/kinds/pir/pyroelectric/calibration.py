@@ -29,6 +29,7 @@ DENSE, INTERVAL, REST = 400, 0.01, 3.0
 REACH = 3.0
 
 
+# One a set of parameters; without it 150 ms an update.
 @lru_cache(maxsize=256)
 def threshold(zones: Zones, response: Response, distance: float, contrast: float) -> float:
     """W per m² of lenslet: the signal with which the standard target, `contrast` K warmer than

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....kind import WARMTH
 from ....model import Array, Model, Pose, Readings, Updates
-from ....output_timing import OutputTiming
+from ....physics.output_timing import OutputTiming
 from .calibration import threshold
 from .lenses import LENSES
 from .radiance import net_power
@@ -51,7 +51,8 @@ def threshold_of(parameters: PirParameters) -> float:
 
 
 class _Aimed(NamedTuple):
-    """Rays in the world with their weights, kept while parameters and pose stay the same."""
+    """Rays in the world with their weights, and how their power is answered; kept while parameters
+    and pose stay the same."""
 
     parameters: PirParameters
     pose: Pose
@@ -60,6 +61,8 @@ class _Aimed(NamedTuple):
     directions: Array
     reach: Array
     weights: Array
+    response: Response
+    threshold: float
 
 
 class PyroelectricDetector(Model):
@@ -75,7 +78,7 @@ class PyroelectricDetector(Model):
         rays = self._aim(parameters, updates.pose)
         seen = updates.ask(WARMTH, 0, rays.origins, rays.directions, rays.reach)
         power = np.array([net_power(rays.weights, emission) for emission in seen.table])[seen.rows]
-        signal = self._feel(parameters, power, updates.times) / threshold_of(parameters)
+        signal = self._feel(rays.response, power, updates.times) / rays.threshold
         if parameters.signal_noise > 0.0:
             numbers = updates.numbers.tolist()
             signal += [updates.noise(k).normal(0.0, parameters.signal_noise) for k in numbers]
@@ -90,10 +93,9 @@ class PyroelectricDetector(Model):
         )
         return Readings(moved, signal, {"angle_rad": None, "moved": moved, "signal": signal})
 
-    def _feel(self, parameters: PirParameters, power: Array, times: Array) -> Array:
+    def _feel(self, response: Response, power: Array, times: Array) -> Array:
         """The largest signals (n,), each since the update before; another amplifier starts at
         rest."""
-        response = response_of(parameters)
         if self._chain is None or self._chain.response != response:
             self._chain = Chain(response)
         peaks = self._chain.advance(power, np.diff(times, prepend=self._time))
@@ -111,6 +113,9 @@ class PyroelectricDetector(Model):
             directions = local.directions @ pose.axes.T
             origins = pose.origin + directions * parameters.range_min
             reach = np.full(len(directions), SIGHT)
-            known = _Aimed(parameters, pose, zones, origins, directions, reach, local.weights)
+            rays = zones, origins, directions, reach, local.weights
+            known = _Aimed(
+                parameters, pose, *rays, response_of(parameters), threshold_of(parameters)
+            )
             self._aimed = known
         return known

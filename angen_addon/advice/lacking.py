@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the open file needs and does not have here, so that its readings are not those of the home:
+libraries and other files that are missing, drivers that stand still, sensors of unknown kinds."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.wording import named
+from ..runtime import state
+from ..scene.animation import all_animated
+from ..scene.sensors import all_sensors, simulated
+
+FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
+FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"
+
+# What is wrong, and the way to mend it.
+Lack = tuple[str, str]
+
+
+def lacking(view_layer: Any, light: bool) -> list[str]:
+    """A sentence for each thing; `light`: what only light sensors see counts too. The scene has to
+    be evaluated, which is when Blender blocks drivers."""
+    return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
+
+
+def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
+    """The same in its parts."""
+    yield from _unknown_kinds(view_layer)
+    yield from _missing_libraries()
+    yield from _missing_data()
+    yield from _missing_files("cache file", bpy.data.cache_files, "what moves by it stands still")
+    yield from _missing_mesh_caches(view_layer)
+    yield from _standing_drivers()
+    if light:
+        images = [i for i in bpy.data.images if i.source in FILES and not i.has_data]
+        yield from _missing_files("image", images, "light sensors see it as pink")
+
+
+def look(view_layer: Any) -> None:
+    """Has panels tell what is lacking now."""
+    sensors = simulated(all_sensors(view_layer))
+    if sensors:
+        view_layer.update()
+    state.CACHE.lacks = lacking(view_layer, any(s.kind.asks_for(LIGHT) for s in sensors))
+
+
+def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
+    known = {0, *(kind.number for kind in KINDS.values())}
+    for obj in view_layer.objects:
+        number = _stored_kind(obj) if obj is not None else 0
+        if number not in known:
+            yield (
+                f"'{obj.name}' is a sensor of a kind that this version does not know "
+                f"(number {number}) and is left out",
+                "update the extension",
+            )
+
+
+def _stored_kind(obj: Any) -> int:
+    """As the file has it: read as a property it would be no sensor."""
+    stored = getattr(obj, "bl_system_properties_get", None)
+    groups = stored() if stored is not None else obj
+    group = groups.get("angen_sensor") if groups is not None else None
+    return int(group.get("kind", 0)) if group is not None else 0
+
+
+def _missing_libraries() -> Iterator[Lack]:
+    for library in bpy.data.libraries:
+        path = bpy.path.abspath(library.filepath, library=library.parent)
+        inside = library.packed_file is not None or getattr(library, "is_archive", False)
+        if not inside and not os.path.isfile(path):
+            yield f"the linked library '{library.name}' is missing ({path})", FIND
+
+
+def _missing_data() -> Iterator[Lack]:
+    """What libraries that are there do not hold any more."""
+    lost: dict[str, list[str]] = {}
+    for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.actions):
+        for block in collection:
+            library = block.library
+            if block.is_missing and library is not None:
+                path = bpy.path.abspath(library.filepath, library=library.parent)
+                if os.path.isfile(path):
+                    lost.setdefault(library.name, []).append(block.name)
+    for name, blocks in lost.items():
+        yield (
+            f"the library '{name}' no longer holds {named(blocks)}",
+            "save them in it, or relink",
+        )
+
+
+def _missing_files(what: str, blocks: Iterable[Any], so: str) -> Iterator[Lack]:
+    for block in blocks:
+        if getattr(block, "packed_file", None) is not None or block.users == 0:
+            continue
+        path = bpy.path.abspath(block.filepath, library=block.library)
+        # Of a sequence or of tiles the name holds a placeholder.
+        if block.filepath and not os.path.exists(path) and "<" not in path:
+            yield f"the {what} '{block.name}' is missing ({path}), so {so}", FIND
+
+
+def _missing_mesh_caches(view_layer: Any) -> Iterator[Lack]:
+    for obj in view_layer.objects:
+        for modifier in obj.modifiers if obj is not None else ():
+            if modifier.type == "MESH_CACHE" and modifier.show_viewport:
+                path = bpy.path.abspath(modifier.filepath, library=obj.library)
+                if modifier.filepath and not os.path.isfile(path):
+                    text = f"the mesh cache of '{obj.name}' is missing ({path}), so it stands still"
+                    yield text, "put it back, or choose another in the modifier"
+
+
+def _standing_drivers() -> Iterator[Lack]:
+    blocked: list[str] = []
+    failed: list[str] = []
+    for owner in all_animated():
+        for curve in owner.animation_data.drivers:
+            driver = curve.driver
+            if not driver.is_valid and not curve.mute:
+                python = driver.type == "SCRIPTED" and not driver.is_simple_expression
+                where = blocked if python and bpy.app.autoexec_fail else failed
+                where.append(f"{owner.name} ({curve.data_path})")
+    if blocked:
+        yield (
+            f"Blender blocked drivers that are Python, so what they move stands still: "
+            f"{named(blocked)}",
+            "if you trust the file, allow them with --enable-autoexec, or with Trusted Source "
+            "where you open it",
+        )
+    if failed:
+        text = f"drivers fail, so what they move stands still: {named(failed)}"
+        yield text, "mend or remove them"

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What in a scene keeps a sensor from reading what its user expects, and the way out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ...sensor_logic.wording import Advice, named, uncapped
+from ..scene.animation import is_animated
+from ..scene.contact.things import rigid_bodies
+from ..scene.instances import with_instanced
+from ..scene.rays.solids import SURFACE_TYPES
+
+
+def warm_up(sensor: Any, scene: Any) -> Advice | None:
+    """The warning of a motion detector for which the animation ends too early."""
+    seconds = getattr(sensor.parameters, "warm_up_time", 0.0)
+    frames = scene.frame_end + 1 - scene.frame_start
+    length = frames * scene.render.fps_base / scene.render.fps
+    if seconds < length:
+        return None
+    return Advice(
+        f"Its warm-up time of {seconds:g} s outlasts the animation of {length:.3g} s: it reports "
+        "nothing",
+        "Set it to 0 for a detector that has long been on",
+    )
+
+
+def without_surface(obj: Any) -> Advice | None:
+    """The warning of a pad that nothing can press on."""
+    kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
+    if obj.type not in SURFACE_TYPES:
+        return Advice(
+            f"It has no surface that anything could press on ({kind})", "Use a mesh object"
+        )
+    if obj.type == "MESH" and not obj.modifiers and not obj.data.polygons:
+        return Advice("Its mesh has no faces that anything could press on", "Give it some")
+    return None
+
+
+def is_simulated(obj: Any) -> bool:
+    """Whether the physics engine moves the object, now or at another frame."""
+    body = obj.rigid_body
+    return (
+        body is not None
+        and body.type == "ACTIVE"
+        and (body.enabled or is_animated(obj, "rigid_body.enabled"))
+        and (not body.kinematic or is_animated(obj, "rigid_body.kinematic"))
+    )
+
+
+def has_mass(obj: Any) -> bool:
+    """Whether an animated body with a mass is, or hangs on, this object, now or ever."""
+    return obj.angen_load.mass > 0.0 or is_animated(obj, "angen_load.mass")
+
+
+def simulated_bodies(scene: Any) -> Iterator[Any]:
+    """What the physics engine moves, each with a mass of its own: not the parts of compounds."""
+    return (obj for obj in rigid_bodies(scene) if is_simulated(obj))
+
+
+def sinks(pad: Any, scene: Any) -> Advice | None:
+    """The warning of a pad that heavier bodies press through what is below it."""
+    bodies = list(simulated_bodies(scene))
+    if pad not in bodies:
+        return None
+    heavier = [b for b in bodies if b != pad and b.rigid_body.mass > pad.rigid_body.mass]
+    if not heavier:
+        return None
+    worst = max(heavier, key=lambda body: body.rigid_body.mass)
+    return Advice(
+        f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier ones, "
+        f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg)",
+        "Make it passive, or remove its rigid body",
+    )
+
+
+def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
+    """The warning where nothing could ever press on the pad."""
+    if any(body != pad for body in simulated_bodies(scene)):
+        return None
+    if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
+        return None
+    return Advice(
+        "Nothing in this scene has a weight",
+        "Make something an active rigid body, or give an animated person or thing a mass: "
+        "Physics tab, Weight on Sensors",
+    )
+
+
+def of_several(told: dict[str, Advice]) -> str:
+    """One line for the same advice to several pads, by their names: how many there are, the first
+    of their names, and the text; where the texts differ, that of the first."""
+    names = list(told)
+    text = uncapped(told[names[0]].text)
+    if len(names) == 1:
+        return f"'{names[0]}': {text}"
+    of_first = "of the first: " if len(set(told.values())) > 1 else ""
+    return f"{len(names)} pads ({named(names, 3)}): {of_first}{text}"
+
+
+def outdated_cache(scene: Any) -> Advice | None:
+    """The warning where the simulated poses are those before an edit."""
+    world = scene.rigidbody_world
+    if not any(simulated_bodies(scene)) or not world.point_cache.is_outdated:
+        return None
+    return Advice(
+        "The rigid-body cache is out of date, live readings are not valid",
+        f"Play from frame {world.point_cache.frame_start}, or simulate the sensors, which does so "
+        "by itself",
+    )
+
+
+def short_cache(scene: Any) -> Advice | None:
+    """The warning where the physics stops before the scene does."""
+    if not any(simulated_bodies(scene)):
+        return None
+    cache = scene.rigidbody_world.point_cache
+    if cache.frame_end >= scene.frame_end:
+        return None
+    way_out = "Delete its bake, set its end and bake again" if cache.is_baked else "Set its end"
+    return Advice(
+        f"The rigid-body cache ends at frame {cache.frame_end}, the scene at {scene.frame_end}: "
+        "readings after it are not valid",
+        f"{way_out}: Scene tab, Rigid Body World, Cache",
+    )

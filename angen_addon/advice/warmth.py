@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Usual temperatures of things, and what keeps pyroelectric detectors from feeling anything."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from ...sensor_logic.kind import WARMTH
+from ...sensor_logic.wording import Advice
+from ..scene.instances import with_instanced
+from ..scene.rays.geometry import evaluated_materials
+from ..scene.rays.solids import SURFACE_TYPES
+from ..scene.sensors import Sensor
+from ..scene.warmth import collection_parents, inherited_warmth
+from .weights import chain
+
+# Materials with one of these in their name are bare skin.
+SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")
+SKIN_CELSIUS = 33.0
+# Hz: with fewer updates the signal of a walker is more than 5 % too low.
+ENOUGH_RATE = 20.0
+
+
+@dataclass(frozen=True)
+class Usual:
+    """A temperature that things of a sort usually have (°C), with its emissivity."""
+
+    identifier: str
+    label: str
+    tip: str
+    celsius: float
+    emissivity: float = 0.95
+
+
+USUAL: dict[str, Usual] = {
+    usual.identifier: usual
+    for usual in (
+        Usual("PERSON", "Person", "Clothing 28 °C, and materials named as skin 33 °C", 28.0),
+        Usual("PET", "Pet", "A cat's or dog's fur, 27 °C", 27.0),
+        Usual("HEATER", "Heater", "A radiator that heats, 50 °C", 50.0),
+        Usual("KETTLE", "Kettle", "A kettle of painted metal or plastic that boils, 90 °C", 90.0),
+        Usual("SCREEN", "Warm screen", "A screen that is on, 35 °C", 35.0),
+        Usual("SUN", "Sunlit patch", "Floor or furniture in the sun, 35 °C", 35.0),
+        Usual("COLD", "Cold window", "A window pane in winter, 12 °C", 12.0),
+    )
+}
+
+
+def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
+    """The object and what is part of it: what it deforms and what hangs on it."""
+    return [
+        other
+        for other in view_layer.objects
+        if other.type in SURFACE_TYPES and obj in list(chain(other))
+    ]
+
+
+def warm(obj: Any, usual: Usual, view_layer: Any) -> tuple[list[Any], list[Any]]:
+    """Gives the object, with all that is part of it, its usual temperature. The surfaces that
+    got it, and the materials that got a skin's."""
+    surfaces = [surface for surface in surfaces_of(obj, view_layer) if surface.is_editable]
+    skins = []
+    for surface in surfaces:
+        _set(surface, usual.celsius, usual.emissivity)
+        for material in {slot.material for slot in surface.material_slots} - {None}:
+            name = material.name.lower()
+            if usual.identifier != "PERSON" or not material.is_editable:
+                continue
+            if any(word in name for word in SKIN_WORDS) and material not in skins:
+                _set(material, SKIN_CELSIUS, 0.98)
+                skins.append(material)
+    return surfaces, skins
+
+
+def _set(owner: Any, celsius: float, emissivity: float) -> None:
+    owner.angen_warmth.temperature = celsius
+    owner.angen_warmth.emissivity = emissivity
+    owner.angen_warmth.use_temperature = True
+
+
+def warm_things(view_layer: Any) -> Iterator[Any]:
+    """The visible surfaces that have a temperature of their own, whole or in part."""
+    parents = collection_parents()
+    for obj, handle in with_instanced(view_layer):
+        ignored = obj.type not in SURFACE_TYPES or obj.angen_ignored
+        if ignored or not handle.visible_get(view_layer=view_layer):
+            continue
+        materials = [m for m in evaluated_materials(obj) if m is not None]
+        if (
+            obj.angen_warmth.use_temperature
+            or any(m.angen_warmth.use_temperature for m in materials)
+            or inherited_warmth(obj, parents) is not None
+        ):
+            yield obj
+
+
+def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Those of the sensors that feel warmth."""
+    return [s for s in sensors if s.kind.asks_for(WARMTH, s.parameters)]
+
+
+def nothing_warm(view_layer: Any) -> Advice | None:
+    """The warning where a pyroelectric detector has nothing to feel."""
+    if next(warm_things(view_layer), None) is not None:
+        return None
+    return Advice(
+        "Nothing in the scene has a temperature: everything is as warm as the room, and no "
+        "movement is felt",
+        "Select the person, then Physics tab, Temperature, Set Usual, Person",
+    )
+
+
+def too_slow(sensor: Sensor) -> Advice | None:
+    """The warning where the updates are too far apart for the signal."""
+    if sensor.settings.update_rate >= ENOUGH_RATE:
+        return None
+    return Advice(
+        f"At {sensor.settings.update_rate:g} updates a second the signal of a walker is up to "
+        "10 % too low",
+        "Set the update rate to the frame rate",
+    )

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a new sensor looks like: the part in its real size, and lines that show where it looks.
+
+Everything is in metres in the sensor's own axes: it looks along −Z with +Y up from the origin, its
+housing behind that; a switch's beam leaves the origin along −Z, its fork is open towards −Y and
+stands on its +Y side; a pad lies on z = 0 and is pressed on from +Z. The lines are edges without
+faces: no ray meets them and no render shows them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import bpy
+from mathutils import Matrix, Vector
+
+from ...sensor_logic.kinds import KINDS
+from ..kinds import appearance_of
+
+Point = tuple[float, float, float]
+# Corners at −x and +x, −y and +y, −z and +z; faces that look outwards.
+BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+SEGMENTS = 16
+
+# In units of its length: a pyramid that opens along −Z with a triangle on its +Y side, as cameras
+# and lights have.
+VIEW_LENGTH = 0.2
+VIEW_POINTS: tuple[Point, ...] = (
+    (0, 0, 0),
+    (-0.5, -0.5, -1),
+    (0.5, -0.5, -1),
+    (0.5, 0.5, -1),
+    (-0.5, 0.5, -1),
+    (-0.3, 0.6, -1),
+    (0.3, 0.6, -1),
+    (0, 0.9, -1),
+)
+VIEW_EDGES = [
+    (0, 1),
+    (0, 2),
+    (0, 3),
+    (0, 4),
+    (1, 2),
+    (2, 3),
+    (3, 4),
+    (4, 1),
+    (5, 6),
+    (6, 7),
+    (7, 5),
+]
+
+
+@dataclass
+class Housing:
+    """Points in metres, closed bodies of outward faces, and edges without faces."""
+
+    points: list[Point] = field(default_factory=list)
+    faces: list[tuple[int, ...]] = field(default_factory=list)
+    edges: list[tuple[int, int]] = field(default_factory=list)
+
+    def box(self, low: Point, high: Point) -> Housing:
+        corners = [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1])
+                   for z in (low[2], high[2])]  # fmt: skip
+        return self._add(corners, BOX_FACES)
+
+    def lathe(self, profile: Sequence[tuple[float, float]]) -> Housing:
+        """A body turned about Z; `profile`: (radius, z) of its rings, from −z to +z. A radius of
+        0 at an end is a point."""
+        points: list[Point] = []
+        rings: list[list[int]] = []
+        for radius, z in profile:
+            n = SEGMENTS if radius else 1
+            rings.append(list(range(len(points), len(points) + n)))
+            turns = (2 * math.pi * i / n for i in range(n))
+            points += [(radius * math.cos(a), radius * math.sin(a), z) for a in turns]
+        faces: list[tuple[int, ...]] = []
+        for low, high in itertools.pairwise(rings):
+            for i in range(SEGMENTS):
+                j = (i + 1) % SEGMENTS
+                ring = (
+                    low[i % len(low)],
+                    low[j % len(low)],
+                    high[j % len(high)],
+                    high[i % len(high)],
+                )
+                faces.append(tuple(dict.fromkeys(ring)))
+        if len(rings[0]) > 1:
+            faces.append(tuple(reversed(rings[0])))
+        if len(rings[-1]) > 1:
+            faces.append(tuple(rings[-1]))
+        return self._add(points, faces)
+
+    def lines(self, points: Iterable[Point], edges: Iterable[tuple[int, int]]) -> Housing:
+        first = len(self.points)
+        self.points += points
+        self.edges += [(first + a, first + b) for a, b in edges]
+        return self
+
+    def _add(self, points: Sequence[Point], faces: Iterable[tuple[int, ...]]) -> Housing:
+        first = len(self.points)
+        self.points += points
+        self.faces += [tuple(first + i for i in face) for face in faces]
+        return self
+
+    def outline(self) -> list[tuple[int, int]]:
+        """All edges, those of the faces too, each once."""
+        found = {tuple(sorted(e)) for e in self.edges}
+        for face in self.faces:
+            found |= {tuple(sorted(e)) for e in zip(face, face[1:] + face[:1], strict=True)}
+        return sorted(found)  # type: ignore[arg-type]
+
+    def reach(self, axes: Matrix, normal: Vector) -> float:
+        """How far the body, turned by `axes` (3 × 3), reaches below its origin along `normal`
+        (m)."""
+        solid = {i for face in self.faces for i in face}
+        return max((-normal.dot(axes @ Vector(self.points[i])) for i in solid), default=0.0)
+
+
+def looking(housing: Housing) -> Housing:
+    return housing.lines([tuple(c * VIEW_LENGTH for c in p) for p in VIEW_POINTS], VIEW_EDGES)  # type: ignore[misc]
+
+
+def pad(side: float, thickness: float) -> Housing:
+    """A flat box whose origin is the middle of its underside."""
+    return Housing().box((-side / 2, -side / 2, 0.0), (side / 2, side / 2, thickness))
+
+
+def marker() -> Housing:
+    """What stands for a part of unknown size: a cube of 30 mm behind the origin."""
+    return looking(Housing().box((-0.015, -0.015, 0.0), (0.015, 0.015, 0.03)))
+
+
+def housing_of(kind: str, preset: str = "") -> Housing:
+    """What a sensor of a kind set to a preset looks like."""
+    housings = appearance_of(KINDS[kind]).housings
+    return housings.get(preset, housings.get("", marker))()
+
+
+def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:
+    """A new mesh of the real size, whatever the scene's units."""
+    mesh = bpy.data.meshes.new(name)
+    points = [tuple(c / unit_scale for c in point) for point in housing.points]
+    mesh.from_pydata(points, housing.edges, housing.faces)
+    return mesh

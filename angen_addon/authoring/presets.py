@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""New sensors, and the parameters of known parts."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+from bpy.types import Context
+
+from ...sensor_logic.kind import Kind, Preset
+from ...sensor_logic.kinds import KINDS
+from ..scene.sensors import unit_scale
+from .housing import housing_of, mesh_of
+
+# Blender stores single precision.
+SAME = 1e-6
+# What a stored value of a type may be set to.
+SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
+    bool: (bool,), int: (int,), float: (int, float), str: (str,)
+}  # fmt: skip
+
+
+def find_preset(kind: Kind, identifier: str) -> Preset:
+    """The preset of a kind with this identifier. Raises KeyError with what to tell the user."""
+    known = {preset.identifier: preset for preset in kind.presets}
+    if identifier not in known:
+        hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
+        raise KeyError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
+    return known[identifier]
+
+
+def apply(obj: Any, preset: Preset) -> None:
+    """Sets the parameters that the preset names, and no other."""
+    group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
+    for name, value in preset.values.items():
+        setattr(group, name, value)
+
+
+def is_applied(obj: Any, preset: Preset) -> bool:
+    """Whether the parameters that the preset names are as it would set them."""
+    group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
+    return all(_same(getattr(group, name), value) for name, value in preset.values.items())
+
+
+def _same(stored: Any, value: Any) -> bool:
+    if isinstance(value, float):
+        return math.isclose(stored, value, rel_tol=SAME, abs_tol=1e-12)
+    return bool(stored == value)
+
+
+def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
+    """A sensor in the active collection, selected and active; not yet at its place."""
+    label = KINDS[kind].label.partition(" (")[0]
+    housing = housing_of(kind, preset.identifier if preset else "")
+    mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))
+    sensor = bpy.data.objects.new(name or label, mesh)
+    sensor.angen_sensor.kind = kind
+    if preset is not None:
+        apply(sensor, preset)
+    context.collection.objects.link(sensor)
+    for selected in context.selected_objects:
+        selected.select_set(False)
+    sensor.select_set(True)
+    context.view_layer.objects.active = sensor
+    return sensor

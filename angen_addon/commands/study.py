@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen study run STUDY.toml --out DIR` and `angen study report DIR`: outside Blender, which is
+in the worker processes alone."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+from importlib import import_module
+from typing import Any
+
+from ...sensor_logic.study import study as studies
+from ...sensor_logic.study.study import StudyError
+from .console import note, tell
+from .parser import Parser, path
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+LIBRARIES = ("dask", "distributed", "scipy", "pyarrow", "matplotlib", "pandas")
+
+
+def main(arguments: list[str], program: str) -> int:
+    """Runs a study, or reports one; returns the exit status. Raises SystemExit on bad options."""
+    options = _parser(program).parse_args(arguments)
+    try:
+        work = {"run": _run, "report": _report}[options.what]
+        return work(options)
+    except ModuleNotFoundError as error:
+        if error.name not in LIBRARIES:
+            raise
+        note(f'{error}: pip install "angen-sensors[sweep]"')
+    except StudyError as error:
+        note(str(error))
+    return BAD_INPUT
+
+
+def _run(options: argparse.Namespace) -> int:
+    study = studies.read(options.study)
+    cluster: Any = import_module("..study.cluster", __package__)
+    engine: Any = import_module("..study.engine", __package__)
+    results: Any = import_module("..study.results", __package__)
+    jobs = options.jobs or os.cpu_count() or 1
+    clients = cluster.elsewhere(options.scheduler) if options.scheduler else cluster.here(jobs)
+    line = _Line()
+    # A job that a shell runs in the background begins with Ctrl-C ignored, as do its children.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    with results.Store(options.out) as store, clients as client:
+        driver = engine.Driver(study, store, client)
+        try:
+            driver.run(line.show)
+        except StudyError as error:
+            line.end()
+            note(f"{line.done} of {driver.total} runs are done: {error}")
+            driver.write_tables()
+            return FAILED
+        except KeyboardInterrupt:
+            line.end()
+            note(
+                f"interrupted: {line.done} of {driver.total} runs are done and kept; the same "
+                "command goes on from there"
+            )
+            driver.write_tables()
+            return FAILED
+        line.end()
+        driver.write_tables()
+    if line.failed:
+        note(
+            f"{line.failed} of {driver.total} runs failed: the column error of results.csv says why"
+        )
+    return FAILED if line.failed else DONE
+
+
+def _report(options: argparse.Namespace) -> int:
+    report: Any = import_module("..study.report", __package__)
+    note(f"written: {report.write(options.folder)}")
+    return DONE
+
+
+class _Line:
+    """How far a study is, on standard error: in a terminal one line that is written over."""
+
+    def __init__(self) -> None:
+        self.done = self.failed = self._first = 0
+        self._begin = self._shown = 0.0
+        self._terminal = sys.stderr is not None and sys.stderr.isatty()
+        self._started = False
+
+    def show(self, done: int, total: int, failed: int) -> None:
+        if not self._started:
+            self._started, self._first = True, done
+            self._begin = self._shown = time.monotonic()
+            note(f"{done} of {total} runs are there already" if done else f"{total} runs")
+        self.done, self.failed = done, failed
+        now = time.monotonic()
+        if now - self._shown < (0.2 if self._terminal else 10.0):
+            return
+        self._shown = now
+        rate = (done - self._first) / max(now - self._begin, 1e-9)
+        left = f", {_span((total - done) / rate)} left" if rate else ""
+        bad = f", {failed} failed" if failed else ""
+        text = f"{done} of {total} runs, {rate:.1f} a second{left}{bad}"
+        tell(f"\r{text:<70}" if self._terminal else f"{text}\n")
+
+    def end(self) -> None:
+        if self._terminal:
+            tell("\r" + " " * 70 + "\r")
+
+
+def _span(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+def _jobs(text: str) -> int:
+    try:
+        found = int(text)
+    except ValueError:
+        found = 0
+    if not 1 <= found <= 4096:
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from 1 to 4096")
+    return found
+
+
+def _parser(program: str) -> Parser:
+    parser = Parser(prog=f"{program} study", description="Simulates a home many times.")
+    verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
+    run = verbs.add_parser("run", help="simulate what a study asks for and is not there yet")
+    run.add_argument("study", type=path, metavar="STUDY.toml")
+    run.add_argument("--out", type=path, required=True, metavar="DIR", help="where results go")
+    where = run.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", type=_jobs, metavar="N", help="processes here (default: one for each core)"
+    )
+    where.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, such as tcp://HOST:8786"
+    )
+    report = verbs.add_parser("report", help="write DIR/report.html from the results")
+    report.add_argument("folder", type=path, metavar="DIR")
+    return parser

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which room each cell of a floor is in.
+
+A room is what a flood over the cells reaches from the sensors in it without passing a wall, a
+closed door or a cupboard higher than 1.9 m; or what is inside a mesh that marks it: *Ignored by
+sensors*, with its room noted or shown as wire or bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from mathutils import Vector
+from mathutils.bvhtree import BVHTree
+from numpy.typing import NDArray
+
+from ...sensor_logic.coverage.grid import NO_ROOM
+from ...sensor_logic.model import Array
+from ..scene.marks import COVERAGE_MARK
+from ..scene.rooms import room_of
+from ..scene.sensors import Sensor
+from ..view.plan.home import Home
+from .cells import CASTS_AT_ONCE, OVER_M, Grid, Mask, Steps, flood, floors, free_ways, passable
+
+# Cells this near (m) to a sensor are of its room, if no wall is between.
+NEAR_M = 0.9
+
+
+class Volume:
+    """An object whose mesh marks the inside of a room."""
+
+    def __init__(self, home: Home, obj: Any) -> None:
+        self.name = room_of(obj) or obj.name
+        matrix, metres = obj.matrix_world, home.metres
+        points = [matrix @ v.co * metres for v in obj.data.vertices]
+        self.lo = np.min(np.array(points), axis=0)
+        self.hi = np.max(np.array(points), axis=0)
+        self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
+
+    def holds(self, points: Array) -> Mask:
+        """(n,): by whether a ray leaves it an odd number of times."""
+        inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
+        for i in np.flatnonzero(inside).tolist():
+            inside[i] = self._crossings(Vector(points[i].tolist())) % 2 == 1
+        return inside
+
+    def _crossings(self, point: Vector) -> int:
+        # Askew, so that no ray runs along an edge of what is built square.
+        way, count = Vector((0.1234, 0.2345, 0.9642)).normalized(), 0
+        while count < 100:
+            met = self._tree.ray_cast(point, way)[0]
+            if met is None:
+                break
+            count += 1
+            point = met + way * 1e-4
+        return count
+
+
+def volumes(home: Home) -> list[Volume]:
+    """The meshes that mark rooms, by name."""
+    found = [
+        obj
+        for obj in home.depsgraph.view_layer.objects
+        if obj.type == "MESH"
+        and obj.angen_ignored
+        and COVERAGE_MARK not in obj
+        and len(obj.data.polygons) > 3
+        and (room_of(obj) or obj.display_type in {"WIRE", "BOUNDS"})
+    ]
+    return [Volume(home, obj) for obj in sorted(found, key=lambda obj: obj.name)]
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The number of the room (nx, ny) of each cell, 0 for none, into `names`."""
+
+    number: NDArray[np.int64]
+    names: list[str]
+
+
+def labels_of(
+    home: Home, grid: Grid, members: Sequence[Sensor], marked: Sequence[Volume]
+) -> Steps[Labels]:
+    names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
+    floor_there = ((yield from floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
+    middle = grid.at(OVER_M / 2)
+    fixed = np.zeros(len(middle), np.int64)
+    for volume in marked:
+        for first in range(0, len(middle), CASTS_AT_ONCE):
+            part = np.arange(first, min(first + CASTS_AT_ONCE, len(middle)))
+            inside = part[volume.holds(middle[part])]
+            fixed[inside[fixed[inside] == 0]] = names.index(volume.name) + 1
+            yield
+    seeds = fixed.copy()
+    points = grid.at(OVER_M)
+    for sensor in sorted(members, key=lambda s: s.name):
+        cells = yield from _cells_at(home, points, sensor)
+        for cell in cells:
+            if seeds[cell] == 0:
+                seeds[cell] = names.index(sensor.room or NO_ROOM) + 1
+    loose = floor_there & (fixed.reshape(grid.shape) == 0)
+    allowed = np.where(fixed.reshape(grid.shape) > 0, floor_there, loose)
+    start = np.where(fixed.reshape(grid.shape) > 0, 0, seeds.reshape(grid.shape))
+    ways = yield from passable(home, grid, OVER_M)
+    flooded = yield from flood(start, loose, ways)
+    number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
+    return Labels(np.where(allowed, number, 0), names)
+
+
+def _cells_at(home: Home, points: Array, sensor: Sensor) -> Steps[list[int]]:
+    """The cells that are seen from under a sensor, in front of what it hangs on."""
+    matrix = sensor.world_matrix(home.depsgraph)
+    at = np.array(matrix.translation) * home.metres
+    looks = -np.array(matrix.col[2])[:2]
+    size = float(np.linalg.norm(looks))
+    here = at[:2] + (looks / size * 0.05 if size > 0.1 else 0.0)
+    ways = points[:, :2] - here
+    apart = np.linalg.norm(ways, axis=1)
+    near = np.flatnonzero(apart <= NEAR_M)
+    if not len(near):
+        near = np.array([int(np.argmin(apart))])
+    near = near[np.argsort(apart[near], kind="stable")]
+    found = []
+    for cell in near.tolist():
+        start = np.array([[*here, points[cell, 2]]])
+        length = max(float(apart[cell]), 1e-6)
+        way = np.array([*(ways[cell] / length), 0.0])
+        free = yield from free_ways(home, start, way, length)
+        if free[0] >= length * (1 - 1e-6):
+            found.append(cell)
+    return found

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen day`: days of a routine in the open home, into a folder."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.files import OutputError
+from ...sensor_logic.formats import FORMATS
+from ..commands.console import note
+from ..output.output_files import check_not_read
+from ..runtime.simulation import Progress
+from ..scene.sensors import Sensor, chosen, simulated
+from .folder import Folder
+from .jobs import Workers
+from .progress import DayLine
+from .run import DayError, Household, Plan, run_days
+
+MOST_DAYS = 10_000
+
+
+def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
+    """Adds it to the subparsers of the command line, as `coverage.arguments.add_verbs` does."""
+    verb = verbs.add_parser(
+        "day", parents=[every], help="run days that residents live by a routine"
+    )
+    verb.add_argument("--routine", type=path, required=True, metavar="FILE.toml")
+    verb.add_argument(
+        "--diary", type=path, metavar="FILE.csv", help="what is done, instead of the routine's plan"
+    )
+    verb.add_argument("--start", type=_date, required=True, metavar="DATE", help="the first day")
+    verb.add_argument("--days", type=_count, default=1, metavar="N", help="how many (default 1)")
+    verb.add_argument("--seed", type=_seed, default=0, metavar="S", help="of chance (default 0)")
+    verb.add_argument(
+        "--out", type=path, required=True, metavar="DIR", help="a new folder, or one to go on with"
+    )
+    verb.add_argument(
+        "--format",
+        action="append",
+        default=[],
+        choices=[name for name in FORMATS if name != "events"],
+        metavar="NAME",
+        help=f"also for another tool, in DIR; may be given again: {', '.join(FORMATS)}",
+    )
+    verb.add_argument(
+        "--sensor",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="only this sensor; may be given again",
+    )
+    verb.add_argument(
+        "--jobs", type=_count, default=1, metavar="N", help="processes at once (default 1)"
+    )
+    verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    verb.add_argument("--part", type=_part, default=(0, 1), help=argparse.SUPPRESS)
+
+
+def _date(text: str) -> date:
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no date, such as 2026-03-02") from None
+
+
+def _whole(text: str, least: int, most: int) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = least - 1
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from {least} to {most}")
+    return number
+
+
+def _count(text: str) -> int:
+    return _whole(text, 1, MOST_DAYS)
+
+
+def _seed(text: str) -> int:
+    return _whole(text, 0, 0x7FFFFFFF)
+
+
+def _part(text: str) -> tuple[int, int]:
+    first, _, count = text.partition("/")
+    return int(first), int(count)
+
+
+def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
+    """Runs what the options ask for; whether all days are whole. Raises DayError, OutputError,
+    SensorError, NoSuchSensor; KeyboardInterrupt, when the whole days were kept."""
+    told = simulated(chosen(sensors, options.sensor))
+    if not told:
+        raise DayError("no sensor is switched on")
+    check_not_read([options.out / "events.csv"])
+    scene = bpy.context.scene
+    plan = Plan.read(options.routine, options.diary)
+    household = Household(scene, told, plan, options.start, options.seed)
+    # What cannot be acted is told before anything is written.
+    household.acted(0)
+    folder = Folder(options.out, household, options.format)
+    part, parts = options.part
+    mine = [n for n in range(options.days) if n % parts == part]
+    if parts > 1:
+        # One of several processes, the first of which makes the tables.
+        for _ in _made(household, folder, mine, options, lambda *_: None):
+            pass
+        return True
+    return _all(household, folder, options)
+
+
+def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
+    line = DayLine(sys.stderr, options.quiet, options.days, folder)
+    left = [n for n in range(options.days) if not folder.has(n)]
+    jobs = min(options.jobs, max(len(left), 1))
+    mine = [n for n in range(options.days) if n % jobs == 0]
+    try:
+        with Workers(jobs) as workers:
+            for _ in _made(household, folder, mine, options, line.show):
+                pass
+            for _ in workers.wait():
+                options.interrupt.check()
+                line.show()
+            good = workers.good
+    finally:
+        line.clear()
+        whole, notes = folder.finish(options.days)
+        for text in notes:
+            note(text)
+        kept = f"{whole} of {options.days} days are in {options.out}"
+        if 0 < whole < options.days:
+            note(f"{kept}; the same command goes on with the next")
+    if not options.quiet:
+        note(f"{kept}{line.summary()}")
+    return good and whole == options.days
+
+
+def _made(
+    household: Household,
+    folder: Folder,
+    numbers: list[int],
+    options: argparse.Namespace,
+    show: Callable[..., None],
+) -> Iterator[None]:
+    """The days that are not there yet, one after the other."""
+
+    def progress(number: int, step: Progress) -> None:
+        options.interrupt.check()
+        show(step)
+
+    left = [number for number in numbers if not folder.has(number)]
+    for number, made in zip(left, run_days(household, left, progress), strict=False):
+        folder.keep(number, made)
+        yield
+
+
+__all__ = ["DayError", "OutputError", "add_verb", "day"]

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sun and the sky of a home by date, hour and place on Earth.
+
+How strong they are in the file belongs to the altitude at which the file's sun stands; at another
+hour both change in proportion to `sensor_logic/days/sun.py`. They stand still for ten minutes each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from datetime import date, datetime, time, timedelta
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ...sensor_logic.days.sun import Site, direction, position, skylight, sunlight
+from ...sensor_logic.days.times import LEAD_S, frame_at
+from ...sensor_logic.days.truth import DAY_S
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.model import Array
+from ..residents.curves import CONSTANT, Curves
+from ..scene.sensors import Sensor
+
+# s
+EVERY = 600.0
+# A sun that stands lower in the file tells nothing of how strong it is.
+LOWEST = math.radians(5.0)
+
+
+class Daylight:
+    """As a context: keys of a day's sun and sky, taken away in the end. Where the home has no sun,
+    no light sensor looks, or its place on Earth is not set, they stay as in the file."""
+
+    def __init__(self, scene: Any, sensors: Sequence[Sensor], day: date) -> None:
+        self._scene, self._day = scene, day
+        self._site = site_of(scene)
+        looked = any(s.kind.asks_for(LIGHT) for s in sensors)
+        found = [obj for obj in scene.objects if obj.type == "LIGHT" and obj.data.type == "SUN"]
+        free = [obj for obj in found if not _driven(obj) and not _driven(obj.data)]
+        self._sun: Any = free[0] if free and looked and self._site else None
+        self._before: list[tuple[Any, str, Any]] = []
+        self._keyed: list[Any] = []
+
+    def __enter__(self) -> Daylight:
+        if self._sun is not None:
+            self._write()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for owner in self._keyed:
+            bpy.data.actions.remove(owner.animation_data.action)
+        for owner, name, value in reversed(self._before):
+            setattr(owner, name, value)
+
+    def _write(self) -> None:
+        sun, site = self._sun, self._site
+        assert site is not None
+        begin = datetime.combine(self._day, time())
+        starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY)
+        # Of each stretch its middle.
+        moments = [begin + timedelta(seconds=float(start) + EVERY / 2) for start in starts]
+        stands = [position(site, moment) for moment in moments]
+        frames = np.array([frame_at(float(start)) for start in starts])
+        away = sun.matrix_world.to_3x3() @ Vector((0.0, 0.0, 1.0))
+        authored = max(math.asin(max(-1.0, min(1.0, away.normalized().z))), LOWEST)
+        above = sun.parent.matrix_world.to_quaternion().inverted() if sun.parent else None
+        turns = []
+        for altitude, azimuth in stands:
+            turn = Vector(direction(site, altitude, azimuth)).to_track_quat("Z", "Y")
+            turns.append(above @ turn if above is not None else turn)
+        powers = [sun.data.energy * sunlight(a) / sunlight(authored) for a, _ in stands]
+        # Given back from the last to the first: a change of the mode turns one into the other.
+        self._keep(sun, "rotation_quaternion", "rotation_euler", "rotation_mode")
+        sun.rotation_mode = "QUATERNION"
+        self._key(sun, "rotation_quaternion", frames, np.array(turns))
+        self._keep(sun.data, "energy")
+        self._key(sun.data, "energy", frames, np.array(powers)[:, None])
+        skies = np.array([skylight(a) for a, _ in stands]) / skylight(authored)
+        for tree, path, socket in _skies(self._scene.world):
+            self._keep(socket, "default_value")
+            self._key(tree, path, frames, socket.default_value * skies[:, None])
+
+    def _key(self, owner: Any, path: str, frames: Array, values: Array) -> None:
+        """Keys of values (n, k), one after the other."""
+        curves = Curves(owner, "Daylight")
+        self._keyed.append(owner)
+        for index, column in enumerate(values.T):
+            curves.write(path, index, frames, column, CONSTANT)
+
+    def _keep(self, owner: Any, *names: str) -> None:
+        for name in names:
+            value = getattr(owner, name)
+            self._before.append((owner, name, value.copy() if hasattr(value, "copy") else value))
+
+
+def _driven(owner: Any) -> bool:
+    return owner.animation_data is not None and bool(owner.animation_data.drivers)
+
+
+def site_of(scene: Any) -> Site | None:
+    """Where on Earth the home stands; None where that was not set."""
+    found = scene.angen_site
+    if not (found.is_property_set("latitude") and found.is_property_set("longitude")):
+        return None
+    return Site(found.latitude, found.longitude, found.utc_offset, found.north)
+
+
+def _skies(world: Any) -> Iterator[tuple[Any, str, Any]]:
+    """How strong a sky shines: tree, path and socket of its one background, unless something else
+    sets it."""
+    tree = world.node_tree if world is not None and world.use_nodes else None
+    if tree is None or _driven(tree):
+        return
+    backgrounds = [node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground"]
+    if len(backgrounds) == 1 and not backgrounds[0].inputs["Strength"].is_linked:
+        socket = backgrounds[0].inputs["Strength"]
+        yield tree, socket.path_from_id("default_value"), socket

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs days in the open home, one after the other, each from its routine alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.days.rows import Day
+from ...sensor_logic.days.truth import activities, people
+from ...sensor_logic.model import Array
+from ...sensor_logic.residents.acted import Acted
+from ...sensor_logic.residents.acting import Ground, act
+from ...sensor_logic.residents.places import Places
+from ...sensor_logic.routine import diary, file
+from ...sensor_logic.routine.routine import DAY, Person, Routine, RoutineError, Segment
+from ...sensor_logic.routine.timetable import timetable
+from ..residents.keys import KeyedStretch
+from ..residents.places.floor import PlaceError
+from ..residents.places.read import read_places
+from ..residents.settings import build_of, residents_in
+from ..runtime.simulation import Progress
+from ..runtime.time_base import evaluated_depsgraph
+from ..scene.sensors import Sensor
+from .aside import put_aside
+from .daylight import Daylight
+from .living import DayRun
+
+LARGEST_SEED = 0x7FFFFFFF
+
+
+class DayError(Exception):
+    """Days cannot be run in this home by this routine; the text says why and what helps."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A routine that was read from the file `name`, and the segments of a diary in its place, in s
+    since the midnight of its `first` day; `text` is that of both files."""
+
+    name: str
+    text: str
+    routine: Routine
+    diary: tuple[Segment, ...] = ()
+    first: date | None = None
+
+    @classmethod
+    def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
+        """A diary tells what is done instead of the routine's plans. Raises DayError."""
+        plan = cls.of(_text(path), path.name)
+        if diary_path is None:
+            return plan
+        told = _text(diary_path)
+        try:
+            first, segments = diary.read(told, diary_path.name)
+        except RoutineError as error:
+            raise DayError(str(error)) from None
+        return replace(plan, text=plan.text + told, diary=tuple(segments), first=first)
+
+    @classmethod
+    def of(cls, text: str, name: str) -> Plan:
+        """From the text of a routine that is called so. Raises DayError."""
+        try:
+            return cls(name, text, file.read(text, name))
+        except RoutineError as error:
+            raise DayError(str(error)) from None
+
+    def segments(self, start: date, days: int, seed: int) -> list[Segment]:
+        """Who does what on `days` days from the date `start`, in s since its midnight."""
+        if self.first is None:
+            return timetable(self.routine, start, days, seed)
+        shift = (self.first - start).days * DAY
+        found = []
+        for person in self.routine.persons:
+            mine = [s for s in self.diary if s.person == person]
+            mine = [replace(s, start=s.start + shift, end=s.end + shift) for s in mine]
+            begins = [0.0, *(s.end for s in mine)]
+            ends = [*(s.start for s in mine), days * DAY]
+            gaps = zip(begins, ends, strict=True)
+            found += mine
+            found += [Segment(a, b, person, diary.OTHER) for a, b in gaps if a < b]
+        return sorted(found, key=lambda s: (s.person, s.start))
+
+
+def _text(path: Path) -> str:
+    """Raises DayError."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise DayError(f"cannot read {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise DayError(f"{path} is not a text file in UTF-8") from None
+
+
+class Household:
+    """Who lives in the open home, and how: `residents` is the object of each person."""
+
+    def __init__(
+        self, scene: Any, sensors: Sequence[Sensor], plan: Plan, start: date, seed: int
+    ) -> None:
+        """Raises DayError."""
+        if not 0 <= seed <= LARGEST_SEED:
+            raise DayError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
+        self.scene, self.sensors, self.plan = scene, list(sensors), plan
+        self.start, self.seed = start, seed
+        self.residents = {
+            name: resident_of(person) for name, person in plan.routine.persons.items()
+        }
+        scene.frame_set(scene.frame_start)
+        try:
+            self.places: Places = read_places(scene, evaluated_depsgraph())
+        except PlaceError as error:
+            raise DayError(str(error)) from None
+        try:
+            self._builds = {name: build_of(obj) for name, obj in self.residents.items()}
+        except ValueError as error:
+            raise DayError(str(error)) from None
+        self._ground = Ground(self.places)
+        self._last: tuple[int, Acted] | None = None
+
+    def acted(self, number: int) -> Acted:
+        """What is done on day `number`, whatever days are asked for. Raises DayError."""
+        if self._last is None or self._last[0] != number:
+            self._last = number, self._act(number)
+        return self._last[1]
+
+    def _act(self, number: int) -> Acted:
+        segments = self.plan.segments(self.start, number + 2, self.seed)
+        try:
+            return act(
+                segments,
+                self.plan.routine,
+                self.places,
+                self._builds,
+                self.seed,
+                number,
+                self._ground,
+            )
+        except RoutineError as error:
+            raise DayError(f"{self.start + timedelta(number)}: {error}") from None
+
+    def run(
+        self, number: int, keys: Any, between: tuple[float, float] | None = None
+    ) -> Generator[Progress, None, Day]:
+        """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises DayError,
+        SensorError."""
+        acted = self.acted(number)
+        day = DayRun(self.scene, self.sensors, acted, self.residents, keys, number, between)
+        on = self.start + timedelta(number)
+        with Daylight(self.scene, self.sensors, on), self._seeded():
+            yield from day.progress()
+        return Day(
+            on,
+            day.events,
+            tuple(activities(acted, self.places.room_of)),
+            tuple(people(acted, self._room_at)),
+        )
+
+    @contextmanager
+    def keyed(self) -> Iterator[KeyedStretch]:
+        """Residents, doors, lamps and things in place of the home's own story, until the end."""
+        # What a lamp shines with when it is on, its keys tell.
+        lights = [
+            light
+            for lamp in self.places.lamps.values()
+            for light in _lights(bpy.data.objects[lamp.object])
+        ]
+        with put_aside(self.scene, lights):
+            keys = KeyedStretch(self.residents, self.places)
+            try:
+                yield keys
+            finally:
+                keys.clear()
+
+    @contextmanager
+    def _seeded(self) -> Iterator[None]:
+        before = self.scene.angen_seed
+        self.scene.angen_seed = self.seed
+        try:
+            yield
+        finally:
+            self.scene.angen_seed = before
+
+    def _room_at(self, point: Array) -> str:
+        storeys = self.places.storeys
+        # A lying body's hips are lower than a metre.
+        return storeys[self.places.storey_at(float(point[2]))].room_at(point) if storeys else ""
+
+
+def _lights(obj: Any) -> list[Any]:
+    return [one.data for one in (obj, *obj.children_recursive) if one.type == "LIGHT"]
+
+
+def resident_of(person: Person) -> Any:
+    """The object that acts for a person. Raises DayError."""
+    obj = bpy.data.objects.get(person.resident)
+    if obj is None:
+        known = [one.name for one in residents_in(bpy.context.scene)]
+        raise DayError(
+            f"person '{person.name}': the home has no resident '{person.resident}'; there are "
+            f"{', '.join(known) or 'none: add one with Shift+A, Sensor, Resident'}"
+        )
+    return obj
+
+
+def run_days(
+    household: Household,
+    numbers: Sequence[int],
+    progress: Callable[[int, Progress], object] = lambda number, step: None,
+) -> Iterator[Day]:
+    """The days of these numbers, counted from 0. Raises DayError, SensorError."""
+    with household.keyed() as keys:
+        for number in numbers:
+            run = household.run(number, keys)
+            while True:
+                try:
+                    step = next(run)
+                except StopIteration as end:
+                    yield end.value
+                    break
+                progress(number, step)

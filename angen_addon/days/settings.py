@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where on Earth a home stands, and the day that the window looks at."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+from bpy.props import (
+    CollectionProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+from bpy.types import PropertyGroup, Text
+
+
+class AngenSite(PropertyGroup):
+    """Set both latitude and longitude, and the sun of a day follows its date and hour."""
+
+    latitude: FloatProperty(
+        name="Latitude", description="North is positive", subtype="ANGLE",
+        min=-math.pi / 2, max=math.pi / 2, precision=3, options=set(),
+    )  # fmt: skip
+    longitude: FloatProperty(
+        name="Longitude", description="East is positive", subtype="ANGLE",
+        min=-math.pi, max=math.pi, precision=3, options=set(),
+    )  # fmt: skip
+    utc_offset: FloatProperty(
+        name="Hours Ahead of UTC", description="Of the clocks in the home, all the year",
+        min=-14.0, max=14.0, precision=2, options=set(),
+    )  # fmt: skip
+    north: FloatProperty(
+        name="North", description="By how much north is turned from the home's +Y, "
+        "counter-clockwise from above", subtype="ANGLE", options=set(),
+    )  # fmt: skip
+
+
+class AngenDone(PropertyGroup):
+    """An activity of the day that the panel lists; s since midnight."""
+
+    person: StringProperty()
+    room: StringProperty()
+    start: FloatProperty()
+    end: FloatProperty()
+
+
+class AngenDay(PropertyGroup):
+    """What the panel Day shows; `before` notes how the home was while a stretch is shown."""
+
+    routine: StringProperty(
+        name="Routine", description="File of a routine", subtype="FILE_PATH", options=set()
+    )
+    text: PointerProperty(
+        name="Text", description="A routine in this file, in place of one on disk", type=Text
+    )
+    date: StringProperty(
+        name="Start", description="The first day, as 2026-03-02", default="2026-03-02",
+        options=set(),
+    )  # fmt: skip
+    number: IntProperty(
+        name="Day", description="Which day since the start is looked at", default=1, min=1,
+        soft_max=31, options=set(),
+    )  # fmt: skip
+    seed: IntProperty(name="Seed", description="Of all chance in the routine", min=0, options=set())
+    done: CollectionProperty(type=AngenDone)
+    active: IntProperty(options=set())
+    told: StringProperty(options={"HIDDEN"})
+    before: StringProperty(options={"HIDDEN"})
+
+
+_register, _unregister = bpy.utils.register_classes_factory((AngenSite, AngenDone, AngenDay))
+
+
+def register() -> None:
+    _register()
+    bpy.types.Scene.angen_site = PointerProperty(type=AngenSite)
+    bpy.types.Scene.angen_day = PointerProperty(type=AngenDay)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.angen_day, bpy.types.Scene.angen_site
+    _unregister()

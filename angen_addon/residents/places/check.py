@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which of the marked places residents cannot get to, and what is in the way."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.model import Array
+from ....sensor_logic.quantities import Lengths
+from ....sensor_logic.residents.places import Place, Places
+from ....sensor_logic.residents.reach import Unreached, unreached
+from ....sensor_logic.wording import named
+from ...doctor.doors import leaves
+from ...doctor.examined import Examined
+from .floor import Ground
+from .marks import LABELS, NONE
+from .read import Reading
+
+# m above the floor: what is met there is named.
+HIP_M = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """What is marked, which of it nobody gets to, and by name of the place what is between;
+    `shut` are leaves that look like doors, without a mark."""
+
+    places: Places
+    lost: list[Unreached]
+    between: Mapping[str, str]
+    shut: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> str:
+        all_of = len(self.places.places)
+        places = f"{all_of} place" if all_of == 1 else f"{all_of} places"
+        if not self.lost and not self.places.problems:
+            return f"{places} can be reached: all that are marked"
+        parts = []
+        if self.lost:
+            parts.append(f"{len(self.lost)} of {places} cannot be reached")
+        if self.places.problems:
+            parts.append(f"{len(self.places.problems)} cannot be read")
+        return ", ".join(parts)
+
+
+def check_places(depsgraph: Any) -> Checked:
+    """Raises PlaceError."""
+    reading = Reading(depsgraph)
+    lost = unreached(reading.places)
+    between = {}
+    for one in lost:
+        if len(one.way):
+            ground = reading.grounds[one.place.storey]
+            name = _between(ground, reading.things[one.place.name].rows, one)
+            if name:
+                between[one.place.name] = name
+    return Checked(reading.places, lost, between, _shut(depsgraph) if lost else ())
+
+
+def _shut(depsgraph: Any) -> tuple[str, ...]:
+    home = Examined(depsgraph.scene, depsgraph.view_layer, depsgraph)
+    found = {leaf.name for leaf, *_ in leaves(home) if leaf.angen_place.use == NONE}
+    return tuple(sorted(found))
+
+
+def _between(ground: Ground, rows: NDArray[np.intp], lost: Unreached) -> str:
+    """The name of what a ray meets from as far as one gets to the place; empty: nothing."""
+    home = ground.home
+    level = ground.storey.height + HIP_M
+    start, end = np.array([*lost.nearest, level]), np.array([*lost.place.at[:2], level])
+    length = float(np.linalg.norm(end - start))
+    if length < 1e-6:
+        return ""
+    way = ((end - start) / length)[None]
+    others = np.setdiff1d(home.rows, rows)
+    _, met = home.caster.first_met(
+        home.depsgraph, others, start[None] / home.metres, way, np.array([length / home.metres])
+    )
+    names = {solid.number: solid.name for solid in home.caster.solids.solids}
+    return names.get(int(met[0]), "")
+
+
+def sentence(checked: Checked, lost: Unreached, lengths: Lengths) -> str:
+    """One line: what cannot be reached, from where, how far one gets, and what is in the way."""
+    place = lost.place
+    text = f"'{place.name}' cannot be reached from '{lost.start}': "
+    if not len(lost.way):
+        return text + "it is on another floor, and residents do not climb stairs"
+    x, y = (lengths.text(float(c)) for c in lost.nearest)
+    text += f"one gets as far as ({x}, {y}), {lengths.text(lost.short)} short of it"
+    between = checked.between.get(place.name, "")
+    return text + (f"; '{between}' is between" if between else "")
+
+
+def sentences(checked: Checked, lengths: Lengths) -> list[str]:
+    shut = f"Nobody opens {named(checked.shut)}: what is a door has to be marked as one"
+    lost = [sentence(checked, one, lengths) for one in checked.lost]
+    return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
+
+
+def as_text(checked: Checked, lengths: Lengths) -> str:
+    """A table of what is marked, then what is wrong."""
+    rows = [(p.name, LABELS[p.use], p.room) for p in checked.places.places.values()]
+    rows += [
+        (d.name, "Entrance" if d.entrance else LABELS[d.use], d.room)
+        for d in checked.places.doors.values()
+        if d.name not in checked.places.places
+    ]
+    rows += [
+        (lamp.name, f"{LABELS['LAMP']}, from anywhere", "")
+        for lamp in checked.places.lamps.values()
+        if lamp.name not in checked.places.places
+    ]
+    widths = [max(len(row[k]) for row in rows) for k in (0, 1)]
+    lines = [f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in sorted(rows)]
+    return "\n".join([*lines, *sentences(checked, lengths)]) + "\n"
+
+
+def as_json(checked: Checked) -> str:
+    """Metres, and degrees counter-clockwise from +x."""
+    lost = {one.place.name: one for one in checked.lost}
+    places = [_facts(p, lost.get(p.name), checked) for p in checked.places.places.values()]
+    doors = [
+        {
+            "name": door.name, "use": door.use, "entrance": door.entrance, "slides": door.slides,
+            "hinge_m": _point(door.hinge), "width_m": round(door.width, 4),
+            "opens_m" if door.slides else "opens_deg": round(_opens(door), 3),
+        }
+        for door in checked.places.doors.values()
+    ]  # fmt: skip
+    lamps = [
+        {"name": lamp.name, "object": lamp.object, "at_m": _point(lamp.at)}
+        for lamp in checked.places.lamps.values()
+    ]
+    rooms = sorted({name for s in checked.places.storeys for name in s.rooms} - {""})
+    told = {
+        "places": places, "doors": doors, "lamps": lamps, "rooms": rooms,
+        "problems": list(checked.places.problems),
+    }  # fmt: skip
+    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _facts(place: Place, lost: Unreached | None, checked: Checked) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "name": place.name, "use": place.use, "room": place.room, "stand_m": _point(place.at),
+        "yaw_deg": round(math.degrees(place.yaw), 2), "target_m": _point(place.target),
+        "height_m": round(place.height, 4), "reached": lost is None,
+    }  # fmt: skip
+    if lost is not None:
+        facts["from"] = lost.start
+        if len(lost.way):
+            facts |= {"nearest_m": _point(lost.nearest), "short_m": round(lost.short, 4)}
+            facts["between"] = checked.between.get(place.name, "")
+    return facts
+
+
+def _opens(door: Any) -> float:
+    by = door.open - door.closed
+    return float(by) if door.slides else math.degrees(by)
+
+
+def _point(at: Array) -> list[float]:
+    return [round(float(c), 4) for c in at]

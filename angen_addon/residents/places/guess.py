@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a new mark says where nobody told: where a thing faces, how far a door opens."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ....sensor_logic.model import Array
+from ....sensor_logic.residents.places import CURTAIN, DOOR, LIE, SIT
+from ...coverage.cells import finished, free_ways
+from ...scene.door_motion import DoorError
+from ...scene.sensors import unit_scale
+from ...view.plan.home import Home
+from .leaves import keyed_angle, keyed_slide, leaf_of
+from .marks import FACING, set_look
+from .thing import Thing
+
+# m: what is less uneven has no back; how far room is looked for; beyond its own box.
+UNEVEN_M, FAR_M, BEYOND_M = 0.08, 3.0, 0.01
+# m: as much room is enough to stand; what is not higher is looked over.
+ENOUGH_M, LOW_M = 1.0, 1.3
+
+
+def guess(obj: Any, depsgraph: Any) -> None:
+    """Fills in the mark of an object."""
+    mark = obj.angen_place
+    if mark.use in (DOOR, CURTAIN):
+        try:
+            leaf, _ = leaf_of(obj)
+        except DoorError:
+            return
+        if angle := keyed_angle(leaf):
+            mark.angle = angle
+        if slide := keyed_slide(leaf):
+            mark.slide = slide * unit_scale(depsgraph.scene)
+    elif mark.use in FACING:
+        home = Home(depsgraph)
+        thing = Thing(home, obj)
+        look = _look(home, thing, mark.use)
+        if look is not None:
+            set_look(obj, thing.matrix, look)
+
+
+def _look(home: Home, thing: Thing, use: str) -> Array | None:
+    """(2,): where it faces; None where its front is as good as any."""
+    axes = np.array(thing.matrix)[:2, :2].T
+    sizes = np.linalg.norm(axes, axis=1)
+    if sizes.min() < 1e-9:
+        axes, sizes = np.eye(2), np.ones(2)
+    x, y = axes / sizes[:, None]
+    ways = [-y, x, y, -x]
+    if not thing.solid:
+        return None
+    if use == LIE:
+        _, deep, wide = thing.box(x)
+        ways = [x, -x] if deep > wide else [y, -y]
+    tops = [_top_at(thing, way) for way in ways]
+    free = [_free(home, thing, way) for way in ways]
+    if max(tops) - min(tops) > UNEVEN_M and use in (SIT, LIE):
+        high = int(np.argmax(tops))
+        return ways[high] if use == LIE else -ways[high]
+    # One is where there is room, with a wall opposite; else its front tells.
+    room = np.round(np.minimum(free, ENOUGH_M), 1)
+    back = room[[2, 3, 0, 1]] if len(ways) == 4 else room[::-1]
+    front = ways[int(np.argmax(room - back))]
+    return front if use == SIT else -front
+
+
+def _top_at(thing: Thing, way: Array) -> float:
+    """m: how high it is at its end along a way."""
+    middle, deep, wide = thing.box(way)
+    across = np.array([-way[1], way[0]])
+    points = [
+        middle + way * (deep - inset * deep) + across * wide * k
+        for inset in (0.04, 0.1, 0.16)
+        for k in (-0.5, 0.0, 0.5)
+    ]
+    heights = thing.heights(np.array(points))
+    return float(np.nanmax(heights)) if np.isfinite(heights).any() else 0.0
+
+
+def _free(home: Home, thing: Thing, way: Array) -> float:
+    """m: how far there is room beyond its end along a way."""
+    middle, deep, wide = thing.box(way)
+    across = np.array([-way[1], way[0]])
+    rows = set(thing.rows.tolist())
+    others = home.part(lambda solid: solid.row not in rows)
+    # Over what is low and built into something, such as a sink.
+    low, top = float(thing.points[:, 2].min()), float(thing.points[:, 2].max())
+    level = top + 0.05 if top - low < LOW_M else (low + top) / 2.0
+    edge = middle + way * (deep + BEYOND_M)
+    starts = [[*(edge + across * wide * k), level] for k in (-0.6, 0.0, 0.6)]
+    ranges = finished(free_ways(others, np.array(starts), np.array([*way, 0.0]), FAR_M))
+    return float(np.mean(ranges))

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The marks on objects: what residents do there, and how doors open."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+from bpy.types import Context, Object, PropertyGroup
+
+from ....sensor_logic.model import Array
+from ....sensor_logic.residents import places as known
+from ...scene.door_motion import MOTIONS
+from ...scene.lengths import OVERRIDABLE, length_in_units
+
+NONE = "NONE"
+USES = [
+    (NONE, "None", "Residents do nothing with it", "NONE", 0),
+    (known.STAND, "Stand", "One stands there", "USER", 1),
+    (known.SIT, "Sit", "One sits on it", "ASSET_MANAGER", 2),
+    (known.LIE, "Lie", "One lies on it", "MOD_CLOTH", 3),
+    (known.USE, "Use", "One stands before it and does something with the hands", "VIEW_PAN", 4),
+    (known.DOOR, "Door", "A leaf, which is opened on the way and closed behind", "MOD_ARRAY", 5),
+    (known.LAMP, "Lamp", "It is switched on and off", "LIGHT", 6),
+    (known.TAP, "Tap", "Water is taken there", "MOD_FLUIDSIM", 7),
+    (known.APPLIANCE, "Appliance", "It is used standing before it", "PREFERENCES", 8),
+    (known.DRAWER, "Drawer", "It is pulled out and pushed in", "REMOVE", 9),
+    (known.CURTAIN, "Curtain", "It is drawn aside along its width", "MOD_OPACITY", 10),
+]
+LABELS = {identifier: label for identifier, label, *_ in USES}
+# What looks somewhere; what has a distance from which it is used.
+FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+BEFORE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+
+_AWAY = "From its front to whoever uses it; 0: as near as there is room"
+_SLIDE = "How far it slides; 0: nearly its own width, or its depth"
+
+
+def _use_changed(self: Any, context: Context) -> None:
+    from .guess import guess
+
+    obj = self.id_data
+    if self.use != NONE and not obj.library and obj.name in context.view_layer.objects:
+        guess(obj, context.evaluated_depsgraph_get())
+
+
+class AngenPlace(PropertyGroup):
+    use: EnumProperty(
+        name="Use",
+        description="What residents do there",
+        items=USES,
+        options=set(),
+        update=_use_changed,
+        override=OVERRIDABLE,
+    )
+    facing: FloatProperty(
+        name="Facing",
+        description="Where one looks who sits, stands or works there, or where the head lies: "
+        "about the object's own Z, from its front (-Y) on",
+        subtype="ANGLE",
+        options=set(),
+        override=OVERRIDABLE,
+    )
+    away: FloatProperty(
+        name="Distance", description=_AWAY, subtype="DISTANCE", min=0.0, soft_max=2.0,
+        options=set(), override=OVERRIDABLE,
+    )  # fmt: skip
+    away_in_units: length_in_units("away", "Distance", _AWAY)
+    motion: EnumProperty(
+        name="Motion",
+        description="How the leaf moves",
+        items=MOTIONS,
+        options=set(),
+        override=OVERRIDABLE,
+    )
+    other_side: BoolProperty(
+        name="Other Side",
+        description="It opens to the other side, or slides to the other end",
+        options=set(),
+        override=OVERRIDABLE,
+    )
+    angle: FloatProperty(
+        name="Opens by",
+        description="How far the leaf turns from shut to open",
+        subtype="ANGLE",
+        default=math.radians(90),
+        min=0.0,
+        max=math.pi,
+        options=set(),
+        override=OVERRIDABLE,
+    )
+    slide: FloatProperty(
+        name="Slides by", description=_SLIDE, subtype="DISTANCE", min=0.0, soft_max=3.0,
+        options=set(), override=OVERRIDABLE,
+    )  # fmt: skip
+    slide_in_units: length_in_units("slide", "Slides by", _SLIDE)
+    entrance: BoolProperty(
+        name="Entrance",
+        description="Residents come and go by this door",
+        options=set(),
+        override=OVERRIDABLE,
+    )
+    switch: PointerProperty(
+        name="Switch",
+        description="The object, such as an empty on a wall, where a hand switches the lamp; "
+        "without one at the lamp itself, or, above 2.2 m, from anywhere",
+        type=Object,
+        override=OVERRIDABLE,
+    )
+
+
+def marked(view_layer: Any) -> list[Any]:
+    """The objects with a mark, by name."""
+    found = [obj for obj in view_layer.objects if obj.angen_place.use != NONE]
+    return sorted(found, key=lambda obj: obj.name)
+
+
+def look_of(obj: Any, matrix: Any) -> Array:
+    """(2,): where the mark of an object looks, as a unit vector on the floor."""
+    angle = obj.angen_place.facing
+    local = np.array([math.sin(angle), -math.cos(angle), 0.0])
+    found: Array = (np.array(matrix)[:3, :3] @ local)[:2]
+    size = float(np.linalg.norm(found))
+    # Of what lies on its back the front looks up or down.
+    return found / size if size > 1e-9 else local[:2]
+
+
+def set_look(obj: Any, matrix: Any, look: Array) -> None:
+    """Turns the mark so that it looks along (2,) in the world."""
+    axes = np.array(matrix)[:2, :2]
+    if abs(np.linalg.det(axes)) < 1e-12:
+        return
+    local = np.linalg.solve(axes, look)
+    obj.angen_place.facing = math.atan2(local[0], -local[1])
+
+
+_register, _unregister = bpy.utils.register_classes_factory((AngenPlace,))
+
+
+def register() -> None:
+    _register()
+    Object.angen_place = PointerProperty(type=AngenPlace, override=OVERRIDABLE)
+
+
+def unregister() -> None:
+    del Object.angen_place
+    _unregister()

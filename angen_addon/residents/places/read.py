@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the places, doors, lamps and floors of a home from the marks on its objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ....sensor_logic.model import Array
+from ....sensor_logic.residents.places import DOOR, LAMP, MOVED, STAND, Door, Lamp, Place, Places
+from ...scene.door_motion import DoorError
+from ...scene.rooms import room_of
+from ...view.plan.home import Home
+from .floor import PlaceError, grounds, under, walked
+from .leaves import door_of
+from .marks import marked
+from .standing import REACH_M, place_of
+from .thing import Thing
+
+T = TypeVar("T")
+
+
+def read_places(scene: Any, depsgraph: Any) -> Places:
+    """What is marked in the scene as the depsgraph has it evaluated. Raises PlaceError."""
+    return Reading(depsgraph).places
+
+
+class Reading:
+    """The marks of a home, with the grounds that they stand on."""
+
+    def __init__(self, depsgraph: Any) -> None:
+        objects = marked(depsgraph.view_layer)
+        if not objects:
+            raise PlaceError(
+                "nothing is marked: choose what residents do with an object in the panel "
+                "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
+            )
+        self.home = Home(depsgraph)
+        self.things = {obj.name: Thing(self.home, obj) for obj in objects}
+        leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
+        points = np.array([_anchor(thing) for thing in self.things.values()])
+        # Lamps without a switch hang anywhere.
+        loose = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
+        stood = ~np.array(loose) | np.all(loose)
+        rows = [t.rows for t in self.things.values() if t.obj.angen_place.use != STAND]
+        rows = np.concatenate([np.empty(0, np.intp), *rows])
+        names = [name for name, counts in zip(self.things, stood, strict=True) if counts]
+        walk = walked(self.home, leaves)
+        self.grounds = grounds(self.home, walk, points[stood], names, rows)
+        heights = [ground.storey.height for ground in self.grounds]
+        self.numbers = {
+            obj.name: under(heights, float(point[2]))
+            for obj, point in zip(objects, points, strict=True)
+        }
+        self.problems: list[str] = []
+        doors = self._read(self._door, [o for o in objects if o.angen_place.use in MOVED])
+        self._stay_out_of(doors.values())
+        lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
+        places = self._read(self._place, [o for o in objects if self._stood_at(o, lamps)])
+        storeys = tuple(ground.storey for ground in self.grounds)
+        self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
+
+    def _read(self, read: Callable[[Any], T], objects: list[Any]) -> dict[str, T]:
+        """By name, what is read of objects; what cannot be read is a problem."""
+        found = {}
+        for obj in objects:
+            try:
+                found[obj.name] = read(obj)
+            except DoorError as error:
+                self.problems.append(f"'{obj.name}': {error}")
+        return found
+
+    def _stay_out_of(self, doors: Iterable[Door]) -> None:
+        lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
+        self.grounds = [
+            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
+            for number, ground in enumerate(self.grounds)
+            for of_it in [[line for storey, line in lines if storey == number]]
+        ]
+
+    def _stood_at(self, obj: Any, lamps: dict[str, Lamp]) -> bool:
+        """Whether one stands somewhere for it: not for doors, nor lamps that hang too high."""
+        if obj.angen_place.use != LAMP:
+            return bool(obj.angen_place.use != DOOR)
+        ground = self.grounds[self.numbers[obj.name]]
+        return float(lamps[obj.name].at[2]) <= ground.storey.height + REACH_M
+
+    def _door(self, obj: Any) -> Door:
+        number = self.numbers[obj.name]
+        storey = self.grounds[number].storey
+        room = room_of(obj) or storey.room_at(self.things[obj.name].middle)
+        return door_of(self.home, obj, storey.height, room, number)
+
+    def _lamp(self, obj: Any) -> Lamp:
+        switch = obj.angen_place.switch
+        at: Array = Thing(self.home, switch).middle if switch else self.things[obj.name].middle
+        return Lamp(obj.name, _light_of(obj).name, at)
+
+    def _place(self, obj: Any) -> Place:
+        switch = obj.angen_place.switch if obj.angen_place.use == LAMP else None
+        number = self.numbers[obj.name]
+        hand = Thing(self.home, switch) if switch else None
+        return place_of(self.things[obj.name], self.grounds[number], number, hand)
+
+
+def _anchor(thing: Thing) -> Array:
+    """(3,): where a mark is, as its floor is looked for; of a lamp with a switch, there."""
+    mark = thing.obj.angen_place
+    if mark.use == LAMP and mark.switch is not None:
+        return np.array(mark.switch.matrix_world.translation) * thing.home.metres
+    return thing.middle
+
+
+def _light_of(obj: Any) -> Any:
+    """What shines: the object, or the first light that hangs on it, or that it hangs on."""
+    family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
+    if obj.parent is not None:
+        family.append(obj.parent)
+    return next((member for member in family if member.type == "LIGHT"), obj)

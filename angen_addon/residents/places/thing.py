@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A marked object with all that hangs on it: how large it is, and how high it is where."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ....sensor_logic.model import Array
+from ...coverage.cells import finished, free_ways
+from ...view.plan.home import Home
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+class Thing:
+    """`at` (3,) m is the object's origin; `points` (n, 3) m the corners of its surfaces and those
+    of its children: none of an empty. `rows` (k,) are their solids."""
+
+    def __init__(self, home: Home, obj: Any) -> None:
+        self.obj = obj
+        self.matrix = obj.evaluated_get(home.depsgraph).matrix_world.copy()
+        self.at = np.array(self.matrix.translation) * home.metres
+        uid = obj.session_uid
+        self.home = home.part(lambda solid: uid in solid.owners)
+        self.rows = self.home.rows
+        wanted = np.zeros(len(home.caster.solids.solids), bool)
+        wanted[self.rows] = True
+        parts = [surface.points for surface in home.surfaces(wanted)] if len(self.rows) else []
+        points = np.concatenate(parts) if parts else np.empty((0, 3))
+        self.points = points[np.isfinite(points).all(axis=1)]
+
+    @property
+    def solid(self) -> bool:
+        return bool(len(self.points))
+
+    @property
+    def middle(self) -> Array:
+        """(3,): of its box; its origin where it has no surface."""
+        if not self.solid:
+            return self.at
+        middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
+        return middle
+
+    def reach(self, way: Array) -> tuple[float, float]:
+        """How far it goes along a way (2,) from the world's origin, m: least and most."""
+        if not self.solid:
+            here = float(self.at[:2] @ way)
+            return here, here
+        along = self.points[:, :2] @ way
+        return float(along.min()), float(along.max())
+
+    def box(self, look: Array) -> tuple[Array, float, float]:
+        """Its middle on the floor (2,), and how far it goes from there along a look and across
+        (half its size), m."""
+        across = np.array([-look[1], look[0]])
+        near, far = self.reach(look)
+        right, left = self.reach(across)
+        middle: Array = look * (near + far) / 2.0 + across * (right + left) / 2.0
+        return middle, (far - near) / 2.0, (left - right) / 2.0
+
+    def heights(self, points: Array) -> Array:
+        """(n,) m in the world: its top at points (n, 2); not a number where it is not."""
+        if not self.solid:
+            return np.full(len(points), np.nan)
+        top, bottom = float(self.points[:, 2].max()) + 0.05, float(self.points[:, 2].min()) - 0.05
+        starts = np.column_stack([points, np.full(len(points), top)])
+        ranges = finished(free_ways(self.home, starts, DOWN, top - bottom))
+        return np.where(ranges < top - bottom - 1e-6, top - ranges, np.nan)

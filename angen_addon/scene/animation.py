@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds an object's F-curves and drivers, in every version of Blender."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+# Beginnings of the data paths of an object's own place.
+PLACE = ("location", "rotation_", "scale", "delta_")
+# A data path as what owns the property and its name, or the name of a custom one.
+LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
+
+
+def action_curves(action: Any, slot: Any) -> list[Any]:
+    """The F-curves of an action. From Blender 4.4 on it can hold those of several datablocks,
+    each in its slot (None: in no slot, so that nothing plays); before, it has one list."""
+    if action is None:
+        return []
+    if not hasattr(action, "slots"):
+        return list(action.fcurves)
+    if slot is None:
+        return []
+    bags = [strip.channelbag(slot) for layer in action.layers for strip in layer.strips]
+    return [curve for bag in bags if bag is not None for curve in bag.fcurves]
+
+
+def _lists(action: Any) -> list[Any]:
+    """The lists of F-curves that an action has."""
+    if not hasattr(action, "slots"):
+        return [action.fcurves]
+    strips = [strip for layer in action.layers for strip in layer.strips]
+    return [bag.fcurves for strip in strips for bag in strip.channelbags]
+
+
+def has_curves(action: Any) -> bool:
+    return any(len(found) for found in _lists(action))
+
+
+def remove_curve(action: Any, curve: Any) -> None:
+    """Removes one of an action's F-curves."""
+    for found in _lists(action):
+        if curve in list(found):
+            found.remove(curve)
+            return
+
+
+def curves(obj: Any, paths: set[str]) -> list[Any]:
+    """The object's own F-curves of these data paths."""
+    animation = obj.animation_data
+    if animation is None:
+        return []
+    found = action_curves(animation.action, getattr(animation, "action_slot", None))
+    return [curve for curve in found if curve.data_path in paths]
+
+
+def may_set(owner: Any, *words: str) -> bool:
+    """Whether keys, drivers or strips of the NLA may set a data path that holds one of the words.
+    Strips other than clips hold what nobody looked into."""
+    animation = owner.animation_data
+    if animation is None:
+        return False
+    strips = [strip for track in animation.nla_tracks for strip in track.strips]
+    acting = (animation, *strips)
+    found = [c for a in acting for c in action_curves(a.action, getattr(a, "action_slot", None))]
+    return any(strip.type != "CLIP" for strip in strips) or any(
+        word in curve.data_path for curve in (*found, *animation.drivers) for word in words
+    )
+
+
+def is_animated(obj: Any, path: str) -> bool:
+    """Whether keys or a driver set this data path."""
+    animation = obj.animation_data
+    if animation is None:
+        return False
+    return bool(curves(obj, {path})) or any(d.data_path == path for d in animation.drivers)
+
+
+def stays(obj: Any, *paths: str) -> bool:
+    """Whether nothing in the file moves an object or changes what begins with these data paths.
+
+    What only may move it counts: constraints, physics, strips of the NLA, a parent's shape.
+    """
+    animation, parent = obj.animation_data, obj.parent
+    if obj.constraints or obj.rigid_body is not None:
+        return False
+    if animation is not None:
+        slot = getattr(animation, "action_slot", None)
+        curves = [*action_curves(animation.action, slot), *animation.drivers]
+        if animation.nla_tracks or any(c.data_path.startswith(PLACE + paths) for c in curves):
+            return False
+    return parent is None or (obj.parent_type == "OBJECT" and stays(parent))
+
+
+def motion_paths(obj: Any) -> list[str]:
+    """What of its own place an object has animated: data paths of keys and drivers. Constraints,
+    strips and physics, which may also turn it, are told as "rotation by …"."""
+    found = ["rotation by constraint" for c in obj.constraints if not c.mute]
+    if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
+        found.append("rotation by physics")
+    animation = obj.animation_data
+    if animation is None:
+        return found
+    curves = action_curves(animation.action, getattr(animation, "action_slot", None))
+    paths = [curve.data_path for curve in (*curves, *animation.drivers)]
+    found += ["rotation by strip" for track in animation.nla_tracks if not track.mute]
+    return found + [path for path in paths if path.startswith(PLACE)]
+
+
+def all_animated() -> Iterator[Any]:
+    """Everything in the file that has animation data, node trees inside others included."""
+    for prop in bpy.data.bl_rna.properties:
+        # Those of all kinds are in those of each kind too.
+        if prop.type != "COLLECTION" or prop.identifier == "all_ids":
+            continue
+        for block in getattr(bpy.data, prop.identifier):
+            for owner in (block, getattr(block, "node_tree", None)):
+                if getattr(owner, "animation_data", None) is not None:
+                    yield owner
+
+
+def set_by_animation(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]]]:
+    """What keys and drivers set, as (struct, property): indices."""
+    animation = getattr(datablock, "animation_data", None)
+    if animation is None:
+        return
+    curves = list(action_curves(animation.action, getattr(animation, "action_slot", None)))
+    for track in animation.nla_tracks:
+        for strip in track.strips:
+            curves += action_curves(strip.action, getattr(strip, "action_slot", None))
+    curves += animation.drivers
+    found: dict[tuple[str, str], set[int]] = {}
+    for curve in curves:
+        match = LAST_PART.match(curve.data_path)
+        if match and not curve.mute:
+            owner, name, holder, custom = match.groups()
+            found.setdefault((owner or holder or "", name or custom), set()).add(curve.array_index)
+    for (owner, name), indices in found.items():
+        try:
+            struct = datablock.path_resolve(owner) if owner else datablock
+            yield (struct.as_pointer(), name), indices
+        except (ValueError, AttributeError):
+            # A curve of something that is no longer there sets nothing.
+            continue

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What sensors ask of the surfaces that their rays meet, such as how warm they are."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.model import Answers, Array, Index
+from .instances import Uid
+from .rays.bundles import Seen
+from .rays.caster import RayCaster
+from .rays.reference import SceneRayCaster
+
+
+class MetSurfaces(ABC):
+    """One property of the solids of a ray caster."""
+
+    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
+        self._reference = not isinstance(caster, RayCaster)
+        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
+        self._listing = -1
+
+    def see(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        frames: Index | None = None,
+    ) -> Answers:
+        """What a sensor's rays find at each of the frames (k,) that are kept, or at the last of
+        them; in Blender units, after the caster was brought up to date; the other arguments as of
+        `RayCaster.cast`."""
+        if self._reference:
+            self._rays.update(depsgraph)
+        self._follow(depsgraph)
+        if frames is None:
+            frames = np.array([len(self._rays.frames) - 1])
+        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+        return Answers([self._found(depsgraph, seen) for seen in found.table], found.rows)
+
+    @abstractmethod
+    def _follow(self, depsgraph: Any) -> None:
+        """Reads what changed since the last look."""
+
+    @abstractmethod
+    def _found(self, depsgraph: Any, seen: Seen) -> Any:
+        """The property where rays end."""

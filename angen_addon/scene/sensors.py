@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the sensors of a scene and reads them, evaluated, at the present frame."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from operator import attrgetter
+from typing import Any
+
+from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.model import Pose, pose_from_matrix
+from ...sensor_logic.parameters import Parameters, specs
+from ...sensor_logic.quantities import METRES, Lengths
+from ...sensor_logic.spelling import hint
+from .animation import is_animated
+from .instances import Holders, SensorFinder, Uid, is_holder, matrix_of, uid_of
+from .rooms import room_of
+
+
+class SensorError(Exception):
+    """A sensor cannot be simulated; the text names it, the reason and the way out."""
+
+
+class NoSuchSensor(Exception):
+    """A sensor was asked for by a name that the scene does not have."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """An object that is a sensor, or stands for one in a collection instance, which then has the
+    `holders` that instance it, the outermost first. All are originals; not to be kept across
+    undo."""
+
+    name: str
+    kind: Kind
+    object: Any
+    holders: Holders = ()
+
+    @property
+    def uid(self) -> Uid:
+        return uid_of(self.object, self.holders)
+
+    @property
+    def name_now(self) -> str:
+        """What it is called by now: in an instance after the way to it."""
+        return "/".join(part.name for part in (*self.holders, self.object))
+
+    @property
+    def handle(self) -> Any:
+        """What a user can select to get at it."""
+        return self.holders[0] if self.holders else self.object
+
+    def world_matrix(self, depsgraph: Any) -> Any:
+        """Where it is, as evaluated."""
+        return matrix_of(self.object, self.holders, depsgraph)
+
+    @property
+    def settings(self) -> Any:
+        return self.object.angen_sensor
+
+    @property
+    def room(self) -> str:
+        """The room that the user noted of it, or of what it is an instance of; empty where none
+        is."""
+        return next(filter(None, map(room_of, (self.object, *reversed(self.holders)))), "")
+
+    @property
+    def parameters(self) -> Any:
+        """The property group with its kind's parameters."""
+        return self.parameters_in(self.object)
+
+    def parameters_in(self, obj: Any) -> Any:
+        """The same of its object as it is evaluated."""
+        return getattr(obj.angen_sensor, self.kind.attribute)
+
+    @property
+    def reading(self) -> Field:
+        """What the output `value` is, with its unit."""
+        return self.kind.reading(self.parameters)
+
+    @property
+    def selected(self) -> bool:
+        return bool(self.handle.select_get())
+
+    @property
+    def library(self) -> str:
+        return self.object.library.filepath if self.object.library else ""
+
+
+def all_sensors(view_layer: Any) -> list[Sensor]:
+    """The sensors of a view layer by name, with those in collection instances; those in excluded
+    collections are not in it."""
+    found = []
+    finder = SensorFinder()
+    for obj in view_layer.objects:
+        if obj is None:
+            # Just after a script removed objects there are gaps.
+            continue
+        if obj.angen_sensor.kind != NO_KIND:
+            found.append(sensor_of(obj))
+        if is_holder(obj):
+            found += [sensor_of(*place) for place in finder.sensors_in(obj)]
+    return sorted(found, key=lambda sensor: (sensor.name, sensor.library))
+
+
+def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
+    """An object that is a sensor, perhaps within a collection instance."""
+    sensor = Sensor("", KINDS[obj.angen_sensor.kind], obj, holders)
+    return replace(sensor, name=sensor.name_now)
+
+
+def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
+    """Those of the given names; all where no name is given. Raises NoSuchSensor."""
+    names = list(names)
+    known = [sensor.name for sensor in sensors]
+    for name in names:
+        if name not in known:
+            raise NoSuchSensor(f"no sensor is called '{name}'; {hint(name, known)}")
+    return [sensor for sensor in sensors if not names or sensor.name in names]
+
+
+def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Those that a run senses: switched on, or perhaps so at another frame."""
+    return [
+        s for s in sensors if s.settings.enabled or is_animated(s.object, "angen_sensor.enabled")
+    ]
+
+
+def check_names(sensors: list[Sensor]) -> None:
+    """Raises SensorError where two sensors share a name, as a linked and a local one can."""
+    for name, count in Counter(sensor.name for sensor in sensors).items():
+        if count > 1:
+            origins = [s.library or "this file" for s in sensors if s.name == name]
+            raise SensorError(
+                f"{count} sensors are called '{name}' (from {', '.join(origins)}): "
+                "rename one, so that the log can tell them apart"
+            )
+
+
+def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
+    """Raises SensorError where the sensor's settings make no sense; it tells `lengths` so."""
+    rate = decimal(sensor.settings.update_rate)
+    if not 0.0 < rate < float("inf"):
+        raise SensorError(f"'{sensor.name}': update_rate is {rate:g} Hz: it must be above 0")
+    read_parameters(sensor, sensor.settings, lengths)
+
+
+def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
+    """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
+    group = getattr(settings, sensor.kind.attribute)
+    read, pointers = _reader(sensor.kind.identifier)
+    values = read(group)
+    for index, pointer in pointers:
+        if values[index] is not None:
+            # Objects are named, not kept: they would not outlive undo.
+            named = pointed_at(values[index], pointer)
+            values = (*values[:index], named, *values[index + 1 :])
+    parameters, sound = _checked(sensor.kind.identifier, values)
+    if not sound:
+        raise SensorError(f"'{sensor.name}': {parameters.problems(lengths)[0]}")
+    return parameters
+
+
+# One a kind, for good: without it the dataclass's fields are gone through at every update.
+@cache
+def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
+    """What reads all parameters of a kind at once, in their order, and which of them point at
+    something, at what."""
+    known = specs(KINDS[kind].parameters)
+    pointers = [(i, spec.pointer) for i, spec in enumerate(known.values()) if spec.pointer]
+    if len(known) > 1:
+        return attrgetter(*known), pointers
+    # Of a single name, attrgetter makes no tuple.
+    return lambda group: tuple(getattr(group, name) for name in known), pointers
+
+
+def pointed_at(value: Any, kind: str) -> str:
+    """What a parameter that points at something holds: a text's content, else the name."""
+    return str(value.as_string() if kind == "Text" else value.name_full)
+
+
+def report_steps(sensor: Sensor) -> dict[str, float]:
+    """By how much each field of a sensor must change before the event log has a row for it."""
+    parameters = read_parameters(sensor, sensor.settings)
+    return {f.name: getattr(parameters, f.step) for f in sensor.kind.events if f.step}
+
+
+# By the values of one sensor; without it every update checks each parameter anew.
+@lru_cache(maxsize=1024)
+def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, bool]:
+    made_of = KINDS[kind].parameters
+    known = specs(made_of)
+    exact = {
+        name: decimal(value) if isinstance(value, float) and spec.unit != "rad" else value
+        for (name, spec), value in zip(known.items(), values, strict=True)
+    }
+    parameters = made_of(**exact)
+    return parameters, not parameters.problems()
+
+
+def decimal(value: float) -> float:
+    """The number that the user typed: Blender stores 0.05 as 0.0500000007."""
+    return float(f"{value:.7g}")
+
+
+def check_evaluated(sensor: Sensor, evaluated: Any) -> None:
+    """Raises SensorError where Blender does not evaluate the sensor: it has no place then."""
+    # In an instance Blender evaluates also what it does not show.
+    shown = not any(part.hide_viewport for part in (sensor.object, *sensor.holders[1:]))
+    if not evaluated.is_evaluated or (sensor.holders and not shown):
+        raise SensorError(
+            f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
+            "enable it there (monitor icon), or switch the sensor off"
+        )
+
+
+def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
+    """Where a sensor with this world matrix stands, in metres. Raises SensorError."""
+    try:
+        return pose_from_matrix(matrix, unit_scale)
+    except ValueError as error:
+        raise SensorError(f"'{sensor.name}': {error}") from None
+
+
+def unit_scale(scene: Any) -> float:
+    """Metres in a Blender unit."""
+    settings = scene.unit_settings
+    return 1.0 if settings.system == "NONE" else decimal(settings.scale_length)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The workers of a study: processes here, or whatever runs at a scheduler elsewhere."""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import distributed
+
+from ...sensor_logic.study.study import StudyError
+from ..api.error import AngenError
+from . import tasks
+from .tasks import File
+
+# In each process of this machine: the package is importable, installed or not; Ctrl-C, which a
+# terminal sends to all of them, is the driver's.
+STANDALONE = Path(__file__).resolve().parents[1] / "process" / "standalone.py"
+PRELOAD = f"""
+import runpy, signal
+runpy.run_path({str(STANDALONE)!r})["load_extension"]()
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+"""
+# s: who answers later than this at an address is not there.
+ANSWERS_S = 10.0
+
+
+class FilesOfStudy(distributed.WorkerPlugin):
+    """Brings files to each worker that does not see the driver's, also to one that comes late."""
+
+    def __init__(self, name: str, files: Mapping[File, bytes]) -> None:
+        self.name = name
+        self._files = dict(files)
+
+    def setup(self, worker: Any) -> None:
+        for file, content in self._files.items():
+            try:
+                tasks.found(file)
+            except AngenError:
+                tasks.put(file.name, file.digest, content)
+
+
+@contextmanager
+def here(jobs: int) -> Iterator[distributed.Client]:
+    """A client of `jobs` processes of this machine, each with one thread."""
+    with (
+        tempfile.TemporaryDirectory(prefix="angen-study-") as folder,
+        distributed.LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            dashboard_address=":0",
+            local_directory=folder,
+            preload=[PRELOAD],
+            silence_logs="CRITICAL",
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+@contextmanager
+def elsewhere(address: str) -> Iterator[distributed.Client]:
+    """A client of a scheduler that runs at an address. Raises StudyError."""
+    try:
+        client = distributed.Client(address, timeout=ANSWERS_S)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        why = f": {error}" if isinstance(error, ValueError) else ""
+        raise StudyError(
+            f"no scheduler answers at {address}{why}; start one with `dask scheduler`, which says "
+            "its address"
+        ) from None
+    # What is wrong is told in a line of our own.
+    logging.disable()
+    with client:
+        yield client
+
+
+def check_workers(client: distributed.Client) -> dict[str, str]:
+    """The versions that all workers have. Raises StudyError."""
+    for address, threads in client.nthreads().items():
+        if threads != 1:
+            raise StudyError(
+                f"the worker {address} has {threads} threads, and Blender works in one: start it "
+                "with --nthreads 1 (and --nworkers for more processes)"
+            )
+    # As tasks, not by client.run, which works in another thread: Blender's module crashes where one
+    # thread loads it and another one opens a file.
+    told = {
+        address: submit(client, "versions", None, workers=[address])
+        for address in client.nthreads()
+    }
+    first: tuple[str, dict[str, str]] | None = None
+    for address, future in told.items():
+        try:
+            versions = future.result()
+        except Exception as error:
+            raise StudyError(f"the worker {address} cannot simulate: {_cause(error)}") from None
+        first = first or (address, versions)
+        differ = tasks.differences(first[1], versions)
+        if differ:
+            raise StudyError(
+                f"the workers {first[0]} and {address} differ: {differ}; results of both would not "
+                "go together: give them the same"
+            )
+    assert first is not None
+    return first[1]
+
+
+def _cause(error: Exception) -> str:
+    # Dask may have put the error into another.
+    if "No module named" in str(error):
+        return f'{error}: pip install "angen-sensors[sweep]" there'
+    return str(error)
+
+
+def submit(
+    client: distributed.Client, name: str, argument: Any, workers: list[str] | None = None
+) -> distributed.Future:
+    """Asks some worker, or one of `workers`, for a function of `tasks`."""
+
+    # The scheduler takes tasks apart, and need not have this package: a function within another is
+    # sent as it stands here, and its argument as bytes.
+    def call(name: str, argument: bytes) -> Any:
+        import importlib
+        import pickle
+
+        tasks = importlib.import_module("angen_sensors.angen_addon.study.tasks")
+        return getattr(tasks, name)(pickle.loads(argument))
+
+    return client.submit(call, name, pickle.dumps(argument), pure=False, workers=workers)
+
+
+def send(client: distributed.Client, files: Mapping[File, bytes]) -> None:
+    """Has all workers, now and later, know these files."""
+    name = f"angen-study-{hash(frozenset(file.digest for file in files)):x}"
+    client.register_plugin(FilesOfStudy(name, files))

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is measured of a run."""
+
+from __future__ import annotations
+
+import math
+import traceback
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...sensor_logic.coverage.grid import CoverageMap
+from ...sensor_logic.coverage.motions import MOTIONS
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.recording.tracks import Recording as Readings
+from ...sensor_logic.report.figures import figures, quantity
+from ..api.error import AngenError
+from ..api.recording import Recording
+from ..coverage.maps import cover
+from ..coverage.views import detectors
+from ..runtime.time_base import evaluated_depsgraph
+from ..scene.sensors import Sensor, SensorError
+from .changes import Changes
+from .tasks import Task
+
+# m: the cells of a coverage map; and the paths of light that stand for the truth.
+CELL = 0.25
+REFERENCE_PATHS = 16_384
+
+
+def measured(
+    task: Task,
+    recording: Recording,
+    readings: Readings,
+    sensors: Sequence[Sensor],
+    changes: Changes,
+) -> dict[str, Any]:
+    """Name → number of all that the task asks for. Raises AngenError."""
+    found: dict[str, Any] = {}
+    told = {name: figures(track) for name, track in sorted(readings.tracks.items())}
+    if "events" in task.measure:
+        found["events"] = sum(figure.events for figure in told.values())
+        found |= {f"events {name}": figure.events for name, figure in told.items()}
+    if "active" in task.measure:
+        found["active"] = sum(figure.active for figure in told.values()) / len(told)
+        found |= {f"active {name}": figure.active for name, figure in told.items()}
+    if "coverage" in task.measure:
+        found["coverage"] = coverage(sensors)
+    if "light_error" in task.measure:
+        found["light_error"] = _light_error(task, readings, sensors, changes)
+    return found | of_functions(task, recording, None)
+
+
+def of_functions(task: Task, recording: Any, truth: Any) -> dict[str, Any]:
+    """What the user's own functions measure. Raises AngenError."""
+    found: dict[str, Any] = {}
+    for label, name, source in task.functions:
+        try:
+            told = _function(name, source)(recording, truth)
+        except Exception as error:
+            frame = traceback.extract_tb(error.__traceback__)[-1]
+            raise AngenError(
+                f"{label} raised {type(error).__name__}: {error} (line {frame.lineno})"
+            ) from None
+        found |= _numbers(label, name, told)
+    return found
+
+
+def _numbers(label: str, name: str, told: Any) -> dict[str, Any]:
+    if not isinstance(told, Mapping):
+        told = {name: told}
+    found = {}
+    for key, value in told.items():
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise AngenError(f"{label} gave {value!r} for {key!r}, which is no number") from None
+        found[str(key)] = number if math.isfinite(number) else None
+    return found
+
+
+@cache
+def _function(name: str, source: str) -> Any:
+    space: dict[str, Any] = {"__name__": "angen_study_measure"}
+    exec(compile(source, f"{name}.py", "exec"), space)
+    return space[name]
+
+
+def coverage(sensors: Sequence[Sensor]) -> float:
+    """The share of the floor that the motion detectors cover, for a walking person."""
+    try:
+        seen = detectors(sensors)
+    except SensorError:
+        # None of them is on.
+        return 0.0
+    motion = next(iter(MOTIONS.values()))
+    # Stages, and last the map.
+    *_, found = cover(evaluated_depsgraph(), sensors, seen, motion, CELL)
+    assert isinstance(found, CoverageMap)
+    return found.total().share
+
+
+def _light_error(
+    task: Task, readings: Readings, sensors: Sequence[Sensor], changes: Changes
+) -> float:
+    """Rms difference of what light sensors read to what many paths give, as a share of the mean of
+    that."""
+    from .home_run import readings_of
+
+    lights = [sensor for sensor in sensors if sensor.kind.asks_for(LIGHT)]
+    if not lights:
+        raise AngenError("light_error: no light sensor is switched on")
+    for sensor in lights:
+        changes.set(sensor.parameters, "samples", REFERENCE_PATHS)
+    bpy.context.view_layer.update()
+    reference = readings_of(lights, task.frames)
+    errors, scale = [], []
+    for name, track in reference.tracks.items():
+        (_, truth), (_, read) = quantity(track), quantity(readings.tracks[name])
+        errors.append(read - truth)
+        scale.append(truth)
+    mean = float(np.mean(np.abs(np.concatenate(scale))))
+    rms = float(np.sqrt(np.mean(np.square(np.concatenate(errors)))))
+    return rms / mean if mean else math.inf

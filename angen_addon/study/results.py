@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is kept of a study: a line for each run as it ends, in `runs.jsonl`, and the tables that are
+made of these, `results.csv` and `results.parquet`."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import importlib
+import io
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.study.study import StudyError
+from .tasks import Done
+
+fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
+
+RUNS, CSV, PARQUET, LOGS = "runs.jsonl", "results.csv", "results.parquet", "logs"
+# What the report needs to know of the study.
+FACTS = "study.json"
+# Rows of a Parquet file that are in memory at once.
+ROWS = 1000
+Row = dict[str, Any]
+
+
+class Store:
+    """The folder of a study, as a context. Raises StudyError, also where another study writes into
+    it at the same time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file = open(folder / RUNS, "a+b")  # noqa: SIM115  (closed by __exit__)
+        except OSError as error:
+            raise StudyError(
+                f"cannot write in {folder}: {error.strerror}; give another folder"
+            ) from None
+        if fcntl is not None:
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                self._file.close()
+                raise StudyError(f"another study is writing into {folder}") from None
+        # Where the line of each run is, of those that went well and of those that failed.
+        self._at: dict[str, int] = {}
+        self._failed: set[str] = set()
+        self._read()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def _error(self, error: OSError) -> StudyError:
+        return StudyError(
+            f"cannot write in {self.folder}: {error.strerror}; what is there stays, and the same "
+            "command goes on from it"
+        )
+
+    def _read(self) -> None:
+        """Finds what is there. What a killed driver left of a last line is cut off."""
+        self._file.seek(0)
+        end = 0
+        for line in self._file:
+            try:
+                row = json.loads(line) if line.endswith(b"\n") else None
+            except ValueError:
+                row = None
+            if isinstance(row, dict) and "digest" in row:
+                self._note(row, end)
+                end += len(line)
+            elif line.endswith(b"\n"):
+                raise StudyError(f"{self.folder / RUNS} is not of a study; give another folder")
+            else:
+                self._file.truncate(end)
+
+    def _note(self, row: Row, at: int) -> None:
+        digest = row["digest"]
+        self._at[digest] = at
+        (self._failed.add if row["error"] else self._failed.discard)(digest)
+
+    def has(self, digest: str) -> bool:
+        """Whether a run is done, and went well."""
+        return digest in self._at and digest not in self._failed
+
+    def add(self, done: Done, versions: dict[str, str]) -> None:
+        """Keeps what came of a run. Raises StudyError, and then keeps nothing of it."""
+        row = {
+            "digest": done.digest,
+            "values": done.values,
+            "seconds": round(done.seconds, 4),
+            "error": done.error,
+            "versions": versions,
+        }
+        at = self._file.seek(0, os.SEEK_END)
+        try:
+            for name, text in done.files.items():
+                path = self.folder / LOGS / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write_files({path: text})
+            self._file.write(json.dumps(row).encode() + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            self._file = _reopened(self._file, at)
+            raise self._error(error) from None
+        except OutputError as error:
+            raise StudyError(f"{error}; what is done stays") from None
+        self._note(row, at)
+
+    def row(self, digest: str) -> Row | None:
+        """What is kept of a run; None where it was not run."""
+        if digest not in self._at:
+            return None
+        self._file.seek(self._at[digest])
+        found: Row = json.loads(self._file.readline())
+        return found
+
+    @property
+    def failed(self) -> set[str]:
+        return self._failed
+
+
+def _reopened(file: Any, at: int) -> Any:
+    """The file as it was before a line that did not go in whole; closing it may try once more."""
+    path = file.name
+    with contextlib.suppress(OSError):
+        file.close()
+    os.truncate(path, at)
+    return open(path, "a+b")
+
+
+class Table:
+    """The rows of a table, gone through anew each time, and its columns by what they hold."""
+
+    def __init__(self, rows: Any) -> None:
+        self._rows = rows
+        self.columns: dict[str, type] = {}
+        for row in self:
+            for name, value in row.items():
+                if value is not None:
+                    self.columns[name] = _wider(self.columns.get(name), type(value))
+                else:
+                    self.columns.setdefault(name, type(None))
+        for name in ("seconds", "digest", "error"):
+            self.columns[name] = self.columns.pop(name, str)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self._rows())
+
+
+def _wider(one: type | None, other: type) -> type:
+    """A type that holds what both do."""
+    if one in (None, type(None)) or one is other:
+        return other
+    return float if {one, other} == {int, float} else str
+
+
+def write_tables(folder: Path, table: Table) -> list[str]:
+    """Writes results.csv and results.parquet; returns what could not be, a sentence each. Raises
+    StudyError."""
+    try:
+        write_files({folder / CSV: _csv(table)})
+    except OutputError as error:
+        raise StudyError(f"{error}; the runs themselves are kept") from None
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        return [f'{PARQUET} is not written ({error}): pip install "angen-sensors[sweep]"']
+    part = folder / f".{PARQUET}.part"
+    try:
+        _write_parquet(pyarrow, part, table)
+        os.replace(part, folder / PARQUET)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise StudyError(f"cannot write {folder / PARQUET}: {error.strerror}") from None
+    return []
+
+
+def _csv(table: Table) -> Iterator[str]:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(table.columns)
+    for row in table:
+        writer.writerow([_text(row.get(name)) for name in table.columns])
+        yield out.getvalue()
+        out.seek(0)
+        out.truncate()
+    yield out.getvalue()
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+def _write_parquet(pyarrow: Any, path: Path, table: Table) -> None:
+    types = {bool: "bool_", int: "int64", float: "float64", str: "string", type(None): "null"}
+    schema = pyarrow.schema(
+        [(name, getattr(pyarrow, types[of])()) for name, of in table.columns.items()]
+    )
+    with pyarrow.parquet.ParquetWriter(path, schema) as writer:
+        waiting: list[Row] = []
+
+        def flush() -> None:
+            rows = [
+                {
+                    name: None if row.get(name) is None else of(row[name])
+                    for name, of in table.columns.items()
+                }
+                for row in waiting
+            ]
+            writer.write_table(pyarrow.Table.from_pylist(rows, schema))
+            waiting.clear()
+
+        for row in table:
+            waiting.append(row)
+            if len(waiting) == ROWS:
+                flush()
+        if waiting:
+            flush()

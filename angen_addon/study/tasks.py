@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a worker of a study is asked for. It runs in a process with one thread, which has Blender's
+module; this module itself is read where there is none."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ...sensor_logic.study.digest import digest_of_bytes
+from ...sensor_logic.study.targets import HomeFacts
+from ..api.error import AngenError
+from ..output.version import extension_version
+
+# Blender has one scene: a process that has several threads all the same works in turns.
+_one_at_a_time = threading.Lock()
+# File → what it holds, where the disk of the driver is not that of this worker.
+_sent: dict[str, Path] = {}
+
+
+@dataclass(frozen=True)
+class File:
+    """A file that runs need: its path at the driver, and its digest."""
+
+    path: str
+    digest: str
+
+    @property
+    def name(self) -> str:
+        return Path(self.path).name
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that a run needs. `settings`: sensor → parameter → value. `functions`: (label, name,
+    source) of those that measure. `versions` are those that all runs of the study have."""
+
+    digest: str
+    home: File
+    seed: int
+    settings: dict[str, dict[str, Any]]
+    measure: tuple[str, ...]
+    functions: tuple[tuple[str, str, str], ...]
+    keep: tuple[str, ...]
+    versions: dict[str, str]
+    frames: tuple[int, int] | None = None
+    routine: File | None = None
+    start: str = ""
+    days: int = 0
+    empty_for: float = 30.0
+
+
+@dataclass(frozen=True)
+class Done:
+    """What came of a run: `values` are measures by name; `error` is empty where it went well;
+    `files` are logs to be kept, by name."""
+
+    digest: str
+    values: dict[str, Any]
+    seconds: float
+    error: str = ""
+    files: dict[str, str] = field(default_factory=dict)
+
+
+class VersionsDiffer(Exception):
+    """This worker is not as the others; the text names both."""
+
+
+def put(name: str, digest: str, content: bytes) -> None:
+    """Keeps a file that was sent, whose digest is `digest`."""
+    path = Path(_folder().name) / f"{digest.rpartition(':')[2][:16]}-{name}"
+    path.write_bytes(content)
+    _sent[digest] = path
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    """Goes with the process."""
+    return tempfile.TemporaryDirectory(prefix="angen-study-")
+
+
+def found(file: File) -> Path:
+    """Where a file lies here. Raises AngenError."""
+    path = Path(file.path)
+    if path.is_file() and _digest(path, path.stat().st_mtime_ns) == file.digest:
+        return path
+    if file.digest not in _sent:
+        raise AngenError(f"{platform.node()} has no file {file.path} as it is at the driver")
+    return _sent[file.digest]
+
+
+@cache
+def _digest(path: Path, changed: int) -> str:
+    return digest_of_bytes(path.read_bytes())
+
+
+def versions(_: None = None) -> dict[str, str]:
+    """Of all that a run depends on here. Raises AngenError where Blender's module is missing."""
+    return _versions()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    try:
+        import bpy
+        import numpy
+    except ImportError as error:
+        raise AngenError(
+            f"{platform.node()} lacks Blender's Python module ({error}): pip install bpy there"
+        ) from None
+    return {
+        "angen_sensors": f"{extension_version()}+{_code()}",
+        "blender": bpy.app.version_string,
+        "numpy": numpy.__version__,
+        "python": ".".join(map(str, sys.version_info[:3])),
+    }
+
+
+def _code() -> str:
+    """A digest of what simulates: of the same version there are many while it is worked on."""
+    root = Path(__file__).resolve().parents[2]
+    found = hashlib.sha256()
+    for folder in ("sensor_logic", "angen_addon"):
+        for path in sorted((root / folder).rglob("*.py")):
+            found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def differences(ours: dict[str, str], theirs: dict[str, str]) -> str:
+    """Which versions differ, in words; empty where none does."""
+    return ", ".join(
+        f"{name} {ours.get(name)} and {theirs.get(name)}"
+        for name in sorted({*ours, *theirs})
+        if ours.get(name) != theirs.get(name)
+    )
+
+
+def examine(home: File) -> HomeFacts:
+    """What is known of a home without simulating it. Raises AngenError."""
+    with _one_at_a_time:
+        from . import home_run
+
+        return home_run.facts(found(home), home, versions())
+
+
+def run(task: Task) -> Done:
+    """Simulates a run. Raises VersionsDiffer; all else that goes wrong is told in what it
+    returns."""
+    differ = differences(task.versions, versions())
+    if differ:
+        raise VersionsDiffer(f"{platform.node()} is not as the other workers: {differ}")
+    with _one_at_a_time:
+        begin = time.perf_counter()
+        try:
+            from . import home_run
+
+            return home_run.done(task)
+        except AngenError as error:
+            told = str(error)
+        except Exception as error:
+            told = f"{type(error).__name__}: {error}"
+        return Done(task.digest, {}, time.perf_counter() - begin, " ".join(told.split()))

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What studies are held to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .bounds import Bounds
+
+# MiB of a worker; of the driver in all, what it may grow by over the second half of its rows, and
+# what writing the tables may take.
+WORKER_MIB, DRIVER_MIB, GROWN_MIB, TABLES_MIB = 500.0, 250.0, 8.0, 40.0
+ROWS, GLANCE_ROWS = 10_000, 400
+
+
+def check(data: dict[str, Any], bounds: Bounds) -> None:
+    ways = {way["jobs"]: way for way in data["ways"]}
+    bounds.measured("workers", ways, (1, 2))
+    bounds.equal("rows that are the same with one and two workers", data["same_rows"], data["runs"])
+    for jobs, way in ways.items():
+        of = f"with {jobs} worker{'s' if jobs > 1 else ''}"
+        bounds.equal(f"rows {of}", way["rows"], data["runs"])
+        bounds.equal(f"runs that failed {of}", way["failed"], 0)
+        bounds.equal(f"runs done again {of}", way["run_again"], 0)
+        bounds.at_most(f"MiB of a worker {of}", way["worker_mib"], WORKER_MIB)
+    driver = data["driver"]
+    bounds.equal("rows of the driver", driver["rows"], GLANCE_ROWS if data["quick"] else ROWS)
+    bounds.equal("rows written", driver["written"], driver["rows"])
+    bounds.equal("runs of the driver that failed", driver["failed"], 0)
+    bounds.at_most("MiB of the driver", driver["mib"], DRIVER_MIB)
+    bounds.at_most("MiB that the driver grows by", driver["grown_mib"], GROWN_MIB)
+    bounds.at_most("MiB that the tables take", driver["tables_mib"], TABLES_MIB)

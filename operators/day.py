@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A day of a routine in the window: it is acted, a stretch of it is shown, and left again."""
+
+from __future__ import annotations
+
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty
+from bpy.types import Context, Operator
+
+from ..angen_addon.days import shown
+from ..angen_addon.days.run import DayError, Household, Plan, resident_of
+from ..angen_addon.runtime import state
+from ..sensor_logic.days.times import hours_minutes
+from ..sensor_logic.days.truth import activities
+from ..sensor_logic.residents.acted import Acted
+from ..sensor_logic.residents.places import Places
+from .coverage import can_look
+
+# The day that was acted last: of what it was, and what came out.
+_acted: tuple[Any, Acted, Places, Plan] | None = None
+
+
+def _asked(scene: Any) -> tuple[Plan, date, int]:
+    """Routine, start and seed that the panel asks for. Raises DayError."""
+    asked = scene.angen_day
+    try:
+        start = date.fromisoformat(asked.date)
+        start + timedelta(asked.number)
+    except (ValueError, OverflowError):
+        raise DayError(f"start: '{asked.date}' is no date, such as 2026-03-02") from None
+    if asked.text is not None:
+        return Plan.of(asked.text.as_string(), asked.text.name), start, asked.seed
+    if not asked.routine:
+        raise DayError("choose a routine: a file, or a text in this file")
+    return Plan.read(Path(bpy.path.abspath(asked.routine))), start, asked.seed
+
+
+def _day(scene: Any) -> tuple[Acted, Places, Plan]:
+    """The day that the panel asks for, acted anew where it is not at hand. Raises DayError."""
+    global _acted
+    plan, start, seed = _asked(scene)
+    key = bpy.data.filepath, scene.name, plan.text, start, seed, scene.angen_day.number
+    if _acted is None or _acted[0] != key:
+        frame = scene.frame_current
+        try:
+            household = Household(scene, [], plan, start, seed)
+            acted = household.acted(scene.angen_day.number - 1)
+        finally:
+            scene.frame_set(frame)
+        _acted = key, acted, household.places, plan
+    return _acted[1:]
+
+
+class ANGEN_OT_day_read(Operator):
+    """Works out what happens on the day, and lists it"""
+
+    bl_idname = "angen.day_read"
+    bl_label = "Read Day"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return can_look(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        global _acted
+        scene = context.scene
+        shown.leave(scene)
+        _acted = None
+        try:
+            acted, places, _ = _day(scene)
+        except DayError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        asked = scene.angen_day
+        asked.done.clear()
+        for done in activities(acted, places.room_of):
+            item = asked.done.add()
+            item.name, item.person, item.room = done.activity, done.person, done.room
+            item.start, item.end = done.start / 1e6, done.end / 1e6
+        day = date.fromisoformat(asked.date) + timedelta(asked.number - 1)
+        asked.told = f"{day:%A} {day.isoformat()}: {len(asked.done)} activities"
+        self.report({"INFO"}, asked.told)
+        return {"FINISHED"}
+
+
+class ANGEN_OT_day_show(Operator):
+    """Shows this activity as animation, to be scrubbed, sensed and explained"""
+
+    bl_idname = "angen.day_show"
+    bl_label = "Show Activity"
+    bl_options = {"REGISTER", "UNDO"}
+
+    index: IntProperty(options={"HIDDEN"})
+
+    @classmethod
+    def description(cls, context: Context, properties: Any) -> str:
+        done = context.scene.angen_day.done
+        if not 0 <= properties.index < len(done):
+            return cls.__doc__ or ""
+        item = done[properties.index]
+        start, end = hours_minutes(item.start), hours_minutes(item.end)
+        where = f", {item.room}" if item.room else ""
+        return f"{item.name} ({item.person}{where}), {start} to {end}. {cls.__doc__}"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return can_look(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        scene = context.scene
+        asked = scene.angen_day
+        if not 0 <= self.index < len(asked.done):
+            self.report({"ERROR"}, "there is no such activity: read the day first")
+            return {"CANCELLED"}
+        item = asked.done[self.index]
+        shown.leave(scene)
+        try:
+            acted, places, plan = _day(scene)
+            residents = {p.name: resident_of(p) for p in plan.routine.persons.values()}
+        except DayError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        shown.show(scene, acted, places, residents, item.start, item.end)
+        asked.active = self.index
+        state.CACHE.settings_changed(scene)
+        return {"FINISHED"}
+
+
+class ANGEN_OT_day_leave(Operator):
+    """The home as it was before the day was shown"""
+
+    bl_idname = "angen.day_leave"
+    bl_label = "Leave Day"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not context.scene.angen_day.before:
+            cls.poll_message_set("No stretch of a day is shown")
+            return False
+        return can_look(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        shown.leave(context.scene)
+        state.CACHE.settings_changed(context.scene)
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_day_read, ANGEN_OT_day_show, ANGEN_OT_day_leave)
+)

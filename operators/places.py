@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Places of residents: adds a point for one, guesses a mark anew, checks what can be reached."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty
+from bpy.types import Context, Operator
+
+from ..angen_addon.residents.places import ways_drawn
+from ..angen_addon.residents.places.check import check_places, sentences
+from ..angen_addon.residents.places.floor import PlaceError
+from ..angen_addon.residents.places.guess import guess
+from ..angen_addon.residents.places.marks import LABELS, NONE, USES
+from ..angen_addon.runtime import state
+from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.scene.units import lengths_of
+from ..sensor_logic.residents import places as known
+from ..sensor_logic.wording import capital
+from .add import can_add
+
+# What an empty can stand for: a leaf or a lamp is an object.
+POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
+# m: how large the empty is shown.
+SHOWN_M = 0.1
+POINT_ITEMS = [item for item in USES if item[0] in POINTS]
+
+
+class ANGEN_OT_place_point(Operator):
+    bl_idname = "angen.place_point"
+    bl_label = "Add Place"
+    bl_description = (
+        "Add an empty at the 3D cursor for what residents do there: where one stands, or on the "
+        "seat, bed or thing itself. Its arrow shows where one looks, or where the head lies"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    use: EnumProperty(name="Use", items=POINT_ITEMS)
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return can_add(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        obj = bpy.data.objects.new(LABELS[self.use], None)
+        obj.empty_display_type = "CIRCLE"
+        obj.empty_display_size = SHOWN_M / unit_scale(context.scene)
+        obj.matrix_world = context.scene.cursor.matrix
+        context.collection.objects.link(obj)
+        for other in context.selected_objects:
+            other.select_set(False)
+        obj.select_set(True)
+        context.view_layer.objects.active = obj
+        obj.angen_place.use = self.use
+        return {"FINISHED"}
+
+
+class ANGEN_OT_place_guess(Operator):
+    bl_idname = "angen.place_guess"
+    bl_label = "Guess Again"
+    bl_description = "Find anew where it faces, or how far the door opens, from its shape and keys"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.object is not None and context.object.angen_place.use != NONE
+
+    def execute(self, context: Context) -> set[str]:
+        guess(context.object, context.evaluated_depsgraph_get())
+        return {"FINISHED"}
+
+
+class ANGEN_OT_places_check(Operator):
+    bl_idname = "angen.places_check"
+    bl_label = "Check Places"
+    bl_description = (
+        "Look which marked places residents cannot get to from the entrance, and draw how far they "
+        "get as a curve on the floor"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if state.CACHE.running:
+            cls.poll_message_set("A simulation is running")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        scene = context.scene
+        ways_drawn.remove(scene)
+        context.view_layer.update()
+        try:
+            checked = check_places(context.evaluated_depsgraph_get())
+        except PlaceError as error:
+            self.report({"ERROR"}, capital(str(error)))
+            return {"CANCELLED"}
+        ways_drawn.show(scene, checked.places, checked.lost)
+        found = sentences(checked, lengths_of(scene))
+        state.CACHE.places = checked.count, tuple(found)
+        self.report({"WARNING" if found else "INFO"}, capital(checked.count))
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_place_point, ANGEN_OT_place_guess, ANGEN_OT_places_check)
+)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes a study of the selected sensors' parameters, and opens the report of one: running it is
+for `angen study run`, outside Blender."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty, StringProperty
+from bpy.types import Context, Operator
+from bpy_extras.io_utils import ExportHelper
+
+from ..angen_addon.scene.sensors import Sensor, all_sensors
+from ..angen_addon.study import wishes
+from ..angen_addon.study.wishes import fill, vary_of
+from ..angen_addon.view.active import active_sensor
+from ..sensor_logic.files import OutputError, write_files
+from ..sensor_logic.study import writing
+from ..sensor_logic.study.targets import COMMON, POSE
+
+
+def command(file: str) -> str:
+    """What runs the study in a file; empty where none is named."""
+    path = Path(bpy.path.abspath(file))
+    study, out = (shlex.quote(str(p)) for p in (path, path.with_suffix("")))
+    return f"angen study run {study} --out {out}" if file else ""
+
+
+def varied_sensors(context: Context) -> list[Sensor]:
+    """The selected sensors of the active one's kind."""
+    active = active_sensor(context)
+    if active is None:
+        return []
+    found = [s for s in all_sensors(context.view_layer) if s.selected and s.kind == active.kind]
+    return found or [active]
+
+
+class ANGEN_OT_study_vary(Operator):
+    bl_idname = "angen.study_vary"
+    bl_label = "Vary"
+    bl_description = "Have this parameter of the selected sensors of this kind vary in the study"
+
+    parameter: StringProperty(options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if active_sensor(context) is None:
+            cls.poll_message_set("Select a sensor")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        sensors = varied_sensors(context)
+        kind = sensors[0].kind
+        if self.parameter not in writing.parameters(kind):
+            self.report({"ERROR"}, f"'{kind.label}' has no parameter '{self.parameter}'")
+            return {"CANCELLED"}
+        names = [sensor.name for sensor in sensors]
+        now = _value(sensors[0], self.parameter)
+        wished = writing.proposed(kind.identifier, names, self.parameter, now)
+        varied = context.window_manager.angen_study.varied
+        row = varied.get(wished.key) or varied.add()
+        fill(row, wished, writing.label(kind, self.parameter))
+        return {"FINISHED"}
+
+
+def _value(sensor: Sensor, parameter: str) -> Any:
+    if parameter in POSE:
+        return 0.0
+    return getattr(sensor.settings if parameter in COMMON else sensor.parameters, parameter)
+
+
+class ANGEN_OT_study_leave(Operator):
+    bl_idname = "angen.study_leave"
+    bl_label = "Leave As It Is"
+    bl_description = "Take this parameter out of the study"
+
+    index: IntProperty(options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        context.window_manager.angen_study.varied.remove(self.index)
+        return {"FINISHED"}
+
+
+class ANGEN_OT_study_write(Operator, ExportHelper):
+    bl_idname = "angen.study_write"
+    bl_label = "Write Study"
+    bl_description = (
+        "Write the study file, for `angen study run`: this home simulated once for each "
+        "combination of values, and each seed"
+    )
+
+    filename_ext = ".toml"
+    filter_glob: StringProperty(default="*.toml", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not context.window_manager.angen_study.varied:
+            cls.poll_message_set("Add a parameter that varies")
+            return False
+        if not bpy.data.filepath:
+            cls.poll_message_set("Save the home first: a study names its file")
+            return False
+        return True
+
+    def execute(self, context: Context) -> set[str]:
+        wanted = context.window_manager.angen_study
+        path = Path(self.filepath)
+        varied = [vary_of(row) for row in wanted.varied]
+        for row in varied:
+            if not row.choices and row.last <= row.first:
+                self.report({"ERROR"}, f"{row.key}: To must be above From")
+                return {"CANCELLED"}
+        try:
+            home = Path(os.path.relpath(bpy.data.filepath, path.resolve().parent)).as_posix()
+        except ValueError:
+            # On another drive.
+            home = bpy.data.filepath
+        try:
+            write_files({path: writing.text(home, wanted.seeds, varied)})
+        except OutputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        wanted.file = str(path)
+        unsaved = "; the home has changes that are not saved yet" if bpy.data.is_dirty else ""
+        self.report({"INFO"}, f"Written: {path}{unsaved}. Run it in a terminal")
+        return {"FINISHED"}
+
+
+class ANGEN_OT_study_command(Operator):
+    bl_idname = "angen.study_command"
+    bl_label = "Copy Command"
+    bl_description = "Copy the line to type in a terminal, which runs the study"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return _is_named(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        context.window_manager.clipboard = command(context.window_manager.angen_study.file)
+        return {"FINISHED"}
+
+
+class ANGEN_OT_study_report(Operator):
+    bl_idname = "angen.study_report"
+    bl_label = "Open Report"
+    bl_description = "Show the report of the study, which `angen study report` wrote, in a browser"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return _is_named(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        file = Path(bpy.path.abspath(context.window_manager.angen_study.file))
+        report = file.with_suffix("") / "report.html"
+        if not report.is_file():
+            folder = shlex.quote(str(report.parent))
+            self.report({"ERROR"}, f"There is no report yet: run `angen study report {folder}`")
+            return {"CANCELLED"}
+        bpy.ops.wm.url_open(url=report.resolve().as_uri())
+        return {"FINISHED"}
+
+
+def _is_named(cls: Any, context: Context) -> bool:
+    if not context.window_manager.angen_study.file:
+        cls.poll_message_set("Write a study first, or name the file of one")
+        return False
+    return True
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
+    (
+        ANGEN_OT_study_vary,
+        ANGEN_OT_study_leave,
+        ANGEN_OT_study_write,
+        ANGEN_OT_study_command,
+        ANGEN_OT_study_report,
+    )
+)
+
+
+def register() -> None:
+    wishes.register()
+    _register()
+
+
+def unregister() -> None:
+    _unregister()
+    wishes.unregister()

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sidebar tab "Sensors": writes a study file, to be run outside Blender, and opens its report."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Context, Menu, Panel
+
+from ..angen_addon.study.wishes import vary_of
+from ..angen_addon.view.active import active_sensor
+from ..operators.study import command
+from ..sensor_logic.study import writing
+from .lines import draw_lines
+
+
+class ANGEN_MT_study_vary(Menu):
+    bl_idname = "ANGEN_MT_study_vary"
+    bl_label = "Vary a Parameter"
+
+    def draw(self, context: Context) -> None:
+        sensor = active_sensor(context)
+        if sensor is None:
+            self.layout.label(text="Select a sensor")
+            return
+        for name in writing.parameters(sensor.kind):
+            label = writing.label(sensor.kind, name)
+            self.layout.operator("angen.study_vary", text=label).parameter = name
+
+
+class ANGEN_PT_study(Panel):
+    bl_label = "Study"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        layout, wanted = self.layout, context.window_manager.angen_study
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.menu("ANGEN_MT_study_vary", icon="ADD")
+        runs = wanted.seeds
+        for index, row in enumerate(wanted.varied):
+            box = layout.box().column(align=True)
+            head = box.row()
+            head.label(text=f"{row.sensors}: {row.label}")
+            head.operator("angen.study_leave", text="", icon="X", emboss=False).index = index
+            vary = vary_of(row)
+            runs *= len(vary.choices) or row.steps
+            if vary.choices:
+                box.label(text=", ".join(map(str, vary.choices)))
+            else:
+                fields = box.row(align=True)
+                fields.prop(row, "first")
+                fields.prop(row, "last")
+                fields.prop(row, "steps")
+        layout.prop(wanted, "seeds")
+        layout.operator("angen.study_write", text=f"Write Study of {runs} Runs", icon="FILE_NEW")
+        layout.prop(wanted, "file")
+        if wanted.file:
+            draw_lines(layout, command(wanted.file), "CONSOLE")
+        line = layout.row(align=True)
+        line.operator("angen.study_command", icon="COPYDOWN")
+        line.operator("angen.study_report", icon="URL")
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_MT_study_vary, ANGEN_PT_study))

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What residents do where in the home: the marks of its story and of a week's routine."""
+
+from math import radians
+
+import bpy
+
+from . import plan
+from .meshes import place
+
+PATH = "Places"
+# Objects that are marked themselves: what they are for, and the yaw (degrees) that one looks along
+# there, or where the head lies; None: from wherever there is room.
+THINGS: dict[str, tuple[str, float | None]] = {
+    "Bed": ("LIE", 0.0),
+    "Toilet": ("SIT", 90.0),
+    "Kitchen chair 1": ("SIT", 90.0),
+    "Kitchen chair 2": ("SIT", 180.0),
+    "Dining chair 1": ("SIT", -90.0),
+    "Dining chair 2": ("SIT", -90.0),
+    "Dining chair 3": ("SIT", 90.0),
+    "Dining chair 4": ("SIT", 90.0),
+    "Bedroom chair": ("SIT", 180.0),
+    "Shoe bench": ("SIT", 180.0),
+    "Balcony chair": ("SIT", 45.0),
+    "Washbasin": ("TAP", -90.0),
+    "Kitchen sink": ("TAP", 90.0),
+    "Stove": ("APPLIANCE", 90.0),
+    "Fridge": ("APPLIANCE", 90.0),
+    "Kettle": ("APPLIANCE", 90.0),
+    "Washing machine": ("APPLIANCE", 0.0),
+    "Printer": ("APPLIANCE", 90.0),
+    "Television": ("APPLIANCE", -90.0),
+    "Bread board": ("USE", 90.0),
+    "Wall cupboards": ("USE", 90.0),
+    "Bookcase": ("USE", 90.0),
+    "Coffee table": ("USE", -90.0),
+    "Coat hooks": ("USE", 0.0),
+    "Hall cabinet": ("USE", 180.0),
+    "Bedroom shelf 1": ("USE", 90.0),
+    "Bedroom shelf 2": ("USE", 90.0),
+    "Workroom shelf": ("USE", 90.0),
+    "Laundry basket": ("USE", 180.0),
+    "Towel": ("USE", 180.0),
+    "Plant living room": ("USE", -45.0),
+    "Curtain south": ("CURTAIN", None),
+    "Curtain north": ("CURTAIN", None),
+}
+# Empties for what has no object of its own: a point (m) and a yaw (degrees).
+POINTS: dict[str, tuple[str, tuple[float, float, float], float]] = {
+    "Sofa west": ("SIT", (8.66, 6.42, plan.SOFA_SEAT_Z), -90.0),
+    "Sofa east": ("SIT", (9.49, 6.42, plan.SOFA_SEAT_Z), -90.0),
+    "Bed edge": ("SIT", (2.5, 1.55, plan.BED_TOP_Z), 90.0),
+    "Desk west": ("SIT", (1.08, 7.25, 0.52), -90.0),
+    "Desk east": ("SIT", (2.8, 6.9, 0.52), -90.0),
+    "Shower place": ("STAND", (6.3, 0.9, plan.FLOOR_Z), 180.0),
+    "Living room window": ("STAND", (10.2, 4.6, plan.FLOOR_Z), 0.0),
+    "Bedroom window": ("STAND", (1.45, 2.2, plan.FLOOR_Z), 180.0),
+    "Workroom window": ("STAND", (0.4, 7.95, plan.FLOOR_Z), 180.0),
+    "Balcony rail": ("STAND", (11.78, 6.3, plan.FLOOR_Z), 0.0),
+    "Outside": ("STAND", (4.95, 9.6, plan.FLOOR_Z), -90.0),
+}
+# Where on the wall each lamp is switched.
+SWITCHES: dict[str, tuple[float, float, float]] = {
+    "Lamp hall": (5.55, 8.29, 1.1),
+    "Lamp entry": (5.65, 8.29, 1.1),
+    "Lamp kitchen": (3.49, 5.15, 1.1),
+    "Lamp bedroom": (3.71, 2.95, 1.1),
+    "Lamp workroom": (3.49, 8.2, 1.1),
+    "Lamp bathroom": (5.35, 1.81, 1.1),
+    "Lamp closet": (5.49, 1.9, 1.1),
+    "Lamp living room": (6.3, 6.99, 1.1),
+    "Lamp balcony": (10.655, 5.75, 1.1),
+}
+# Switched where they stand.
+HANDY = ("Floor lamp", "Bedside lamp")
+
+
+def add_marks() -> None:
+    """Marks the home's objects; it comes last."""
+    bpy.context.view_layer.update()
+    for name, (use, yaw) in THINGS.items():
+        _mark(bpy.data.objects[name], use, yaw)
+    for name, (use, at, yaw) in POINTS.items():
+        obj = _empty(name, at, "ARROWS")
+        _mark(obj, use, yaw)
+    for name, door in plan.DOORS.items():
+        mark = bpy.data.objects[f"Door {name}"].angen_place
+        mark.use, mark.angle = "DOOR", radians(abs(door.open_yaw - door.closed_yaw))
+        mark.entrance = name == "entrance"
+    fridge = bpy.data.objects["Fridge door"].angen_place
+    fridge.use, fridge.angle = "DOOR", radians(105.0)
+    for name, at in SWITCHES.items():
+        mark = bpy.data.objects[name].angen_place
+        mark.use, mark.switch = "LAMP", _empty(f"Switch of {name}", at, "CIRCLE")
+    for name in HANDY:
+        bpy.data.objects[name].angen_place.use = "LAMP"
+
+
+def _empty(name: str, at: tuple[float, float, float], shape: str) -> bpy.types.Object:
+    obj = place(name, None, PATH, at)
+    obj.empty_display_type, obj.empty_display_size = shape, 0.1
+    return obj
+
+
+def _mark(obj: bpy.types.Object, use: str, yaw: float | None) -> None:
+    obj.angen_place.use = use
+    if yaw is not None:
+        # From its own front, -Y, on.
+        obj.angen_place.facing = radians(yaw + 90.0) - obj.matrix_world.to_euler().z

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kind of sensor that coverage maps and proposals are of, and what they take from it: the one
+place of coverage that names it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..kinds import KINDS
+from ..kinds.pir.pyroelectric.detector import SIGHT, response_of, threshold_of, zones_of
+from ..kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
+from ..kinds.pir.pyroelectric.response import LOOK_EVERY, Response, filtered
+from ..kinds.pir.pyroelectric.zones import zone_rays
+from ..kinds.pir.range_scan import PirParameters, fan_directions
+
+DETECTOR = KINDS["PIR"]
+
+
+@dataclass(frozen=True)
+class Walker:
+    """An upright cylinder on the floor: m, m/s, °C as a mean over skin and clothing. The default
+    is a walking adult."""
+
+    height: float = 1.7
+    radius: float = 0.2
+    speed: float = 1.0
+    celsius: float = 29.0
+    emissivity: float = 0.95
+
+
+__all__ = [
+    "DETECTOR",
+    "LOOK_EVERY",
+    "SIGHT",
+    "STEFAN_BOLTZMANN",
+    "PirParameters",
+    "Response",
+    "Walker",
+    "fan_directions",
+    "filtered",
+    "leaving",
+    "response_of",
+    "threshold_of",
+    "zone_rays",
+    "zones_of",
+]

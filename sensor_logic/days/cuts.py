@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a day is cut into stretches, of which the keys are in the home one after the other."""
+
+from __future__ import annotations
+
+from ..model import Array
+
+# s: a shorter rest is not cut in.
+REST = 2.0
+
+
+def stretches(spans: Array, first: float, last: float, most: float) -> list[float]:
+    """Times (s) at which to cut from `first` to `last`, so that there is movement for `most` s at
+    most between two of them; if possible while nothing moves, in the middle of that. `spans`
+    (k, 2): when anything moves."""
+    cuts: list[float] = []
+    moved = 0.0
+    # The last rest, and how much movement came before it.
+    rest: tuple[float, float] | None = None
+    for number, (start, end) in enumerate(spans.tolist()):
+        while moved + end - start > most:
+            if rest is not None:
+                cuts.append(rest[0])
+                moved, rest = moved - rest[1], None
+                continue
+            # No rest in sight: amid the movement.
+            start += most - moved
+            cuts.append(start)
+            moved = 0.0
+        moved += end - start
+        until = spans[number + 1, 0] if number + 1 < len(spans) else last
+        if until - end > REST:
+            rest = (end + until) / 2, moved
+    return [cut for cut in cuts if first < cut < last]

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a day gives, and how the days of a run become the files of one folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, time, timedelta
+from typing import Any, NamedTuple
+
+from ..formats.log import Activity, Log, SensorFacts
+from ..formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
+from ..log.event_log import Event, to_csv
+from .truth import DAY_S, US, Where, joined
+
+PEOPLE_HEADER = ("time", "person", "room", "x_m", "y_m", "z_m", "posture")
+DAY_US = round(DAY_S) * US
+
+
+class Happening(NamedTuple):
+    """An event of a day: `time` in µs since midnight; the rest as the event log has it; the
+    `person` that it belongs to and the object that *Explain* names as its cause. Rows of what is
+    at midnight have neither."""
+
+    time: int
+    sensor: str
+    kind: str
+    field: str
+    value: str
+    person: str = ""
+    because: str = ""
+
+
+@dataclass(frozen=True)
+class Day:
+    """A day that was lived: events in the log's order, with each field's value at midnight first;
+    the truth; times in µs since midnight."""
+
+    date: date
+    events: tuple[Happening, ...]
+    activities: tuple[Activity, ...]
+    people: tuple[Where, ...]
+
+    def as_json(self, digest: str) -> str:
+        """To be kept; `digest` tells the run that it is of."""
+        activities = [(a.start, a.end, a.person, a.activity, a.room) for a in self.activities]
+        found = {
+            "run": digest,
+            "date": self.date.isoformat(),
+            "events": self.events,
+            "activities": activities,
+            "people": self.people,
+        }
+        return json.dumps(found, ensure_ascii=False, separators=(",", ":")) + "\n"
+
+    @classmethod
+    def of_json(cls, text: str, digest: str) -> Day | None:
+        """None where it is of another run. Raises ValueError for what is no such text."""
+        try:
+            found = json.loads(text)
+            if found["run"] != digest:
+                return None
+            people = [
+                Where(t, person, room, None if at is None else tuple(at), posture)
+                for t, person, room, at, posture in found["people"]
+            ]
+            return cls(
+                date.fromisoformat(found["date"]),
+                tuple(Happening(*row) for row in found["events"]),
+                tuple(Activity(*row) for row in found["activities"]),
+                tuple(people),
+            )
+        except (KeyError, TypeError) as error:
+            raise ValueError(str(error)) from None
+
+
+@dataclass(frozen=True)
+class Days:
+    """Days that follow each other: times in µs since the first midnight, `start`."""
+
+    start: date
+    events: tuple[Happening, ...]
+    activities: tuple[Activity, ...]
+    people: tuple[Where, ...]
+
+    @classmethod
+    def of(cls, days: Sequence[Day]) -> Days:
+        """One after the other; what is at a midnight as it was before is told once."""
+        return cls(
+            days[0].date,
+            tuple(_events(days)),
+            tuple(joined(day.activities for day in days)),
+            tuple(_people(days)),
+        )
+
+    def files(self) -> dict[str, str]:
+        """By name, the text of the tables."""
+        begin = datetime.combine(self.start, time())
+        events = ((_moment(begin, e.time), *e[1:]) for e in self.events)
+        activities = (
+            (_moment(begin, a.start), _moment(begin, a.end), a.person, a.activity, a.room)
+            for a in self.activities
+        )
+        people = (
+            (_moment(begin, w.time), w.person, w.room, *_point(w.at), w.posture)
+            for w in self.people
+        )
+        return {
+            "events.csv": to_csv(DAY_HEADER, events),
+            "activities.csv": to_csv(ACTIVITY_HEADER, activities),
+            "people.csv": to_csv(PEOPLE_HEADER, people),
+        }
+
+    def log(
+        self,
+        sensors: Mapping[str, SensorFacts],
+        about: Mapping[str, str],
+        labels: Mapping[str, str],
+    ) -> Log:
+        """For the formats of other tools; `labels`: what they call an activity."""
+        events = [Event(e.time / US, e.sensor, e.field, 0.0, e.kind, e.value) for e in self.events]
+        activities = [
+            Activity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
+            for a in self.activities
+        ]
+        begin = datetime.combine(self.start, time())
+        return make_log(events, sensors, begin, activities, about)
+
+
+def _events(days: Sequence[Day]) -> Iterator[Happening]:
+    last: dict[tuple[str, str], str] = {}
+    for number, day in enumerate(days):
+        for event in day.events:
+            key = event.sensor, event.field
+            if event.time == 0 and last.get(key) == event.value:
+                continue
+            last[key] = event.value
+            yield event._replace(time=event.time + number * DAY_US)
+
+
+def _people(days: Sequence[Day]) -> Iterator[Where]:
+    last: dict[str, Where] = {}
+    for number, day in enumerate(days):
+        for where in day.people:
+            before = last.get(where.person)
+            last[where.person] = where
+            if where.time or before is None or where[2:] != before[2:]:
+                yield where._replace(time=where.time + number * DAY_US)
+
+
+def _moment(begin: datetime, us: int) -> str:
+    return (begin + timedelta(microseconds=us)).isoformat(timespec="milliseconds")
+
+
+def _point(at: tuple[float, float, float] | None) -> Iterable[str]:
+    return ("", "", "") if at is None else (f"{x + 0.0:.3f}" for x in at)
+
+
+def toml(values: Mapping[str, Any], tables: Iterable[Mapping[str, Any]] = ()) -> str:
+    """A TOML file: values, tables of values, and an array of tables `sensors`."""
+    plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
+    lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            lines += ["", f"[{_key(key)}]"]
+            lines += [f"{_key(name)} = {_value(inner)}" for name, inner in value.items()]
+    for table in tables:
+        lines += ["", "[[sensors]]"]
+        lines += [
+            f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _key(name: str) -> str:
+    bare = name.isascii() and name.replace("_", "a").replace("-", "a").isalnum()
+    return name if bare else _value(name)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, (bool, int)):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(value)
+    # TOML's strings are JSON's, but for one sign.
+    return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")

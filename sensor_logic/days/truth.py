@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The truth of a day beside its events: who did what where, and where everybody was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..formats.log import Activity
+from ..model import Array
+from ..residents.acted import AWAY, Acted
+
+DAY_S = 86_400.0
+US = 1_000_000
+# s: so often whoever moves is told of at least, and looked for in another room.
+TELL_EVERY, LOOK_EVERY = 60.0, 1.0
+
+
+class Where(NamedTuple):
+    """Where somebody was: `time` in µs since midnight, or since the first midnight of several days;
+    the middle of the hips in m. Who is away has no place."""
+
+    time: int
+    person: str
+    room: str
+    at: tuple[float, float, float] | None
+    posture: str
+
+
+# The room of a point (3,).
+RoomAt = Callable[[Array], str]
+
+
+def activities(acted: Acted, room_of: Callable[[str], str]) -> list[Activity]:
+    """What was done between midnight and midnight; `room_of` tells a place's room. Times in µs."""
+    found = []
+    for done in acted.activities:
+        start, end = (round(min(max(t, 0.0), DAY_S) * US) for t in (done.start, done.end))
+        if start < end:
+            room = room_of(done.place)
+            found.append(Activity(start, end, done.person, done.activity, room))
+    return sorted(found)
+
+
+def people(acted: Acted, room_at: RoomAt) -> list[Where]:
+    """Everybody at midnight, at each change of posture, room or place, and at least each minute of
+    movement."""
+    found = [where for person in acted.bodies for where in _person(acted, person, room_at)]
+    return sorted(found, key=lambda where: (where.time, where.person))
+
+
+def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Where]:
+    body = acted.bodies[person]
+    moving = body.moving()
+    last: Where | None = None
+    for stay in acted.where:
+        first, end = max(stay.start, 0.0), min(stay.end, DAY_S)
+        if stay.person != person or first >= end:
+            continue
+        times = _looks(first, end, moving)
+        gone = stay.posture == AWAY
+        hips = np.zeros((len(times), 3)) if gone else _hips(body, times)
+        told = -np.inf
+        for time, at in zip(times.tolist(), hips, strict=True):
+            room = "" if gone else room_at(at)
+            place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
+            same = time > first and last is not None and room == last.room
+            if same and time - told < TELL_EVERY - 1e-6:
+                continue
+            told = time
+            last = Where(round(time * US), person, room, place, stay.posture)
+            yield last
+
+
+def _hips(body: Any, times: Array) -> Array:
+    return np.broadcast_to(body.poses(times).pelvis, (len(times), 3))
+
+
+def _looks(first: float, end: float, moving: Array) -> Array:
+    """The beginning of a stay, and every second of movement in it."""
+    parts = [np.array([first])]
+    for start, stop in moving.tolist():
+        start, stop = max(start, first), min(stop, end)
+        if start < stop:
+            parts.append(np.arange(np.ceil(start / LOOK_EVERY), stop / LOOK_EVERY) * LOOK_EVERY)
+    return np.unique(np.concatenate(parts))
+
+
+def joined(parts: Iterable[Iterable[Activity]]) -> list[Activity]:
+    """The activities of days one after the other, in time since the first midnight: what goes on
+    over midnight is one."""
+    found: list[Activity] = []
+    open_: dict[tuple[str, str, str], int] = {}
+    for number, part in enumerate(parts):
+        shift = round(number * DAY_S) * US
+        for a in part:
+            key = a.person, a.activity, a.room
+            start, end = a.start + shift, a.end + shift
+            before = open_.get(key)
+            if before is not None and start == shift and found[before].end == start:
+                found[before] = Activity(found[before].start, end, *key)
+            else:
+                open_[key] = len(found)
+                found.append(Activity(start, end, *key))
+    return sorted(found)

@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A column of a track: values of one type in time order, kept by what repeats in them.
+
+A day of a sensor at 10 Hz has 864,000 readings, most of which are as the one before. They are
+packed by the chunk: as a pattern that repeats (the tilts of a detector that sweeps), as runs of one
+value, or as they are. Read like a list, or as a whole by numpy.
+"""
+
+from __future__ import annotations
+
+from array import array
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+CHUNK = 8192
+# Values of the longest pattern that is looked for.
+LONGEST = 256
+CODES = {bool: "b", int: "q", float: "d", str: "I"}
+# Bits are compared: a negative zero is another value than zero, and a NaN the same as itself.
+BITS = {1: np.uint8, 4: np.uint32, 8: np.uint64}
+# Multiples of a grid that a float holds exactly.
+LARGEST = 2.0**53
+
+Index = NDArray[np.int64]
+Values = NDArray[Any]
+
+
+class Grid(NamedTuple):
+    """The numbers `offset` + m × `spacing`, for whole m."""
+
+    offset: int
+    spacing: Fraction
+
+    def values(self, steps: Index) -> NDArray[np.float64]:
+        spacing = self.spacing
+        return np.asarray(self.offset + steps * spacing.numerator / spacing.denominator)
+
+    def steps(self, values: Values) -> Index | None:
+        """Which m the values are of; None where they are none of them, to the bit."""
+        nearest = np.rint((values - self.offset) / float(self.spacing))
+        if not (np.abs(nearest) < LARGEST).all():
+            return None
+        found = nearest.astype(np.int64)
+        return found if _same(self.values(found), values) else None
+
+
+class _Packed(NamedTuple):
+    """`size` values: the `values` again and again; or, with their `lengths`, runs of them; or,
+    with a `start`, the differences of what follows on a grid."""
+
+    size: int
+    values: Values
+    lengths: Values | None = None
+    start: int | None = None
+
+    def unpacked(self) -> Values:
+        if self.lengths is not None:
+            return np.repeat(self.values, self.lengths)
+        return np.resize(self.values, self.size)
+
+
+class Column(Sequence[Any]):
+    """Values of one type (bool, int, float or str). Of text, `texts` are the different ones; what
+    is true is 1. `grid`: the numbers that floats are, as a rule."""
+
+    def __init__(self, of: type, values: Iterable[Any] = (), grid: Grid | None = None) -> None:
+        self.type = of
+        self._grid = grid
+        self._code = CODES[of]
+        self.texts: list[str] = []
+        self._numbers_of: dict[str, int] = {}
+        self._packed: list[_Packed] = []
+        # The first number of each chunk; for `until`.
+        self._firsts: list[Any] = []
+        self._rest = array(self._code)
+        self._known: tuple[int, Values] = (-1, np.empty(0))
+        self.extend(values)
+
+    def append(self, value: Any) -> None:
+        self._rest.append(self._number(value) if self.type is str else value)
+        if len(self._rest) >= CHUNK:
+            self._pack_full()
+
+    def extend(self, values: Iterable[Any]) -> None:
+        """Values one after the other: of an array, a list, or what else can be gone through."""
+        if self.type is str:
+            values = np.fromiter(map(self._number, values), np.uint32)
+        elif not isinstance(values, (np.ndarray, array, Column)):
+            values = list(values)
+        numbers = np.asarray(values, np.dtype(self._code))
+        for start in range(0, len(numbers), CHUNK):
+            self._rest.frombytes(numbers[start : start + CHUNK].tobytes())
+            if len(self._rest) >= CHUNK:
+                self._pack_full()
+
+    def _number(self, text: str) -> int:
+        number = self._numbers_of.setdefault(text, len(self.texts))
+        if number == len(self.texts):
+            self.texts.append(text)
+        return number
+
+    def _pack_full(self) -> None:
+        values = np.frombuffer(self._rest, self._code)[:CHUNK]
+        self._firsts.append(values[0].item())
+        self._packed.append(_packed_on(self._grid, values) or _packed(values))
+        self._rest = self._rest[CHUNK:]
+
+    def __len__(self) -> int:
+        return len(self._packed) * CHUNK + len(self._rest)
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        if index < 0:
+            index += len(self)
+        number, within = divmod(index, CHUNK)
+        if not 0 <= number <= len(self._packed):
+            raise IndexError("no such reading")
+        value = self._rest[within] if number == len(self._packed) else self._chunk(number)[within]
+        return self._plain(value)
+
+    def __iter__(self) -> Iterator[Any]:
+        for _, values in self.parts():
+            yield from values.tolist()
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Values:
+        numbers = self.numbers()
+        if self.type is str:
+            numbers = np.array([*self.texts, ""], object)[numbers]
+        return numbers if dtype is None else numbers.astype(dtype)
+
+    def __eq__(self, other: object) -> bool:
+        """Column by column to the bit; else as lists are."""
+        if isinstance(other, Column) and self.type is other.type and self.type is not str:
+            return len(self) == len(other) and all(
+                _same(a, b)
+                for (_, a), (_, b) in zip(self._numbers(), other._numbers(), strict=True)
+            )
+        return list(self) == (list(other) if isinstance(other, Iterable) else other)
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory the values take."""
+        packed = sum(
+            p.values.nbytes + (0 if p.lengths is None else p.lengths.nbytes) for p in self._packed
+        )
+        return packed + self._rest.itemsize * len(self._rest)
+
+    def numbers(self) -> Values:
+        """All values (n,) as they are kept: of text, which of `texts` each is."""
+        parts = [values for _, values in self._numbers()]
+        return np.concatenate([np.empty(0, self._code), *parts])
+
+    def parts(self) -> Iterator[tuple[int, Values]]:
+        """The values a chunk at a time, each with the index of its first."""
+        names = np.array([*self.texts, ""], object)
+        for start, numbers in self._numbers():
+            yield start, names[numbers] if self.type is str else numbers
+
+    def changes(self, begin: int = 0) -> NDArray[np.intp]:
+        """Indices, from `begin` on, of the values that are others than the one before, to the bit;
+        the first is."""
+        found, last = [np.empty(0, np.intp)], None
+        for start, numbers in self._numbers(begin // CHUNK):
+            if start < begin:
+                start, numbers = begin, numbers[begin - start :]
+            bits = numbers.view(BITS[numbers.itemsize])
+            if len(bits):
+                if last is None or bits[0] != last:
+                    found.append(np.array([start]))
+                found.append(np.flatnonzero(bits[1:] != bits[:-1]) + start + 1)
+                last = bits[-1]
+        return np.concatenate(found)
+
+    def until(self, value: float) -> int:
+        """Of numbers in order: how many are at most `value`."""
+        number = bisect_right(self._firsts, value) - 1
+        if number < 0 and self._packed:
+            return 0
+        if len(self._rest) and self._rest[0] <= value:
+            number = len(self._packed)
+        if number in {-1, len(self._packed)}:
+            return len(self._packed) * CHUNK + bisect_right(self._rest, value)
+        return number * CHUNK + int(np.searchsorted(self._chunk(number), value, side="right"))
+
+    def _numbers(self, first: int = 0) -> Iterator[tuple[int, Values]]:
+        """By the chunk, from chunk `first` on."""
+        for number in range(first, len(self._packed)):
+            yield number * CHUNK, self._unpacked(number)
+        if len(self._rest):
+            # A copy: an array that is looked at cannot grow.
+            yield len(self._packed) * CHUNK, np.array(self._rest)
+
+    def _chunk(self, number: int) -> Values:
+        """Of chunks one is remembered: neighbours are asked for as a rule."""
+        if self._known[0] != number:
+            self._known = number, self._unpacked(number)
+        return self._known[1]
+
+    def _unpacked(self, number: int) -> Values:
+        packed = self._packed[number]
+        values = packed.unpacked()
+        if packed.start is None:
+            return values
+        assert self._grid is not None
+        return self._grid.values(np.cumsum(np.append(packed.start, values)))
+
+    def _plain(self, number: Any) -> Any:
+        if self.type is str:
+            return self.texts[number]
+        return number.item() if isinstance(number, np.generic) else number
+
+
+def _same(one: Values, other: Values) -> bool:
+    return one.tobytes() == other.tobytes()
+
+
+def _packed_on(grid: Grid | None, values: Values) -> _Packed | None:
+    """As differences of the numbers of a grid; None where the values are none of it."""
+    steps = grid.steps(values) if grid is not None else None
+    if steps is None:
+        return None
+    packed = _packed(np.diff(steps))
+    return packed._replace(start=int(steps[0]))
+
+
+def _packed(values: Values) -> _Packed:
+    count, size = len(values), values.itemsize
+    bits = values.view(BITS[size])
+    new = np.flatnonzero(bits[1:] != bits[:-1]) + 1
+    if 2 * (len(new) + 1) * (size + 2) < count * size:
+        starts = np.append(0, new)
+        return _Packed(count, values[starts], np.diff(starts, append=count).astype(np.uint16))
+    for period in (np.flatnonzero(bits[1:LONGEST] == bits[0]) + 1).tolist():
+        if _same(bits[period:], bits[:-period]):
+            return _Packed(count, values[:period].copy())
+    return _Packed(count, values.copy())

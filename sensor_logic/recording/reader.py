@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads what `recording_file` writes, which may come from a stranger: nothing is unpacked beyond
+what its own counts allow, no more is taken than `VALUES`, and each thing is what it should be."""
+
+from __future__ import annotations
+
+import json
+import math
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..clock import Clock
+from ..kinds import KINDS
+from .columns import CODES, Column
+from .tracks import Recording, Track
+
+MIB = 2**20
+# Unpacked; one that names 100,000 objects takes some 12 MiB.
+HEADER_BYTES = 32 * MIB
+# Of all columns of a file, most of which are as the one before; and what they take in memory.
+VALUES = 2**27
+BYTES = 256 * MIB
+MOST_SUBSTEPS = 10_000
+LARGEST_FRAME = 2**31
+# What values that are not as they should be can lead to.
+WRONG = (
+    ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError,
+    ValueError, zlib.error,
+)  # fmt: skip
+
+
+class RecordingFileError(ValueError):
+    """The bytes are no recording that this version can read; the text says why."""
+
+
+def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
+    """The recording and the facts in what follows the line with the checksum; of at most so many
+    `values`. Raises RecordingFileError, or one of `WRONG`."""
+    size = int.from_bytes(body[:4], "little")
+    unpacker = zlib.decompressobj()
+    text = unpacker.decompress(body[4 : 4 + size], HEADER_BYTES)
+    if not unpacker.eof:
+        raise RecordingFileError("it is damaged, or names more than a file keeps")
+    header = json.loads(text)
+    reader = _Reader(body, 4 + size)
+    clock = _read_clock(header["clock"]) if header["clock"] else None
+    first, last = (_whole(frame, -LARGEST_FRAME, LARGEST_FRAME) for frame in header["frames"])
+    recording, room = Recording({}, clock, first, last), BYTES
+    for facts in header["tracks"]:
+        kind = KINDS.get(facts["kind"])
+        if kind is None or [f.name for f in kind.samples] != facts["fields"]:
+            raise RecordingFileError("it was written by another version of the extension")
+        values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
+        if values < 0:
+            raise RecordingFileError("it has more readings than a file keeps")
+        track = _read_track(facts, clock, reader)
+        recording.tracks[_of(str, track.sensor)] = track
+        room -= track.nbytes
+        if room < 0:
+            raise RecordingFileError("it has more readings than a file keeps")
+    return recording, _of(dict, header["facts"])
+
+
+def size_of(recording: Recording) -> int:
+    """How many values a recording has."""
+    return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
+
+
+def frames_and_times(
+    steps: NDArray[np.int64], clock: Clock
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rate = clock.steps_per_second
+    return clock.frame_start + steps / clock.substeps, steps * rate.denominator / rate.numerator
+
+
+class _Reader:
+    def __init__(self, data: bytes, start: int) -> None:
+        self._data = data
+        self._at = start
+
+    def take(self, packed: Any, size: int) -> bytes:
+        """The next `packed` bytes, which must unpack to `size` bytes."""
+        self._at += _whole(packed, 0)
+        unpacker = zlib.decompressobj()
+        raw = unpacker.decompress(self._data[self._at - packed : self._at], size + 1)
+        if len(raw) != size or not unpacker.eof:
+            raise RecordingFileError("it is damaged (a column of another size)")
+        return raw
+
+
+def _whole(value: Any, least: int, most: int = 2**62) -> int:
+    if type(value) is not int or not least <= value <= most:
+        raise ValueError
+    return value
+
+
+def _number(value: Any) -> float:
+    if type(value) not in (int, float) or not math.isfinite(value) or value < 0:
+        raise ValueError
+    return float(value)
+
+
+def _of(kind: type, value: Any) -> Any:
+    if type(value) is not kind:
+        raise TypeError
+    return value
+
+
+def _read_clock(fields: Any) -> Clock:
+    start, fps, base, substeps = fields
+    if not (1e-6 <= _number(fps) <= 1e6 and 1e-6 <= _number(base) <= 1e6):
+        raise ValueError
+    start = _whole(start, -LARGEST_FRAME, LARGEST_FRAME)
+    return Clock(start, fps, base, _whole(substeps, 1, MOST_SUBSTEPS))
+
+
+def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) -> Track:
+    count, columns = header["count"], list(header["columns"])
+    track = Track(header["sensor"], header["kind"], clock=clock)
+    track.steps = {_of(str, name): _number(step) for name, step in header["steps"].items()}
+    if columns[0]["as"] == "steps":
+        if clock is None:
+            raise RecordingFileError("it is damaged (no clock)")
+        raw = reader.take(columns.pop(0)["size"], 8 * count)
+        frames, times = frames_and_times(np.cumsum(np.frombuffer(raw, np.int64)), clock)
+    else:
+        frames, times = (_read_values(columns.pop(0), "d", count, reader) for _ in range(2))
+    if not (np.isfinite(frames).all() and np.isfinite(times).all()):
+        raise ValueError
+    track.frames.extend(frames)
+    track.times.extend(times)
+    known: dict[str, Column] = {}
+    parts = {**track.columns, "active": track.active, "value": track.value}
+    for (name, column), facts in zip(parts.items(), columns, strict=True):
+        if facts["as"].startswith("="):
+            twin = known[facts["as"]]
+            if twin.type is not column.type:
+                raise TypeError
+            column.extend(twin)
+        elif column.type is str:
+            column.extend(_read_texts(facts, count, reader))
+        else:
+            column.extend(_read_values(facts, CODES[column.type], count, reader))
+        known["=" + name] = column
+    return track
+
+
+def _read_texts(facts: dict[str, Any], count: int, reader: _Reader) -> list[str]:
+    if facts["as"] != "texts":
+        raise TypeError
+    texts = [_of(str, text) for text in facts["texts"]]
+    return [texts[i] for i in np.frombuffer(reader.take(facts["size"], 4 * count), np.uint32)]
+
+
+def _read_values(facts: dict[str, Any], code: str, count: int, reader: _Reader) -> NDArray[Any]:
+    packed = facts["size"]
+    if facts["as"] != code:
+        raise TypeError
+    if code == "b":
+        raw = reader.take(packed, count)
+        if raw.strip(b"\0\1"):
+            raise ValueError
+        return np.frombuffer(raw, np.int8)
+    found = _whole(facts["found"], 0, count)
+    if not found:
+        raw = reader.take(packed, 8 * count)
+        return np.frombuffer(raw, np.uint8).reshape(8, -1).T.copy().view(code).ravel()
+    size = np.uint8 if found <= np.iinfo(np.uint8).max else np.uint16
+    raw = reader.take(packed, 8 * found + count * size().itemsize)
+    table = np.frombuffer(raw[: 8 * found], code)
+    return np.asarray(table[np.frombuffer(raw[8 * found :], size)])

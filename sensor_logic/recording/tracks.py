@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The readings of a run: what scrubbing shows and what the logs are written from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..clock import Clock
+from ..kind import Field, Kind
+from ..kinds import KINDS
+from ..model import Reading
+from .columns import Column, Grid
+
+
+@dataclass(eq=False)
+class Track:
+    """One sensor's readings in time order, a column each; frames and times as floats (s).
+
+    `uid` tells the sensor in this session (its object, or its path in a collection instance),
+    whatever it is called by then; `steps` by how much a field must change to be an event; `clock`
+    the time base that frames and times are of, where there is one. A float that is not a number was
+    not measured.
+    """
+
+    sensor: str
+    kind_name: str
+    uid: int | tuple[int, ...] = 0
+    steps: dict[str, float] = field(default_factory=dict)
+    clock: Clock | None = None
+
+    def __post_init__(self) -> None:
+        frames = times = None
+        if self.clock is not None:
+            frames = Grid(self.clock.frame_start, Fraction(1, self.clock.substeps))
+            times = Grid(0, 1 / self.clock.steps_per_second)
+        self.frames, self.times = Column(float, grid=frames), Column(float, grid=times)
+        self.active, self.value = Column(bool), Column(float)
+        self.columns = {f.name: Column(f.type) for f in self.kind.samples}
+
+    @property
+    def kind(self) -> Kind:
+        return KINDS[self.kind_name]
+
+    def append(self, frame: float, time: float, reading: Reading) -> None:
+        self.frames.append(frame)
+        self.times.append(time)
+        self.active.append(reading.active)
+        self.value.append(reading.value)
+        for name, column in self.columns.items():
+            value = reading.fields[name]
+            column.append(math.nan if value is None else value)
+
+    def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
+        """The same of n readings: `active` (n,), `value` (n,) and `fields`, by the name of each a
+        list or array (n,), or None where none of them measured it."""
+        self.frames.extend(frames)
+        self.times.extend(times)
+        self.active.extend(readings.active)
+        self.value.extend(readings.value)
+        for name, column in self.columns.items():
+            values = readings.fields[name]
+            if values is None:
+                values = np.full(len(self.active) - len(column), math.nan)
+            elif isinstance(values, list):
+                values = [math.nan if value is None else value for value in values]
+            column.extend(values)
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory the readings take."""
+        columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
+        return sum(column.nbytes for column in columns)
+
+    def __eq__(self, other: object) -> bool:
+        """The same readings to the bit; what both did not measure is the same too."""
+        return isinstance(other, Track) and self._content() == other._content()
+
+    def _content(self) -> list[Any]:
+        columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
+        return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
+
+    def reading_at(self, index: int) -> Field:
+        """Which field `value` was at an update: of those that give the main reading with one
+        method or another, the one that was measured."""
+        numbers = [f for f in self.kind.samples if f.type is float]
+        measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))
+        return next(measured, numbers[0])
+
+    def at(self, frame: float) -> int | None:
+        """Index of the last update at or before `frame`."""
+        index = self.frames.until(frame) - 1
+        return index if index >= 0 else None
+
+
+@dataclass
+class Recording:
+    """The tracks of a run by sensor name, the frames that it covered, and its time base."""
+
+    tracks: dict[str, Track] = field(default_factory=dict)
+    clock: Clock | None = None
+    frame_start: int = 0
+    frame_end: int = 0
+
+    def track_of(self, uid: int | tuple[int, ...]) -> Track | None:
+        """The track of the sensor that this tells in this session."""
+        return next((track for track in self.tracks.values() if track.uid == uid), None)
+
+    def only(self, names: Collection[str]) -> Recording:
+        """The same, of the sensors of these names alone."""
+        return replace(self, tracks={n: t for n, t in self.tracks.items() if n in names})
+
+    def covers(self, frame: float) -> bool:
+        return self.frame_start <= frame < self.frame_end + 1

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording as bytes, for keeping it in a file: small, exact, and with a checksum.
+
+After a line of text that says what it is, its version and its checksum, come a header in JSON and
+the columns. Frames and times are not stored where the clock gives them; of floats, which are few
+different ones as a rule, the different ones and which is where; everything is compressed.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..clock import Clock
+from .columns import CODES, Column
+from .reader import BYTES, VALUES, WRONG, RecordingFileError, frames_and_times, read, size_of
+from .tracks import Recording, Track
+
+TITLE = b"Recording of Angen Sensors"
+VERSION = 1
+# Of zlib: higher ones take many times as long and gain little.
+LEVEL = 3
+
+
+def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
+    """The recording, with `facts` (plain values) that the caller wants back. Raises
+    RecordingFileError where it is more than a file keeps."""
+    if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
+        raise RecordingFileError("it has more readings than a file keeps")
+    out = _Writer()
+    header = {
+        "clock": _clock_fields(recording.clock),
+        "frames": [recording.frame_start, recording.frame_end],
+        "tracks": [_track_header(track, recording.clock, out) for track in _tracks(recording)],
+        "facts": facts,
+    }
+    packed = zlib.compress(json.dumps(header, ensure_ascii=False).encode(), 6)
+    body = len(packed).to_bytes(4, "little") + packed + out.data
+    return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+
+
+def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
+    """The recording and the facts; of at most so many `values`. Raises RecordingFileError."""
+    title, _, body = data.partition(b"\n")
+    if not title.startswith(TITLE + b" "):
+        raise RecordingFileError("it is not a recording")
+    try:
+        version, checksum = (int(word) for word in title[len(TITLE) :].split())
+    except ValueError:
+        raise RecordingFileError("it is damaged") from None
+    if version > VERSION:
+        raise RecordingFileError(
+            f"it was written by a newer version of the extension (format {version}, this one "
+            f"reads {VERSION}): update the extension"
+        )
+    if zlib.crc32(body) != checksum:
+        raise RecordingFileError("it is damaged")
+    try:
+        return read(body, values)
+    except RecordingFileError:
+        raise
+    except WRONG as error:
+        raise RecordingFileError(f"it is damaged ({type(error).__name__})") from None
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.data = bytearray()
+
+    def add(self, raw: bytes) -> int:
+        """Returns how many bytes it takes."""
+        packed = zlib.compress(raw, LEVEL)
+        self.data += packed
+        return len(packed)
+
+
+def _tracks(recording: Recording) -> list[Track]:
+    for name, track in recording.tracks.items():
+        if name != track.sensor:
+            raise ValueError(f"the track of '{track.sensor}' is kept as '{name}'")
+    return list(recording.tracks.values())
+
+
+def _clock_fields(clock: Clock | None) -> list[Any] | None:
+    if clock is None:
+        return None
+    return [clock.frame_start, clock.fps, clock.fps_base, clock.substeps]
+
+
+def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, Any]:
+    columns: list[dict[str, Any]] = []
+    steps = _steps(track, clock)
+    if steps is not None:
+        columns.append({"as": "steps", "size": out.add(np.diff(steps, prepend=0).tobytes())})
+    else:
+        columns += [_column(track.frames, out), _column(track.times, out)]
+    known: dict[str, Any] = {}
+    for name, column in (*track.columns.items(), ("active", track.active), ("value", track.value)):
+        twin = next((n for n, other in known.items() if _same(column, other)), None)
+        columns.append({"as": twin, "size": 0} if twin is not None else _column(column, out))
+        known.setdefault("=" + name, column)
+    return {
+        "sensor": track.sensor,
+        "kind": track.kind_name,
+        "count": len(track),
+        "steps": track.steps,
+        "fields": list(track.columns),
+        "columns": columns,
+    }
+
+
+def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
+    """The steps of the clock at which the updates were; None where it does not tell them."""
+    if clock is None:
+        return None
+    frames, times = np.asarray(track.frames), np.asarray(track.times)
+    steps: NDArray[np.int64] = np.rint((frames - clock.frame_start) * clock.substeps).astype(
+        np.int64
+    )
+    again = frames_and_times(steps, clock)
+    same = np.array_equal(frames, again[0]) and np.array_equal(times, again[1])
+    return steps if same else None
+
+
+def _same(one: Column, other: Column) -> bool:
+    return one.type is other.type is not str and one == other
+
+
+def _column(column: Column, out: _Writer) -> dict[str, Any]:
+    """Adds a column; returns what its reader needs to know."""
+    values = column.numbers()
+    if column.type is str:
+        texts = sorted(column.texts)
+        order = np.array([texts.index(text) for text in column.texts], np.uint32)
+        return {"as": "texts", "texts": texts, "size": out.add(order[values].tobytes())}
+    code = CODES[column.type]
+    if code == "b":
+        return {"as": "b", "size": out.add(values.tobytes())}
+    # Compared bit by bit: a negative zero, or what is not a number, comes back as it was.
+    bits = values.view(np.uint64)
+    found, which = np.unique(bits, return_inverse=True)
+    for size in (np.uint8, np.uint16):
+        if len(found) <= np.iinfo(size).max and len(found) * 4 <= len(bits):
+            raw = found.tobytes() + which.astype(size).tobytes()
+            return {"as": code, "found": len(found), "size": out.add(raw)}
+    # Bytes of like weight side by side pack better.
+    raw = bits.view(np.uint8).reshape(-1, 8).T.tobytes()
+    return {"as": code, "found": 0, "size": out.add(raw)}

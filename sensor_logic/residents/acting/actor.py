@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One person's body through the day: each method adds what is done next."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ...model import Array
+from ..acted import AWAY, LYING, SITTING, STANDING, Stay
+from ..body.build import Build, Sort
+from ..body.gait import Stand
+from ..body.moves import (
+    Walk,
+    footsteps,
+    lying,
+    lying_down,
+    shifted,
+    sitting,
+    sitting_down,
+    standing,
+    turning_over,
+)
+from ..body.pose import Pose
+from ..body.reach import carrying, looking_around, reaching
+from ..body.seat import seat_distance
+from ..places import LIE, Door, Place
+from ..timeline import Clip, Gesture, Hold, Timeline
+from .ground import dense, yaw_to
+from .home import Home
+
+# Half of the width that somebody needs on the way, m.
+RADIUS = {Sort.OLDER_ADULT: 0.25, Sort.ADULT: 0.25, Sort.CHILD: 0.20, Sort.CAT: 0.10}
+WITH_FRAME = 0.30
+# Seconds.
+REACH, SWING, SIT_DOWN, LIE_DOWN, TURN_OVER, LOOK = 0.6, 1.7, 1.7, 3.2, 2.6, 4.0
+# A hand follows a leaf about so far (rad, or m of what slides), where it opens to and behind it.
+FOLLOWS = {1.0: 0.73, -1.0: 0.49}
+_GRIP = 0.05  # from the middle of a leaf to the hand on its handle, m
+
+
+class Actor:
+    """Times are seconds since midnight. `place` is the name of where the person is; empty on the
+    way."""
+
+    def __init__(self, name: str, build: Build, home: Home, now: float) -> None:
+        self.name, self.build, self.home = name, build, home
+        self.now = self.since = now
+        self.unseen = build.is_cat
+        self.radius = WITH_FRAME if build.frame else RADIUS[build.sort]
+        self.storey, self.place, self.posture = 0, "", STANDING
+        self.last_place = ""
+        self.line = Timeline()
+        self.stays: list[Stay] = []
+        self.hands: dict[str, tuple[int, float]] = {}
+        self._track: list[tuple[float, float, float]] = []
+        self._posed_since = now
+        self._seat: Place | None = None
+        self._seated: Pose | None = None
+        self._side = 0
+        self.put_down(np.zeros(2), 0.0, 0)
+
+    # --- where the person is ------------------------------------------------------------------
+    def put_down(self, at: Array, yaw: float, storey: int) -> None:
+        """Standing there, without having come."""
+        self.storey = storey
+        self.stand = Stand.at(float(at[0]), float(at[1]), yaw, self.build)
+        self.pose = standing(self.stand, self.floor, self.build)
+        self._track.append((self.now, *self.stand.centre))
+
+    @property
+    def floor(self) -> float:
+        storeys = self.home.places.storeys
+        return storeys[self.storey].height if storeys else 0.0
+
+    @property
+    def here(self) -> Array:
+        return np.array(self.stand.centre)
+
+    def where(self, times: Array) -> Array:
+        """Middles (n, 2) at times (n,), as far as is known; after that where the person stands."""
+        first = bisect_right(self._track, (float(times.min()), math.inf)) - 1
+        track = np.array(self._track[max(first, 0) :])
+        return np.column_stack([np.interp(times, track[:, 0], track[:, k]) for k in (1, 2)])
+
+    def be(self, posture: str, place: str = "") -> None:
+        """From now on in a posture at a place."""
+        if (posture, place) != (self.posture, self.place):
+            self.end_stay()
+            self.posture, self.place = posture, place
+            self.last_place = place or self.last_place
+        self.unseen = posture == AWAY or self.build.is_cat
+
+    def end_stay(self) -> None:
+        if self.now > self._posed_since:
+            stay = Stay(self._posed_since, self.now, self.name, self.place, self.posture)
+            self.stays.append(stay)
+        self._posed_since = self.now
+
+    # --- pieces -------------------------------------------------------------------------------
+    def clip(self, seconds: float, pose: Callable[[Array], Pose]) -> None:
+        self.line.clips.append(Clip(self.now, self.now + seconds, pose))
+        self.now += seconds
+        self.pose = pose(np.array([seconds]))
+
+    def stay(self, until: float) -> None:
+        """Still, as the person is."""
+        if until <= self.now:
+            return
+        pose, gone, clips = self.pose, self.posture == AWAY, self.line.clips
+        if clips and clips[-1].still and clips[-1].away == gone:
+            clips[-1] = replace(clips[-1], end=until)
+        else:
+            clips.append(Clip(self.now, until, lambda _times: pose, still=True, away=gone))
+        self.now = until
+
+    def gesture(
+        self, seconds: float, rise: float, fall: float,
+        apply: Callable[[Pose, Array, Array], Pose], begins: float = 0.0,
+    ) -> None:  # fmt: skip
+        start = self.now + begins
+        self.line.gestures.append(Gesture(start, start + seconds, rise, fall, apply))
+
+    def walk(self, path: Array, yaw: float | None) -> None:
+        """Along dense points (n, 2) and then turned to a yaw."""
+        steps = footsteps(self.stand, path, yaw, self.build)
+        if len(steps) <= 2:
+            return
+        walk = Walk(steps, self.build.speed, self.floor, self.build)
+        times, points = walk.track()
+        self._track.append((self.now, *self.stand.centre))
+        self._track += [
+            (self.now + float(time), float(x), float(y))
+            for time, (x, y) in zip(times, points, strict=True)
+        ]
+        self.clip(walk.duration, walk.pose)
+        self.stand, self.since = walk.end, self.now
+        self._track.append((self.now, *self.stand.centre))
+
+    # --- sitting and lying --------------------------------------------------------------------
+    def sit(self, place: Place) -> None:
+        """From standing before it: the last steps to the seat, turned round, and down."""
+        point, yaw, seat = self._before(place)
+        self._step_to(point, yaw)
+        stand = self.pose
+        seated = sitting(stand, seat)
+        self.clip(SIT_DOWN, lambda t: sitting_down(stand, seated, t / SIT_DOWN))
+        self._seat, self._seated = place, seated
+        self.be(SITTING, place.name)
+
+    def _before(self, place: Place) -> tuple[Array, float, Array]:
+        """Where the feet stand (2,) of who sits there, the yaw, and the seat (3,). A cat leaps from
+        the floor."""
+        if self.build.is_cat:
+            return place.at[:2], place.yaw, place.target
+        seat, yaw = seat_of(place)
+        ahead = np.array([math.cos(yaw), math.sin(yaw)])
+        return seat[:2] + seat_distance(self.build) * ahead, yaw, seat
+
+    def _step_to(self, point: Array, yaw: float) -> None:
+        """A step or two to where no way leads, as between a chair and its table."""
+        path = np.array([self.here, point])
+        far = math.hypot(*(path[1] - path[0])) > 0.04
+        self.walk(dense(path) if far else path[:1], yaw)
+
+    def lie(self, place: Place) -> None:
+        """From sitting on the edge."""
+        assert self._seated is not None
+        seated, flat = self._seated, lying(self._seated, place.target, place.yaw)
+        self.clip(LIE_DOWN, lambda t: lying_down(seated, flat, t / LIE_DOWN))
+        self._side = 0
+        self.be(LYING, place.name)
+
+    def rest_at(self, place: Place, posture: str) -> None:
+        """In a posture at a place, without having come."""
+        self.put_down(place.at[:2], place.yaw, place.storey)
+        if posture in (SITTING, LYING):
+            point, yaw, seat = self._before(place)
+            self.put_down(point, yaw, place.storey)
+            self._seat, self._seated = place, sitting(self.pose, seat)
+            self.pose = self._seated
+        if posture == LYING:
+            self.pose = lying(self.pose, place.target, place.yaw)
+        self.posture, self.place = posture, place.name
+        self.last_place = place.name
+
+    def rise(self) -> None:
+        """To the feet, before what one sat or lay on."""
+        if self._seated is None or self._seat is None:
+            return
+        seated, flat = self._seated, self.pose
+        if self.posture == LYING:
+            self.be(SITTING)
+            self.clip(LIE_DOWN, lambda t: lying_down(seated, flat, 1.0 - t / LIE_DOWN))
+        self.be(STANDING)
+        stand = standing(self.stand, self.floor, self.build)
+        self.clip(SIT_DOWN, lambda t: sitting_down(stand, seated, 1.0 - t / SIT_DOWN))
+        at, self._seat, self._seated = self._seat.at[:2], None, None
+        if math.hypot(*(at - self.here)) > 0.3:
+            self.walk(dense(np.array([self.here, at])), None)
+
+    def turn_over(self, side: int) -> None:
+        """To the back (0), the left (1) or the right side (-1)."""
+        if self._seat is None or self._seated is None:
+            return
+        before = self.pose
+        after = lying(self._seated, self._seat.target, self._seat.yaw, side)
+        self.clip(TURN_OVER, lambda t: turning_over(before, after, t / TURN_OVER))
+        self._side = side
+
+    @property
+    def side(self) -> int:
+        return self._side
+
+    # --- hands --------------------------------------------------------------------------------
+    def shift(self) -> None:
+        self.gesture(2.6, 1.0, 1.2, shifted)
+        self.stay(self.now + 2.7)
+
+    def look_around(self) -> None:
+        if self.build.is_cat:
+            self.shift()
+            return
+        began = self.now
+        self.gesture(LOOK, 0.5, 0.5, lambda pose, t, w: looking_around(pose, t - began, LOOK, w))
+        self.stay(self.now + LOOK)
+
+    def hand_for(self, point: Array) -> int:
+        """The hand that is nearer to a point, or the one that holds nothing."""
+        x, y = self.pose.pelvis[0, :2]
+        yaw = float(self.pose.heading[0])
+        side = 0 if -(point[0] - x) * math.sin(yaw) + (point[1] - y) * math.cos(yaw) > 0.02 else 1
+        full = [hand for hand, _ in self.hands.values()]
+        return 1 - side if side in full else side
+
+    def draw_hand(
+        self, side: int, point: Callable[[Array], Array], seconds: float,
+        rise: float = REACH, fall: float = 0.55, most: float = 1.0, begins: float = 0.0,
+    ) -> None:  # fmt: skip
+        """A hand goes to points (n, 3) at times (n,)."""
+        sits, lies = self.posture == SITTING, self.posture == LYING
+        slide, most = (0.12 if sits else -0.03), (0.0 if lies else most)
+        self.gesture(
+            seconds, rise, fall,
+            lambda pose, t, w: reaching(pose, side, point(t), w, slide, most), begins,
+        )  # fmt: skip
+
+    def touch(self, point: Array) -> float:
+        """A hand at a point for a moment; when it is there."""
+        self.draw_hand(self.hand_for(point), lambda _t: point, 1.8, 0.9, 0.8)
+        at = self.now + 0.95
+        self.stay(self.now + 1.85)
+        return at
+
+    def busy(self, point: Array, seconds: float) -> None:
+        """Both hands at something: washing, cooking. A cat has none."""
+        if self.build.is_cat:
+            self.gesture(seconds, min(0.8, seconds / 2), min(0.8, seconds / 2), shifted)
+            self.stay(self.now + seconds)
+            return
+        yaw, began = float(self.pose.heading[0]), self.now
+        across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+        full = [hand for hand, _ in self.hands.values()]
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            if side in full:
+                continue
+
+            def rubbing(times: Array, sign: float = sign) -> Array:
+                since = times - began
+                rub = np.stack(
+                    [0.02 * np.sin(7 * since), 0 * since, 0.012 * np.sin(5.1 * since + sign)], -1
+                )
+                moved: Array = point + sign * (0.045 * across + rub)
+                return moved
+
+            ease = min(0.8, seconds / 2)
+            self.draw_hand(side, rubbing, seconds, ease, ease)
+        self.stay(self.now + seconds)
+
+    def take(self, thing: str, point: Array) -> None:
+        side = self.hand_for(point)
+        at = self.touch(point)
+        self.hands[thing] = side, at
+        self.home.holds.setdefault(thing, []).append(Hold(at, side, person=self.name))
+
+    def put(self, thing: str, point: Array) -> None:
+        at = self.touch(point)
+        self._let_go(thing, at)
+        self.home.holds[thing].append(Hold(at, None, np.array(point)))
+
+    def _let_go(self, thing: str, at: float) -> None:
+        side, since = self.hands.pop(thing)
+        carried = Gesture(since - 0.4, at + 0.5, 0.8, 0.7,
+                          lambda pose, _t, w: carrying(pose, side, w), steady=True)  # fmt: skip
+        self.line.gestures.append(carried)
+
+    # --- leaves -------------------------------------------------------------------------------
+    def move_leaf(self, door: Door, after: float) -> None:
+        """A hand on the handle while the leaf is in reach: first or last part of its way."""
+        side = door.side(self.here)
+        limit = 0.6 if door.slides else FOLLOWS[side]
+        hand = self.hand_for(door.handle_at(door.closed))
+        opening = abs(after - door.closed) > 0.02
+        away = yaw_to(door.handle_at(door.closed), self.here)
+        towards = _GRIP * np.array([math.cos(away), math.sin(away), 0.0])
+        start = self.now + (REACH if opening else 0.1)
+        end = start + SWING
+        before = self.home.opening(door)
+        self.home.swing(door, start, end, after, self.name)
+
+        def grip(times: Array) -> Array:
+            share = np.clip((times - start) / SWING, 0.0, 1.0)
+            share = share * share * (3.0 - 2.0 * share)
+            out = before + (after - before) * share - door.closed
+            near = door.closed + limit * np.tanh(out / limit)
+            return np.array([door.handle_at(float(one)) for one in near]) + towards
+
+        if opening:
+            self.draw_hand(hand, grip, start + 1.1 - self.now, most=0.25)
+            self.stay(end - 0.25)
+        else:
+            begins = end - 1.15 - self.now
+            self.draw_hand(hand, grip, 1.7, most=0.25, begins=begins)
+            self.stay(end + 0.55)
+
+    def finish(self) -> None:
+        for thing in list(self.hands):
+            self._let_go(thing, self.now + 1.0)
+        self.end_stay()
+        # A hand that carries is drawn elsewhere only after that.
+        self.line.gestures.sort(key=lambda gesture: gesture.start)
+
+
+def seat_of(place: Place) -> tuple[Array, float]:
+    """What carries the hips (3,), and the yaw of who sits there; at a bed, on its edge."""
+    if place.use != LIE:
+        return place.target, place.yaw
+    up = np.array([math.cos(place.yaw), math.sin(place.yaw)])
+    off = (place.at - place.target)[:2]
+    across = off - (off @ up) * up
+    if math.hypot(*across) < 0.2:
+        across = off
+    ahead = across / max(math.hypot(*across), 1e-9)
+    yaw = math.atan2(ahead[1], ahead[0])
+    if place.edge is not None:
+        return place.edge, yaw
+    seat = np.array(place.target)
+    seat[:2] += ahead * min(0.45, max(math.hypot(*across) - 0.5, 0.0))
+    return seat, yaw

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One day of a home: from who does what when to what everybody does with body and hands.
+
+A day depends on no other: it begins with what was under way at midnight, acted from its own start,
+and with whatever the steps before that left switched on, open or put somewhere.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from ...routine.diary import OTHER
+from ...routine.draws import Stream
+from ...routine.routine import DAY, Routine, RoutineError, Segment
+from ...routine.table import suggestion
+from ..acted import AWAY, STANDING, Acted, Done, Stay
+from ..body.build import Build
+from ..places import Places
+from .ground import Ground
+from .home import Home
+from .living import Living
+from .words import Deeds, check_body, read_activities
+
+# How long somebody goes on after midnight with what was begun before, s.
+AFTER = 60.0
+T = TypeVar("T", Done, Stay)
+
+
+def act(
+    segments: Sequence[Segment],
+    routine: Routine,
+    places: Places,
+    residents: Mapping[str, Build],
+    seed: int,
+    day: int,
+    ground: Ground | None = None,
+) -> Acted:
+    """What happens on a day, counted from 0. `segments` are all that is known, in s since midnight
+    of day 0; `residents` the bodies by the names of the persons. With the `ground` of an earlier
+    day, ways that were found need not be found again; it changes nothing else. Raises RoutineError
+    where something cannot be done."""
+    activities = read_activities(routine, places)
+    _check_known(segments, activities, residents, places)
+    home = Home(places, ground or Ground(places))
+    plans = {person: _plan(segments, person, day, seed) for person in residents}
+    _begin_home(home, segments, activities, plans, day)
+    left = home.as_left()
+    people: list[Living] = []
+    for person, build in residents.items():
+        begun = min((s.start for s, _ in plans[person]), default=0.0)
+        living = Living(person, build, home, begun, activities)
+        _begin(living, segments, day)
+        home.people.append(living)
+        people.append(living)
+    first = min((living.now for living in people), default=0.0)
+    _together([(living, plans[living.name]) for living in people])
+    home.begins(left, first)
+    return _acted(home, people)
+
+
+def _check_known(
+    segments: Sequence[Segment],
+    activities: Mapping[str, Deeds],
+    residents: Mapping[str, Build],
+    places: Places,
+) -> None:
+    for segment in {(s.person, s.activity): s for s in segments}.values():
+        name = segment.activity
+        if name not in activities and name != OTHER:
+            raise RoutineError(
+                f"{segment.person!r} does {name!r}, which is no activity of the routine; "
+                f"add a table [activity.{name}], or {suggestion(name, activities)}"
+            )
+        if segment.person not in residents:
+            raise RoutineError(
+                f"{segment.person!r} has no resident in the home; "
+                f"{suggestion(segment.person, residents)}"
+            )
+        deeds = activities.get(name)
+        if deeds is None:
+            continue
+        for step in (*deeds.steps, *(one.step for one in deeds.meanwhile)):
+            check_body(step, places, residents[segment.person].is_cat)
+            if step.word == "leave" and not places.entrances:
+                raise step.error("the home has no way out; mark its door as an entrance")
+
+
+def _plan(
+    segments: Sequence[Segment], person: str, day: int, seed: int
+) -> list[tuple[Segment, Stream]]:
+    """A person's segments of a day, from the one that is under way at midnight, in s of the day."""
+    mine = [s for s in segments if s.person == person]
+    inside = [s for s in mine if s.end > day * DAY and s.start < (day + 1) * DAY]
+    found = []
+    for segment in inside:
+        since = int(segment.start // DAY)
+        purpose = f"acting {segment.start - since * DAY:.3f}"
+        moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
+        found.append((moved, Stream(seed, person, since, purpose)))
+    return found
+
+
+# --- how a day begins ---------------------------------------------------------------------------
+def _before(segments: Sequence[Segment], person: str, day: int) -> list[Segment]:
+    """What a person did before what is under way at midnight."""
+    return [s for s in segments if s.person == person and s.end <= day * DAY]
+
+
+def _begin_home(
+    home: Home,
+    segments: Sequence[Segment],
+    activities: Mapping[str, Deeds],
+    plans: Mapping[str, list[tuple[Segment, Stream]]],
+    day: int,
+) -> None:
+    """What earlier steps left on, open, or put somewhere."""
+    earlier = [s for person in plans for s in _before(segments, person, day)]
+    for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
+        deeds = activities.get(segment.activity)
+        for step in deeds.steps if deeds is not None else ():
+            if step.word == "switch":
+                home.lamps[home.places.lamps[step.name].object] = step.on
+            elif step.word in ("open", "close"):
+                door = home.places.doors[step.name]
+                home.openings[door.name] = door.open if step.word == "open" else door.closed
+            elif step.word == "put":
+                home.things[step.name] = step.at
+
+
+def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
+    """Puts a person where the steps before the first segment of the day end; where there were
+    none, where the first steps of all end."""
+    mine = [s for s in segments if s.person == living.name]
+    count = len(_before(segments, living.name, day))
+    for segment in [*mine[:count][::-1], *mine[count:]]:
+        deeds = living.activities.get(segment.activity)
+        if deeds is None or deeds.posture is None:
+            continue
+        if deeds.posture == AWAY:
+            living.begin_away()
+            return
+        place = living.home.places.places[deeds.place or ""]
+        if living.home.is_free(living.key(place), living):
+            living.begin_at(place, deeds.posture)
+            return
+    for place in living.home.places.places.values():
+        if living.home.is_free(living.key(place), living):
+            living.begin_at(place, STANDING)
+            return
+    raise RoutineError(f"there is no place for {living.name!r} to be at midnight; mark another")
+
+
+# --- all together -------------------------------------------------------------------------------
+def _together(people: list[tuple[Living, list[tuple[Segment, Stream]]]]) -> None:
+    """Whoever is earliest goes on; of several the first in the list."""
+    lives = [living.live(plan) for living, plan in people]
+    queue = [(living.now, number) for number, (living, _) in enumerate(people)]
+    heapq.heapify(queue)
+    while queue:
+        now, number = heapq.heappop(queue)
+        try:
+            # What is under way at midnight is still done.
+            if now < DAY + AFTER:
+                next(lives[number])
+                heapq.heappush(queue, (people[number][0].now, number))
+        except StopIteration:
+            continue
+    for living, _ in people:
+        living.end()
+
+
+def _acted(home: Home, people: list[Living]) -> Acted:
+    stays = [stay for living in people for stay in living.stays]
+    done = [_placed(one, stays) for living in people for one in living.done]
+    for swings in home.swings.values():
+        swings.sort(key=lambda swung: swung.start)
+    for holds in home.holds.values():
+        holds.sort(key=lambda hold: hold.start)
+    return Acted(
+        {living.name: living.line for living in people},
+        home.swings,
+        sorted(home.switches, key=lambda switch: switch.time),
+        home.holds,
+        sorted(_of_day(done), key=lambda one: (one.start, one.person)),
+        sorted(_of_day(stays), key=lambda one: (one.start, one.person)),
+    )
+
+
+def _of_day(found: list[T]) -> list[T]:
+    inside = [one for one in found if one.end > 0.0 and one.start < DAY]
+    return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
+
+
+def _placed(done: Done, stays: list[Stay]) -> Done:
+    """With the place where most of it was done."""
+    lasting: dict[str, float] = {}
+    for stay in stays:
+        both = min(stay.end, done.end) - max(stay.start, done.start)
+        if stay.person == done.person and (stay.place or stay.posture == AWAY) and both > 0:
+            lasting[stay.place] = lasting.get(stay.place, 0.0) + both
+    return replace(done, place=max(lasting, key=lambda place: lasting[place], default=""))

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a person goes about: through doors, past others, to places that nobody else has.
+
+Methods that take time are generators. Whoever is earliest goes on: each `yield` lets the others
+catch up, so that whom one meets is known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import numpy as np
+
+from ...model import Array
+from ..acted import STANDING, WALKING
+from ..body.build import Build
+from ..places import Door, Place
+from ..ways import NoWay
+from .actor import Actor
+from .ground import rounded
+from .home import Home
+from .words import Step
+
+Taking = Generator[None, None, None]
+# Seconds: how long somebody waits for others to get out of the way before squeezing past; how often
+# one looks.
+PATIENCE, GLANCE = 20.0, 0.5
+# Somebody waits so far from where others come out, m.
+ASIDE = 1.2
+
+
+class GaveUp(Exception):
+    """The activity ended before others made way."""
+
+
+class Going(Actor):
+    def __init__(self, name: str, build: Build, home: Home, now: float) -> None:
+        super().__init__(name, build, home, now)
+        self._key = ""  # what others cannot have meanwhile
+        self.until = math.inf  # when what is being done ends
+
+    def look_on(self) -> None:
+        """Waits a little for others. Raises GaveUp where the activity is over."""
+        if self.now >= self.until:
+            raise GaveUp
+        self.stay(self.now + GLANCE)
+
+    def key(self, place: Place) -> str:
+        """Whoever is at a place has it; cats mind each other alone."""
+        return f"cat {place.name}" if self.build.is_cat else self.home.key(place)
+
+    def come_to(self, step: Step, place: Place) -> Taking:
+        """Standing at a place that nobody else has."""
+        key = self.key(place)
+        if not self.home.is_free(key, self):
+            yield from self._way(step, place, self._key, short_of=True)
+            while not self.home.is_free(key, self):
+                self.look_on()
+                yield
+        self.home.take(key, self)
+        before, self._key = self._key, key
+        yield from self._way(step, place, before if before != key else "")
+        self.be(STANDING, place.name)
+
+    def stop(self) -> None:
+        """Gives up: others may have what the person is not at."""
+        place = self.home.places.places.get(self.place)
+        self._key = "" if place is None else self.key(place)
+        self.home.keep_only(self._key, self)
+
+    def _way(self, step: Step, place: Place, leaves: str, short_of: bool = False) -> Taking:
+        """To where one stands at a place; `leaves` what is then free for others. `short_of`: to
+        where one waits for it."""
+        if self.build.is_cat:
+            doors = self._doors_to(step, place.at[:2], place.storey)
+            while not all(self.home.stands_open(door, self) for door, _ in doors):
+                self.look_on()
+                yield
+        self.rise()
+        goal, yaw = self._aside(step, place) if short_of else (place.at[:2], place.yaw)
+        yield from self.to_point(step, goal, yaw, place.storey, leaves)
+
+    def to_point(
+        self, step: Step, goal: Array, yaw: float | None, storey: int, leaves: str = ""
+    ) -> Taking:
+        self.rise()
+        for door, side in self._doors_to(step, goal, storey):
+            if self.home.stands_open(door, self):
+                continue
+            spot = self.home.ground.outside(door, side, self.radius)
+            yield from self._leg(step, spot.at, None)
+            yield from self.through(door, side)
+            self._release(leaves)
+            yield
+        yield from self._leg(step, goal, yaw)
+        self._release(leaves)
+
+    def _release(self, key: str) -> None:
+        if key:
+            self.home.release(key, self)
+            if self._key == key:
+                self._key = ""
+
+    def _doors_to(self, step: Step, goal: Array, storey: int) -> list[tuple[Door, float]]:
+        opened = self.home.left_open(self.storey)
+        if storey != self.storey:
+            raise step.error("it is on another floor, and no stairs are marked")
+        ground = self.home.ground
+        found = ground.doors_between(storey, self.here, goal, self.radius, opened)
+        if found is None:
+            x, y = ground.nearest(storey, self.here, goal, self.radius)
+            raise step.error(
+                f"{self.name!r} finds no way to it from {self.last_place!r}; "
+                f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
+            )
+        return found
+
+    def _aside(self, step: Step, place: Place) -> tuple[Array, float | None]:
+        """Where somebody waits for a place: short of the last door on the way or of the place, and
+        where no leaf swings; where the person is, if that is nearer."""
+        ground, home = self.home.ground, self.home
+        doors = self._doors_to(step, place.at[:2], place.storey)
+        start, goal = self.here, place.at[:2]
+        if doors:
+            door, side = doors[-1]
+            goal = ground.outside(door, side, self.radius).at
+            if len(doors) > 1:
+                door, side = doors[-2]
+                start = ground.outside(door, -side, self.radius).at
+        try:
+            path = ground.way(place.storey, start, goal, self.radius, home.left_open(place.storey))
+        except NoWay:
+            return self.here, None
+        points = rounded(ground.floor(place.storey, {}), path)[::-1]
+        for point in points:
+            swings = any(
+                ground.in_swing(leaf, point, self.radius + 0.1)
+                for leaf in home.places.doors.values()
+                if leaf.storey == place.storey
+            )
+            if not swings and float(np.hypot(*(point - goal))) >= ASIDE:
+                return point, None
+        return start, None
+
+    def _leg(self, step: Step, goal: Array, yaw: float | None) -> Taking:
+        """To a point without opening doors, past whoever stands about."""
+        yield
+        ground, opened = self.home.ground, self.home.left_open(self.storey)
+        until = self.now + PATIENCE
+        while True:
+            try:
+                path = ground.way(self.storey, self.here, goal, self.radius, opened)
+            except NoWay:
+                path = self._past_leaves(step, goal)
+            clash = self.home.clash(self, path, self.build.speed)
+            if clash is None or self.now >= until:
+                break
+            if clash.stands(self.now):
+                around = self._around(goal, clash.at)
+                # Whom waiting does not help squeezes past at once.
+                if around is not None or clash.until >= until:
+                    path = path if around is None else around
+                    break
+            self.stay(self.now + GLANCE)
+            yield
+        self._walk(path, yaw, opened)
+
+    def _walk(self, path: Array, yaw: float | None, opened: dict[str, float]) -> None:
+        if float(np.hypot(*np.diff(path, axis=0).T).sum()) < 0.05:
+            self.walk(path[:1], yaw)
+            return
+        self.be(WALKING)
+        self.walk(rounded(self.home.ground.floor(self.storey, opened), path), yaw)
+        self.be(STANDING)
+
+    def _past_leaves(self, step: Step, goal: Array) -> Array:
+        """The way as if no door stood open: a leaf that is in the way is brushed aside."""
+        try:
+            return self.home.ground.way(self.storey, self.here, goal, self.radius, {})
+        except NoWay as error:
+            x, y = error.nearest
+            raise step.error(
+                f"{self.name!r} finds no way to it; "
+                f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
+            ) from None
+
+    def _around(self, goal: Array, other: Array) -> Array | None:
+        opened = self.home.left_open(self.storey)
+        try:
+            path = self.home.ground.way(self.storey, self.here, goal, self.radius, opened, other)
+        except NoWay:
+            return None
+        return path if self.home.clash(self, path, self.build.speed) is None else None
+
+    def wait_for(self, door: Door) -> Taking:
+        """Until nobody else is at a door or where its leaf goes; others wait from then on."""
+        until = self.now + PATIENCE
+        while not self.home.may_move(door, self, self.now < until):
+            self.look_on()
+            yield
+        self.home.occupy(door, self, math.inf)
+
+    def through(self, door: Door, side: float) -> Taking:
+        """Through a door from that side of it. Who finds it shut shuts it again."""
+        ground, home = self.home.ground, self.home
+        yield from self.wait_for(door)
+        opened, found_open = home.left_open(self.storey), home.is_open(door)
+        if not found_open:
+            near = ground.outside(door, side, self.radius)
+            self._walk(np.array([self.here, near.at]), near.yaw, opened)
+            self.move_leaf(door, door.open)
+        path = ground.crossing(door, side, self.radius, opened)
+        until = self.now + PATIENCE
+        while self.now < until and home.clash(self, path, self.build.speed) is not None:
+            self.stay(self.now + GLANCE)
+            yield
+        far = ground.outside(door, -side, self.radius)
+        self._walk(path, far.yaw, {**opened, door.name: door.open})
+        if door.entrance or not found_open:
+            self.move_leaf(door, door.closed)
+        home.occupy(door, self, self.now)

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The words of a routine's steps, read and held against what is marked in the home."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from ...routine.routine import AWAY, Activity, Routine, RoutineError
+from ...routine.table import suggestion
+from ...routine.times import seconds
+from ..acted import AWAY as GONE
+from ..acted import LYING, SITTING, STANDING
+from ..places import LIE, SIT, Places
+
+_DURATION = re.compile(r"\s+((?:\d+(?:\.\d+)?\s*(?:s|min|h)\s*)+)$")
+# Each word: what its name is one of, and whether it may be told how long it takes.
+_PLACE, _LEAF, _LAMP, _THING, _NONE = "place", "door or drawer", "lamp", "thing", ""
+_WORDS = {
+    "go": (_PLACE, True),
+    "stand at": (_PLACE, True),
+    "sit": (_PLACE, True),
+    "lie": (_PLACE, True),
+    "use": (_PLACE, True),
+    "reach": (_PLACE, False),
+    "open": (_LEAF, False),
+    "close": (_LEAF, False),
+    "switch": (_LAMP, False),
+    "take": (_THING, False),
+    "put": (_THING, False),
+    "wait": (_NONE, True),
+    "turn over": (_NONE, False),
+    "shift": (_NONE, False),
+    "look around": (_NONE, False),
+    "leave": (_NONE, False),
+}
+# After which word somebody is at its place, and how.
+POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTING, "lie": LYING,
+            "leave": GONE}  # fmt: skip
+_CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
+_NEEDS = {"turn over": (LYING,), "shift": (SITTING, LYING)}
+
+
+@dataclass(frozen=True)
+class Step:
+    """A word, the name that it goes with, how long it takes (s, None where that is not told), the
+    place that something is put at, and whether a lamp is switched on. `where` it stands."""
+
+    word: str
+    name: str
+    lasts: float | None
+    at: str
+    on: bool
+    where: str
+
+    def error(self, text: str) -> RoutineError:
+        return RoutineError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
+
+
+def read_step(text: str, where: str, places: Places) -> Step:
+    """Raises RoutineError where a word or a name is not known."""
+    word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
+    if word is None:
+        first = text.split(" ", maxsplit=1)[0]
+        raise RoutineError(f"{where}: {text!r} begins with no word; {suggestion(first, _WORDS)}")
+    kind, may_last = _WORDS[word]
+    rest, lasts = text[len(word) :].strip(), None
+    if may_last and (found := _DURATION.search(" " + rest)):
+        rest, lasts = rest[: max(found.start() - 1, 0)].strip(), seconds(found.group(1))
+    if word == "wait" and lasts is None:
+        raise RoutineError(f'{where}: wait: say how long, as in "wait 20 s"')
+    at, on = "", False
+    if word == "put":
+        rest, _, at = rest.partition(" at ")
+    if word == "switch":
+        rest, _, state = rest.rpartition(" ")
+        if state not in ("on", "off"):
+            raise RoutineError(f'{where}: {text!r} does not say "on" or "off" at its end')
+        on = state == "on"
+    step = Step(word, rest, lasts, at, on, where)
+    if kind == _NONE and rest:
+        raise step.error(f"{rest!r} means nothing here")
+    asked = [(rest, kind)] if kind else []
+    for name, one in [*asked, (at, _PLACE)] if word == "put" else asked:
+        known = _known(one, places)
+        if name not in known:
+            raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
+    return step
+
+
+def _known(kind: str, places: Places) -> Collection[str]:
+    if kind == _LEAF:
+        return places.doors.keys()
+    return places.lamps.keys() if kind == _LAMP else places.places.keys()
+
+
+def check_body(step: Step, places: Places, is_cat: bool) -> None:
+    """Raises RoutineError where a person or a cat cannot do that."""
+    if is_cat and step.word not in _CAT:
+        raise step.error(f"a cat does not; it can {', '.join(sorted(_CAT))}")
+    allowed = {"sit": (SIT, LIE), "lie": (LIE,)}.get(step.word)
+    if not is_cat and allowed and places.places[step.name].use not in allowed:
+        fits = sorted(name for name, place in places.places.items() if place.use in allowed)
+        there = ", ".join(map(repr, fits)) or "nowhere"
+        raise step.error(f"one cannot {step.word} there; where one can: {there}")
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """A movement while an activity lasts."""
+
+    step: Step
+    every: float
+    varies: float
+
+
+@dataclass(frozen=True)
+class Deeds:
+    """What an activity is made of; the place and posture in which it ends, None where it has
+    neither."""
+
+    steps: tuple[Step, ...]
+    meanwhile: tuple[Repeated, ...]
+    place: str | None
+    posture: str | None
+
+
+def read_activities(routine: Routine, places: Places) -> Mapping[str, Deeds]:
+    """All of a routine's activities by name, and what it is to be away. Raises RoutineError."""
+    found = {name: _deeds(activity, places) for name, activity in routine.activities.items()}
+    found[AWAY] = Deeds((Step("leave", "", None, "", False, AWAY),), (), "", GONE)
+    return found
+
+
+def _deeds(activity: Activity, places: Places) -> Deeds:
+    where = activity.where or (activity.name,) * len(activity.do)
+    steps = tuple(read_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
+    place: str | None = None
+    posture: str | None = None
+    for step in steps:
+        _check_posture(step, posture)
+        if step.word in POSTURES:
+            place, posture = step.name, POSTURES[step.word]
+    meanwhile = []
+    for one in activity.meanwhile:
+        step = read_step(one.do, one.where or activity.name, places)
+        _check_posture(step, posture)
+        if step.word == "leave":
+            raise step.error("nobody leaves in between; make it an activity of its own")
+        meanwhile.append(Repeated(step, one.every, one.varies))
+    return Deeds(steps, tuple(meanwhile), place, posture)
+
+
+def _check_posture(step: Step, posture: str | None) -> None:
+    needed = _NEEDS.get(step.word)
+    if needed and posture not in needed:
+        raise step.error(f"that is done {' or '.join(needed)}; put such a step before it")

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a pose to the turn of each bone and where its head is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...model import Array
+from .build import Build
+from .cat_skeleton import CAT
+from .pose import Pose
+from .skeleton import FOREARM, PERSON, SIDES, SIGN, UPPER_ARM, Leg, Skeleton
+from .turns import (
+    about_axis,
+    about_x,
+    about_y,
+    about_z,
+    back,
+    chained,
+    cross,
+    from_columns,
+    mix_turns,
+    times,
+    turned,
+    unit,
+)
+
+THIGH, SHIN = PERSON.legs[0].upper, PERSON.legs[0].lower
+_ARM_HINGE = np.array([0.0, -1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Bones:
+    """Of each bone its turn (n, 4) and where its head is (n, 3), both in the world."""
+
+    turn: dict[str, Array]
+    at: dict[str, Array]
+
+
+def _frame(along: Array, hinge: Array) -> Array:
+    """The turn of a frame along a bone, its second axis as near to the hinge as can be."""
+    a = unit(along)
+    h = unit(hinge - a * (hinge * a).sum(-1, keepdims=True))
+    return from_columns(a, h, cross(a, h))
+
+
+def _rest(skeleton: Skeleton, bone: str, child: str, hinge: Array) -> Array:
+    """Back from the frames of a limb's bones at rest, (2, 4): left and right."""
+    along = [skeleton.head[f"{child}.{side}"] - skeleton.head[f"{bone}.{side}"] for side in SIDES]
+    return back(_frame(np.array(along), hinge))
+
+
+_ARM = (("upper_arm", "forearm"), ("forearm", "hand"))
+_RESTS = {(PERSON, pair[0]): _rest(PERSON, *pair, _ARM_HINGE) for pair in _ARM} | {
+    (skeleton, leg.names[k]): _rest(skeleton, leg.names[k], leg.names[k + 1], leg.hinge)
+    for skeleton in (PERSON, CAT)
+    for leg in skeleton.legs
+    for k in (0, 1)
+}
+
+
+def skeleton_of(build: Build) -> Skeleton:
+    return CAT if build.is_cat else PERSON
+
+
+def _limb(skeleton: Skeleton, bone: str, along: Array, hinge: Array) -> Array:
+    """Turns (n, 2, 4) of both sides' bones."""
+    return times(_frame(along, hinge), _RESTS[skeleton, bone])
+
+
+def two_bones(
+    start: Array, end: Array, first: float, second: float, pole: Array
+) -> tuple[Array, Array, Array]:
+    """Directions of two bones from start to end, and the hinge between them, all (…, 3).
+
+    The joint lies on the pole's side. Law of cosines; an end out of reach is reached for.
+    """
+    span = end - start
+    length = np.linalg.norm(span, axis=-1, keepdims=True)
+    reach = np.clip(length, abs(first - second) + 1e-4, first + second - 1e-4)
+    along = unit(span)
+    side = unit(pole - along * (pole * along).sum(-1, keepdims=True))
+    cosine = (first**2 + reach**2 - second**2) / (2 * first * reach)
+    joint = first * (along * cosine + side * np.sqrt(np.maximum(0.0, 1 - cosine**2)))
+    return unit(joint), unit(along * reach - joint), cross(along, -side)
+
+
+def _bend(angles: Array, share: float) -> Array:
+    x, y, z = np.moveaxis(angles * share, -1, 0)
+    return chained(about_z(z), about_y(y), about_x(x))
+
+
+def _follow(found: Bones, pose: Pose, bone: str, bend: Array, share: float) -> None:
+    """A bone that is bent against the one above it."""
+    found.at[bone] = joint(found, pose, bone)
+    found.turn[bone] = times(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
+
+
+def trunk(pose: Pose) -> Bones:
+    """Pelvis, spine, chest, neck and head."""
+    pose = pose.take(slice(None))
+    found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
+    for bone, bend, share in (
+        ("spine", pose.spine, 0.5),
+        ("chest", pose.spine, 0.5),
+        ("neck", pose.look, 0.4),
+        ("head", pose.look, 0.6),
+    ):
+        _follow(found, pose, bone, bend, share)
+    return found
+
+
+def joint(bones: Bones, pose: Pose, bone: str) -> Array:
+    """Where a bone's head is, (n, 3): on the bone above it."""
+    skeleton = skeleton_of(pose.build)
+    above = skeleton.parent[bone]
+    offset = (skeleton.head[bone] - skeleton.head[above]) * pose.build.scale
+    return bones.at[above] + turned(bones.turn[above], offset)
+
+
+def solve(pose: Pose) -> Bones:
+    """All bones of the body."""
+    pose = pose.take(slice(None))
+    bones = trunk(pose)
+    for number, leg in enumerate(skeleton_of(pose.build).legs):
+        _solve_legs(pose, bones, leg, 2 * number)
+    if pose.build.is_cat:
+        for bone in ("tail.1", "tail.2", "tail.3"):
+            _follow(bones, pose, bone, pose.tail, 1.0)
+    else:
+        _solve_arms(pose, bones)
+    return bones
+
+
+def _both(bones: Bones, pose: Pose, bone: str) -> Array:
+    """Where the heads of both sides' bones are, (n, 2, 3); it notes them."""
+    for side in SIDES:
+        bones.at[f"{bone}.{side}"] = joint(bones, pose, f"{bone}.{side}")
+    return np.stack([bones.at[f"{bone}.{side}"] for side in SIDES], 1)
+
+
+def _turn_both(bones: Bones, bone: str, turn: Array) -> None:
+    for k, side in enumerate(SIDES):
+        bones.turn[f"{bone}.{side}"] = turn[:, k]
+
+
+def _solve_legs(pose: Pose, bones: Bones, leg: Leg, first: int) -> None:
+    """A pair of legs to the feet `first` and the next."""
+    skeleton, scale = skeleton_of(pose.build), pose.build.scale
+    ankle, knee, sole, toes = (
+        getattr(pose.feet, name)[:, first : first + 2] for name in ("ankle", "knee", "turn", "toes")
+    )
+    upper, lower, foot, tip = leg.names
+    hips = _both(bones, pose, upper)
+    thigh, shin, hinge = two_bones(hips, ankle, leg.upper * scale, leg.lower * scale, knee)
+    for bone, turn in (
+        (upper, _limb(skeleton, upper, thigh, hinge)),
+        (lower, _limb(skeleton, lower, shin, hinge)),
+        (foot, sole),
+        (tip, toes),
+    ):
+        _both(bones, pose, bone)
+        _turn_both(bones, bone, turn)
+
+
+def _solve_arms(pose: Pose, bones: Bones) -> None:
+    arms, chest, scale = pose.arms, bones.turn["chest"][:, None], pose.build.scale
+    whole = chained(
+        chest,
+        about_y(-arms.forward),
+        about_x(SIGN * arms.away),
+        about_z(-SIGN * arms.inward),
+    )
+    hinge, along = turned(whole, _ARM_HINGE), turned(whole, (0.0, 0.0, -1.0))
+    upper = _limb(PERSON, "upper_arm", along, hinge)
+    fore = _limb(PERSON, "forearm", turned(about_axis(hinge, arms.elbow), along), hinge)
+    shoulders = _both(bones, pose, "upper_arm")
+    if arms.grip.max() > 0:
+        pole = turned(chest, [(-0.35, 0.45, -0.8), (-0.35, -0.45, -0.8)])
+        a, b, axis = two_bones(shoulders, arms.target, UPPER_ARM * scale, FOREARM * scale, pole)
+        # Who reaches for nothing is as exactly as alone, whatever others do.
+        drawn = arms.grip[..., None] > 0
+        gripping = mix_turns(upper, _limb(PERSON, "upper_arm", a, axis), arms.grip)
+        upper = np.where(drawn, gripping, upper)
+        fore = np.where(drawn, mix_turns(fore, _limb(PERSON, "forearm", b, axis), arms.grip), fore)
+    for bone, turn in (("upper_arm", upper), ("forearm", fore), ("hand", fore)):
+        _both(bones, pose, bone)
+        _turn_both(bones, bone, np.broadcast_to(turn, (len(shoulders), 2, 4)))

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Random numbers for routines: a stream of its own for each seed, person, day and purpose, so that
+another day, person or entry changes nothing else. The same in every version of Python."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import random
+from collections.abc import Sequence
+from statistics import NormalDist
+
+_NORMAL = NormalDist()
+
+
+class Stream:
+    def __init__(self, seed: int, person: str, day: int, purpose: str) -> None:
+        key = repr((seed, person, day, purpose)).encode()
+        # Of Random, only random() is promised to be the same in all versions.
+        self._uniform = random.Random(int.from_bytes(hashlib.sha256(key).digest()[:16])).random
+
+    def uniform(self) -> float:
+        """From 0 to below 1."""
+        return self._uniform()
+
+    def normal(self) -> float:
+        """Standard normal, within ±4."""
+        value = _NORMAL.inv_cdf(min(max(self._uniform(), 1e-9), 1 - 1e-9))
+        return min(max(value, -4.0), 4.0)
+
+    def log_normal(self, median: float, varies: float) -> float:
+        return median * math.exp(varies * self.normal())
+
+    def poisson(self, mean: float) -> int:
+        """By multiplication of uniforms (Knuth); for small means."""
+        limit, product, count = math.exp(-mean), self._uniform(), 0
+        while product > limit:
+            product *= self._uniform()
+            count += 1
+        return count
+
+    def chosen(self, weights: Sequence[float]) -> int:
+        """An index, by weight."""
+        point = self._uniform() * sum(weights)
+        for index, weight in enumerate(weights):
+            point -= weight
+            if point < 0:
+                return index
+        return max(index for index, weight in enumerate(weights) if weight > 0)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The line of a TOML file in which a value stands, which Python's reader does not tell."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]\]?")
+
+
+def line_of(text: str, path: Sequence[str | int]) -> int:
+    """The line, from 1, of the value at a path such as ("plan", 1, "entries", 0, "at"); of what
+    holds it where it is not found itself."""
+    lines = text.splitlines()
+    table, first, depth = _table(lines, path)
+    if depth == len(path):
+        return table + 1
+    for number in range(first, len(lines)):
+        if _HEADER.match(lines[number]) and not lines[number].lstrip().startswith("[{"):
+            break
+        if re.match(rf"\s*[\"']?{re.escape(str(path[depth]))}[\"']?\s*=", lines[number]):
+            return number + 1 + _rows_into(lines[number:], path[depth + 1 :])
+    return table + 1
+
+
+def _table(lines: Sequence[str], path: Sequence[str | int]) -> tuple[int, int, int]:
+    """The header of the longest table that the path begins with: its line, the one after it, and
+    how much of the path it takes."""
+    found = 0, 0, 0
+    counts: dict[str, int] = {}
+    for number, line in enumerate(lines):
+        header = _HEADER.match(line)
+        if header is None:
+            continue
+        names = [name.strip().strip("\"'") for name in header.group(2).split(".")]
+        if header.group(1) == "[[":
+            counts[".".join(names)] = counts.get(".".join(names), -1) + 1
+        taken: list[str | int] = []
+        for depth, name in enumerate(names, 1):
+            taken.append(name)
+            if (key := ".".join(names[:depth])) in counts:
+                taken.append(counts[key])
+        if len(taken) > found[2] and list(path[: len(taken)]) == taken:
+            found = number, number + 1, len(taken)
+    return found
+
+
+def _rows_into(lines: Sequence[str], path: Sequence[str | int]) -> int:
+    """How many lines below the first the entry of an array begins that the path goes on with."""
+    if not path or not isinstance(path[0], int):
+        return 0
+    wanted, depth, count = path[0], 0, 0
+    for number, line in enumerate(lines):
+        quoted = re.sub(r"\"[^\"]*\"|'[^']*'", "_", line).partition("#")[0]
+        if number == 0:
+            quoted = quoted.partition("=")[2]
+        for sign in quoted:
+            if sign in "[{":
+                depth += 1
+            elif sign in "]}":
+                depth -= 1
+                if depth == 0:
+                    return 0
+            elif sign == "," and depth == 1:
+                count += 1
+                continue
+            if not sign.isspace() and sign != "[" and depth >= 1 and count == wanted:
+                return number
+    return 0

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A routine as it was read and checked. Times of day and durations are in seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import date, datetime
+
+WEEKDAYS = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+# Meteorological seasons of the northern hemisphere, by month.
+SEASONS = {
+    "winter": (12, 1, 2),
+    "spring": (3, 4, 5),
+    "summer": (6, 7, 8),
+    "autumn": (9, 10, 11),
+}
+DAY = 86_400.0
+# What a person who is not at home does.
+AWAY = "Away"
+
+
+class RoutineError(ValueError):
+    """A routine cannot be acted out; the text names the file, the place in it and the way out."""
+
+
+@dataclass(frozen=True)
+class Meanwhile:
+    """A small movement that is repeated while an activity lasts, `every` so many seconds (median),
+    with a log-normal spread of `varies`. `where` it stands in the file."""
+
+    do: str
+    every: float
+    varies: float
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Activity:
+    """Steps in order, what is repeated while the last of them lasts, and what other data sets call
+    the activity. `where` each step stands in the file."""
+
+    name: str
+    do: tuple[str, ...]
+    meanwhile: tuple[Meanwhile, ...] = ()
+    labels: Mapping[str, str] = field(default_factory=dict)
+    where: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Days:
+    """On which days something holds: weekdays (0 is Monday), months, and dates, both included."""
+
+    weekdays: frozenset[int] = frozenset(range(7))
+    months: frozenset[int] = frozenset(range(1, 13))
+    first: date = date.min
+    last: date = date.max
+
+    def __contains__(self, day: date) -> bool:
+        return (
+            day.weekday() in self.weekdays
+            and day.month in self.months
+            and self.first <= day <= self.last
+        )
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A fixed point of a person's day: `at` a time of day, normally distributed with the standard
+    deviation `spread`; it `lasts` a log-normal time of that median, or `until` a time of day (past
+    midnight: above 24 h). `where` it stands in the file."""
+
+    activity: str
+    at: float
+    spread: float
+    lasts: float | None
+    until: float | None
+    varies: float
+    chance: float
+    where: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    person: str
+    days: Days
+    entries: tuple[Entry, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What fills time: its weight beside the others, and how long it lasts (median, log-normal)."""
+
+    activity: str
+    weight: float
+    lasts: float
+    varies: float
+
+
+@dataclass(frozen=True)
+class Filler:
+    """What a person does between the fixed points, from one time of day to another."""
+
+    person: str
+    days: Days
+    begins: float
+    ends: float
+    choices: tuple[Choice, ...]
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """What comes in between: `times` on average in each stretch of the activity `during`."""
+
+    person: str
+    during: str
+    activity: str
+    times: float
+    lasts: float
+    varies: float
+
+
+@dataclass(frozen=True)
+class Absence:
+    person: str
+    begins: datetime
+    ends: datetime
+
+
+@dataclass(frozen=True)
+class Person:
+    """Somebody who lives in the home or, a `visitor`, is away but for what is planned. `resident`
+    is the object in the home; `begins`, the activity at the first midnight."""
+
+    name: str
+    resident: str
+    visitor: bool
+    begins: str
+
+
+@dataclass(frozen=True)
+class Routine:
+    persons: Mapping[str, Person]
+    activities: Mapping[str, Activity]
+    plans: tuple[Plan, ...]
+    fillers: tuple[Filler, ...]
+    interruptions: tuple[Interruption, ...]
+    absences: tuple[Absence, ...]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """What a person does from `start` to `end`, seconds since midnight of the first day."""
+
+    start: float
+    end: float
+    person: str
+    activity: str

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The text of a study file, of what a user picked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..kind import Kind
+from ..kinds import KINDS
+from ..parameters import Spec, specs
+from .targets import BETWEEN, COMMON, POSE
+
+LABELS = {
+    "enabled": ("On", ""),
+    "update_rate": ("Update Rate", "Hz"),
+    **{f"move_{axis}": (f"Move {axis.upper()}", "m") for axis in "xyz"},
+    **{f"turn_{axis}": (f"Turn {axis.upper()}", "rad") for axis in "xyz"},
+}
+
+
+@dataclass(frozen=True)
+class Vary:
+    """A parameter of some sensors: `steps` numbers from `first` to `last`, or all its `choices`."""
+
+    sensors: Sequence[str]
+    parameter: str
+    first: float = 0.0
+    last: float = 0.0
+    steps: int = 0
+    whole: bool = False
+    choices: Sequence[Any] = ()
+
+    @property
+    def key(self) -> str:
+        return f"{BETWEEN.join(self.sensors)}.{self.parameter}"
+
+    @property
+    def line(self) -> str:
+        key = json.dumps(self.key, ensure_ascii=False)
+        if self.choices:
+            values = ", ".join(json.dumps(value) for value in self.choices)
+            return f"{key} = [{values}]"
+        whole = ", whole = true" if self.whole else ""
+        first, last = (repr(round(v, 7)) for v in (self.first, self.last))
+        return f"{key} = {{ from = {first}, to = {last}, steps = {self.steps}{whole} }}"
+
+
+def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
+    """A study of a home that is beside it, or at a path."""
+    lines = [
+        f"home = {json.dumps(home, ensure_ascii=False)}",
+        f"seeds = {seeds}",
+        'measure = ["events", "active"]',
+        "",
+        "[vary]",
+        *(vary.line for vary in varied),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def parameters(kind: Kind) -> list[str]:
+    """What of a kind can vary: numbers, choices and switches of it, its place, its presence."""
+    return [*(n for n, s in specs(kind.parameters).items() if not s.pointer), *COMMON, *POSE]
+
+
+def label(kind: Kind, parameter: str) -> str:
+    """With its unit."""
+    if parameter in LABELS:
+        name, unit = LABELS[parameter]
+    else:
+        spec = specs(kind.parameters)[parameter]
+        name, unit = spec.label, spec.unit
+    return f"{name} ({unit})" if unit else name
+
+
+def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Vary:
+    """What a parameter, which is `now`, may vary over, for the user to change."""
+    known = specs(KINDS[kind].parameters)
+    if isinstance(now, bool):
+        return Vary(sensors, parameter, choices=(True, False))
+    if isinstance(now, str):
+        choices = [choice.identifier for choice in known[parameter].choices]
+        return Vary(sensors, parameter, choices=choices or (now,))
+    first, last = _ends(known.get(parameter), parameter, float(now))
+    if isinstance(now, int):
+        return Vary(sensors, parameter, float(int(first)), float(max(int(last), 1)), 3, True)
+    return Vary(sensors, parameter, first, last, 3)
+
+
+def _ends(spec: Spec | None, parameter: str, now: float) -> tuple[float, float]:
+    """Half and twice as much, within the limits."""
+    if parameter in POSE:
+        return -0.5, 0.5
+    first, last = (now / 2, now * 2) if now else (0.0, 1.0)
+    if spec is not None:
+        first, last = max(first, spec.minimum), min(last, spec.maximum)
+    return first, last

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line in processes of its own, a home for it, and its logs."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def module(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[Any]:
+    """`python -m angen_addon ARGUMENTS` in a process of its own."""
+    command = [sys.executable, "-m", "angen_addon", *map(str, arguments)]
+    given = {"capture_output": True, "timeout": 60, **options}
+    return subprocess.run(command, cwd=ROOT, check=False, **given)
+
+
+HEADER = "time_s,frame,sensor,kind,field,value"
+DOOR_LOG = "\r\n".join(
+    [
+        HEADER,
+        "0.000000,1,Dörr,OPTICAL_SWITCH,open,0",
+        '0.000000,1,"Hall, PIR",PIR,moved,0',
+        "0.500000,13,Dörr,OPTICAL_SWITCH,open,1",
+        "1.500000,37,Dörr,OPTICAL_SWITCH,open,0",
+        "",
+    ]
+)
+
+
+def save(folder, name="home.blend", compress=False):
+    path = folder / name
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=compress)
+    return path
+
+
+def door_home(world, tmp_path):
+    """A door that opens at frame 13 and closes at 37, seen by a switch; a PIR that sees nothing."""
+    world.door(13, 37)
+    world.switch("Dörr")["room"] = "Hall"
+    world.pir("Hall, PIR").location.x = 100
+    folder = tmp_path / "files"
+    folder.mkdir()
+    return save(folder)
+
+
+def listing(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def one_line(text):
+    """The error line; blank standard error or a traceback is no answer."""
+    lines = text.splitlines()
+    assert len(lines) == 1, text
+    assert lines[0].startswith("angen: "), text
+    return lines[0]

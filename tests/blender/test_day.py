@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A day in a home: its readings are those of every frame, its events tell who and what made them,
+and its truth does not contradict them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import day_home
+
+
+@pytest.fixture
+def short_days(monkeypatch: pytest.MonkeyPatch, addon_part: Callable[[str], Any]) -> float:
+    """Days of some minutes, cut where there is more than some seconds of movement."""
+    seconds = 400.0
+    for name in ("sensor_logic.days.truth", "sensor_logic.days.times", "angen_addon.days.living"):
+        monkeypatch.setattr(addon_part(name), "DAY_S", seconds)
+    monkeypatch.setattr(addon_part("angen_addon.days.living"), "MOST_MOVEMENT", 6.0)
+    return seconds
+
+
+def run(world: Any, acted: Any, number: int = 0, keys: Any = None) -> Any:
+    living = day_home.part("angen_addon.days.living")
+    residents = {"anna": world.bpy.data.objects["anna"]}
+    keys = keys or day_home.BoxKeys()
+    day = living.DayRun(world.scene, world.sensors(), acted, residents, keys, number)
+    *_, last = day.progress()
+    day.steps = last
+    return day
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_day_reads_what_every_frame_of_it_does(
+    world: Any,
+    seed: int,
+    short_days: float,
+    addon_part: Callable[[str], Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    day_home.build(world)
+    acted = day_home.acted(seed, day=short_days)
+    keys = day_home.BoxKeys()
+    found = run(world, acted, seed, keys)
+    assert len(keys.shown) > 3 and found.steps.evaluated < 0.2 * found.steps.steps
+
+    stillness = addon_part("angen_addon.runtime.stillness")
+    every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
+    monkeypatch.setattr(stillness, "find", lambda *_: every)
+    monkeypatch.setattr(addon_part("angen_addon.days.living"), "MOST_MOVEMENT", 1e9)
+    whole = day_home.BoxKeys()
+    plain = run(world, acted, seed, whole)
+    assert len(whole.shown) == 1 and plain.steps.evaluated == plain.steps.steps
+    assert plain.recording.tracks == found.recording.tracks
+    assert plain.events == found.events
+    assert {e.sensor for e in found.events if e.time} == set(found.recording.tracks)
+
+
+def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) -> None:
+    day_home.build(world)
+    acted = day_home.acted(1, day=short_days)
+    found = [e for e in run(world, acted).events if e.time]
+    moved = [e for e in found if e.field == "moved"]
+    assert {(e.because, e.person) for e in moved if e.value == "1"} <= {
+        ("anna", "anna"),
+        ("door", "anna"),
+    }
+    assert {(e.because, e.person) for e in moved if e.value == "0"} == {("", "anna")}
+    assert {e.because for e in found if e.sensor == "switch"} == {"door"}
+    assert {e.because for e in found if e.sensor == "pad"} == {"anna"}
+    lit = [e for e in found if e.sensor == "lux"]
+    assert {"lamp", "lamp 2"} <= {e.because for e in lit} <= {"lamp", "lamp 2", ""}
+    # Truth and data agree: whatever moves, somebody moves at that time.
+    spans = acted.spans(0.0, short_days)
+    for event in moved:
+        if event.value == "1":
+            time = event.time / 1e6
+            assert ((spans[:, 0] <= time) & (time <= spans[:, 1] + 1.5)).any(), event

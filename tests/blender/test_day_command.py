@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen day` as a user calls it: the folder, going on with it, Ctrl-C, and what can be wrong."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import signal
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+
+sys.path.insert(0, str(Path(__file__).parent))
+from test_places import Flat
+
+ROOT = Path(__file__).resolve().parents[2]
+ROUTINE = """
+schema = 1
+[person.anna]
+resident = "Adult"
+begins = "Sleep"
+[activity.Sleep]
+do = ["switch Lamp off", "lie Bed"]
+labels = { casas = "Sleeping" }
+[activity.Sit]
+do = ["switch Lamp on", "sit Seat"]
+while = [{ do = "shift", every = "4 h" }]
+[[plan]]
+person = "anna"
+entries = [
+  { at = "09:00", spread = "10 min", activity = "Sit", lasts = "90 min" },
+  { at = "22:00", spread = "20 min", activity = "Sleep", until = "08:00" },
+]
+"""
+# What stays of a run in a folder.
+TABLES = ["activities.csv", "casas.txt", "casas.txt.sensors.csv", "events.csv", "home.toml",
+          "people.csv"]  # fmt: skip
+
+
+def say(*words: object) -> list[str]:
+    return [str(word) for word in words]
+
+
+@pytest.fixture
+def home(world: Any, addon_part: Callable[[str], Any], tmp_path: Path) -> Path:
+    """Two rooms with a door between them, a person, and what senses both."""
+    flat = Flat(world)
+    door = flat.door()
+    for obj, use in ((flat.chair, "SIT"), (flat.bed, "LIE"), (door, "DOOR")):
+        obj.angen_place.use = use
+    lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (1.5, 2, 2.4))
+    lamp.data.energy, lamp.angen_place.use = 40.0, "LAMP"
+    sort = addon_part("sensor_logic.residents.body.build").Sort.ADULT
+    adding = addon_part("angen_addon.residents.adding")
+    adding.add_resident(bpy.context, sort, Vector((1.5, 2.5, 0)), 0.0)
+    for name, x, yaw in (("PIR left", 0.06, -math.pi / 2), ("PIR right", 5.94, math.pi / 2)):
+        pir = world.pir(name, update_rate=10.0, rays=31, vertical_fov=0.6)
+        pir.location, pir.rotation_euler = (x, 3.2, 2.0), (math.radians(65), 0, yaw)
+        pir.angen_sensor.room = name.removeprefix("PIR ")
+    reed = world.sensor("CONTACT", "Contact", update_rate=1.0)
+    magnet = world.link("Magnet", None, (2.97, 2.3, 1.9))
+    magnet.parent = door
+    magnet.matrix_parent_inverse = door.matrix_basis.inverted()
+    reed.location, reed.angen_sensor.contact.magnet = (2.97, 2.305, 1.905), magnet
+    path = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    (tmp_path / "week.toml").write_text(ROUTINE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def day(
+    home: Path, addon_part: Callable[[str], Any], capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str]]:
+    def run(*more: object, out: str = "out", days: int = 2) -> tuple[int, str]:
+        given = ["day", "--routine", home.parent / "week.toml", "--start", "2026-03-02"]
+        given += ["--days", days, "--seed", 1, "--out", home.parent / out, *more]
+        status = addon_part("angen_addon.commands.command_line").run_command(say(*given))
+        return status, capsys.readouterr().err
+
+    return run
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*.*")}
+
+
+def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(day: Any, home: Path) -> None:
+    def state() -> Any:
+        rig = bpy.data.objects["Adult"]
+        parts = [bpy.data.objects["Door"], rig, *rig.pose.bones]
+        placed = [np.array(part.matrix_basis).ravel() for part in parts]
+        return np.concatenate([[bpy.data.lights["Lamp"].energy], *placed])
+
+    before = state()
+    assert day("--format", "casas")[0] == 0
+    out = home.parent / "out"
+    assert sorted(p.name for p in out.iterdir() if p.is_file()) == TABLES
+    events, done = rows(out / "events.csv"), rows(out / "activities.csv")
+    times = [datetime.fromisoformat(row["time"]) for row in events]
+    assert times == sorted(times) and len(events[0]["time"]) == len("2026-03-02T00:00:00.000")
+    begin = {(r["sensor"], r["field"]) for r in events if r["time"] == "2026-03-02T00:00:00.000"}
+    assert begin == {("PIR left", "moved"), ("PIR right", "moved"), ("Contact", "open")}
+    # Nobody is invisible, and nothing moves by itself.
+    moved = [r for r in events if r["field"] == "moved" and r["value"] == "1"]
+    opened = [r for r in events if r["sensor"] == "Contact" and r["because"]]
+    assert moved and {r["person"] for r in moved} == {"anna"}
+    body = bpy.data.objects["Adult"].children[0].name
+    assert {r["because"] for r in moved} <= {body, "Door"}
+    assert {(r["because"], r["person"]) for r in opened} == {("Magnet", "anna")}
+    assert {r["value"] for r in opened} == {"0", "1"}
+    where = [(datetime.fromisoformat(r["time"]), r) for r in rows(out / "people.csv")]
+    for row in moved:
+        now = datetime.fromisoformat(row["time"])
+        last = [told for time, told in where if time <= now][-1]
+        assert last["posture"] != "away" and last["room"] in {"left", "right"}
+    assert [r["activity"] for r in done[:3]] == ["Sleep", "Sit", "Sleep"]
+    # What goes on over midnight is told once.
+    assert [r["start"][11:] for r in done].count("00:00:00.000") == 1
+    told = tomllib.loads((out / "home.toml").read_text(encoding="utf-8"))
+    assert (told["home"], told["seed"], told["days"]) == ("home.blend", 1, 2)
+    assert told["start"] == datetime(2026, 3, 2)
+    pir = next(s for s in told["sensors"] if s["name"] == "PIR left")
+    assert (pir["kind"], pir["room"], pir["place"]) == ("PIR", "left", [0.06, 3.2, 2.0])
+    assert b"Sleeping" in (out / "casas.txt").read_bytes()
+    # The home is as it was.
+    # To the bit: what is run next in this process reads the same.
+    assert np.array_equal(state(), before)
+    assert not any(a.name.startswith("Day ") for a in bpy.data.actions)
+
+
+def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
+    day: Any, home: Path, addon_part: Any, monkeypatch: Any
+) -> None:
+    whole = content(home.parent / "out") if day("--format", "casas")[0] == 0 else {}
+    # One day first, then Ctrl-C amid the second, then the rest.
+    assert day("--format", "casas", out="parts", days=1)[0] == 0
+    run, steps = addon_part("angen_addon.days.run"), []
+    household_run = run.Household.run
+
+    def interrupted(self: Any, number: int, keys: Any) -> Any:
+        made = household_run(self, number, keys)
+        for step in made:
+            steps.append(step)
+            if len(steps) == 3:
+                os.kill(os.getpid(), signal.SIGINT)
+            yield step
+        raise AssertionError("Ctrl-C was not heard")
+
+    monkeypatch.setattr(run.Household, "run", interrupted)
+    status, told = day("--format", "casas", out="parts")
+    assert status == 1 and "1 of 2 days are in" in told and "nothing was written" not in told
+    assert len(rows(home.parent / "parts" / "activities.csv")) == 3
+    monkeypatch.undo()
+    assert day("--format", "casas", out="parts")[0] == 0
+    assert content(home.parent / "parts") == whole
+    # Once more there is nothing to do.
+    monkeypatch.setattr(run.Household, "run", None)
+    assert day("--format", "casas", out="parts")[0] == 0
+    assert content(home.parent / "parts") == whole
+
+
+def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[..., Any]) -> None:
+    assert day(days=1)[0] == 0
+    rows_of = addon_part("sensor_logic.days.rows")
+    opened = addon_part("angen_addon.api.home").open_home(home)
+    told: list[float] = []
+    routine = home.parent / "week.toml"
+    made = list(opened.days(routine, "2026-03-02", seed=1, progress=told.append))
+    assert told == sorted(told) and told[-1] == 1.0
+    files = rows_of.Days.of(made).files()
+    for name, text in files.items():
+        assert (home.parent / "out" / name).read_bytes() == text.encode()
+    error = addon_part("angen_addon.api.error").AngenError
+    with pytest.raises(error, match="is no date"):
+        list(opened.days(routine, "March"))
+
+
+def test_processes_write_the_same_bytes(day: Any, home: Path) -> None:
+    assert day()[0] == 0
+    given = ["day", home, "--routine", home.parent / "week.toml", "--start", "2026-03-02", "--days"]
+    given += [2, "--seed", 1, "--out", home.parent / "both", "--jobs", 2]
+    command = [sys.executable, "-m", "angen_addon", *say(*given)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "2 of 2 days are in" in done.stderr
+    assert content(home.parent / "both") == content(home.parent / "out")
+
+
+@pytest.mark.parametrize(
+    ("more", "text", "changed"),
+    [
+        (["--seed", 2], "holds another run", ""),
+        (["--start", "2026-03-03"], "holds another run", ""),
+        (["--routine", "none.toml"], "cannot read none.toml", ""),
+        (["--start", "2026-02-30"], "is no date", ""),
+        ([], "holds another run", ROUTINE.replace("90 min", "80 min")),
+        ([], "no resident 'Adul'", ROUTINE.replace('"Adult"', '"Adul"')),
+        ([], "no place is marked 'Sofa'", ROUTINE.replace("sit Seat", "sit Sofa")),
+        ([], "two things at once", ROUTINE.replace('"09:00"', '"07:00"')),
+    ],
+)
+def test_what_is_wrong_is_one_line_and_loses_nothing(
+    day: Any, home: Path, more: list[object], text: str, changed: str
+) -> None:
+    out = home.parent / "out"
+    assert day(days=1)[0] == 0
+    before = content(out)
+    if changed:
+        (home.parent / "week.toml").write_text(changed, encoding="utf-8")
+    status, told = day(*more, days=1)
+    assert status in (1, 2) and text in told and len(told.splitlines()) == 1, told
+    assert content(out) == before
+
+
+def test_a_folder_with_other_things_in_it_is_left_alone(day: Any, home: Path) -> None:
+    (home.parent / "out").mkdir()
+    (home.parent / "out" / "thesis.txt").write_text("mine")
+    status, told = day()
+    assert status == 1 and "is not empty and holds no days" in told
+    assert content(home.parent / "out") == {"thesis.txt": b"mine"}

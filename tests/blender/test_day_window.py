@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A day in the window: its activities, a stretch of it as animation, and the way back."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from panel_layout import drawn
+from test_day_command import ROUTINE, home  # noqa: F401
+
+
+def state(scene: Any) -> Any:
+    rig, fan = bpy.data.objects["Adult"], bpy.data.objects["Fan"]
+    parts = [bpy.data.objects["Door"], fan, rig, *rig.pose.bones]
+    times = [scene.frame_start, scene.frame_end, scene.frame_current, scene.render.fps]
+    placed = [np.array(part.matrix_basis).ravel() for part in parts]
+    return np.concatenate([[bpy.data.lights["Lamp"].energy], times, *placed])
+
+
+@pytest.fixture
+def scene(home: Path, world: Any) -> Any:  # noqa: F811
+    """Of a home that has a story of its own."""
+    fan = world.box((0.1, 0.1, 0.1), (1, 1, 2), "Fan")
+    world.key(fan, "location", {1: (1, 1, 2), 48: (1, 3, 2)})
+    text = bpy.data.texts.new("week.toml")
+    text.write(ROUTINE)
+    world.scene.angen_day.text, world.scene.angen_day.seed = text, 1
+    world.scene.frame_set(20)
+    return world.scene
+
+
+def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> None:
+    asked, before, actions = scene.angen_day, state(scene), set(bpy.data.actions.keys())
+    assert not bpy.ops.angen.day_leave.poll()
+    assert bpy.ops.angen.day_read() == {"FINISHED"}
+    assert [item.name for item in asked.done] == ["Sleep", "Sit", "Sleep"]
+    assert "3 activities" in asked.told and np.allclose(state(scene), before, atol=1e-6)
+    item = asked.done[1]
+    assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
+    assert scene.render.fps == 10
+    assert scene.frame_start == pytest.approx(1 + 10 * (item.start - 2), abs=1)
+    assert scene.frame_end == pytest.approx(1 + 10 * (item.end + 2), abs=1)
+    # Who sits sits on the seat, at 0.5 m beside the wall; the lamp is on; the fan rests.
+    scene.frame_set(int(1 + 10 * (item.start + item.end) / 2))
+    hips = bpy.data.objects["Adult"].matrix_world @ bpy.data.objects["Adult"].pose.bones[0].head
+    assert np.allclose(hips[:2], (0.5, 0.5), atol=0.25)
+    assert bpy.data.lights["Lamp"].energy == pytest.approx(40.0)
+    assert bpy.data.objects["Fan"].location[1] == pytest.approx(1.0)
+    # On the way there the detectors see somebody.
+    scene.frame_set(scene.frame_start)
+    recording = world.run(scene.frame_start, scene.frame_start + 200)
+    assert any(np.asarray(recording.tracks[n].active).any() for n in ("PIR left", "PIR right"))
+    # From one stretch to the next, and back.
+    assert bpy.ops.angen.day_show(index=2) == {"FINISHED"}
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    assert np.allclose(state(scene), before, atol=1e-6)
+    assert set(bpy.data.actions.keys()) == actions
+
+
+def test_it_is_left_also_after_the_file_was_opened_again(scene: Any, tmp_path: Path) -> None:
+    before = state(scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shown.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "shown.blend"))
+    scene = bpy.context.scene
+    assert scene.render.fps == 10
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    assert np.allclose(state(scene), before, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [("date", "monday", "is no date"), ("text", None, "choose a routine")],
+)
+def test_what_is_missing_is_told(scene: Any, name: str, value: Any, text: str) -> None:
+    setattr(scene.angen_day, name, value)
+    with pytest.raises(RuntimeError, match=text):
+        bpy.ops.angen.day_read()
+
+
+def test_the_panel_shows_the_day_and_its_time(scene: Any) -> None:
+    assert bpy.ops.angen.day_read() == {"FINISHED"}
+    sitting = scene.angen_day.done[1]
+    hour = int((sitting.start + sitting.end) / 2 // 3600)
+    assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
+    panel = drawn("ANGEN_PT_day")
+    hours = {text: item.index for text, _, item in panel.operators if str(text).isdecimal()}
+    assert list(hours) == [f"{number:02d}" for number in range(24)] and hours["02"] == 0
+    lasting = {i: d.end - d.start for i, d in enumerate(scene.angen_day.done)}
+    assert hours[f"{hour:02d}"] == 1 or lasting[1] < 1800
+    assert f"{int(sitting.start // 3600):02d}:{int(sitting.start // 60 % 60):02d}" in panel.labels
+    # The time of the frame that is shown.
+    at = sitting.start - sitting.start % 60 + 60.0
+    scene.frame_set(int(1 + 10 * at))
+    told = [text for text in drawn("ANGEN_PT_day").labels if text.endswith("Sit (anna)")]
+    assert told == [f"{int(at // 3600):02d}:{int(at // 60 % 60):02d}:00.0, Sit (anna)"]

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What panels warn of, and what they say of weights."""
+
+import bpy
+import pytest
+from panel_layout import activate, drawn, pad, pad_under_a_box, panel_of
+
+ops = bpy.ops.angen
+
+
+@pytest.fixture
+def physics(world):
+    return pad_under_a_box(world)
+
+
+# Warnings
+
+
+def test_what_has_no_surface_is_told(world):
+    for obj in (world.link("empty", None), world.link("lines", world.mesh([(0, 0, 0)], []))):
+        activate(world, obj).angen_sensor.kind = "PRESSURE"
+        assert "that anything could press on" in drawn("ANGEN_PT_physics").text
+    activate(world, world.box((1, 1, 1))).angen_sensor.kind = "PRESSURE"
+    assert "that anything could press on" not in drawn("ANGEN_PT_physics").text
+
+
+def test_a_light_active_pad_is_warned_of(physics):
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+    bpy.ops.rigidbody.object_add(type="ACTIVE")
+    pad().rigid_body.mass = 0.2
+    layout = drawn("ANGEN_PT_physics")
+    assert "of 0.2 kg: it sinks under heavier ones, such as 'box' (5 kg)" in layout.text
+    assert "type" in layout.props, "the way out is at hand"
+    pad().rigid_body.type = "PASSIVE"
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+    pad().rigid_body.type = "ACTIVE"
+    pad().rigid_body.mass = 6.0
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+    pad().rigid_body.mass = 1.0
+    pad().rigid_body.kinematic = True
+    assert "sinks" not in drawn("ANGEN_PT_physics").text
+
+
+def test_a_scene_without_weights_is_told(physics):
+    weightless = "Nothing in this scene has a weight"
+    assert weightless not in drawn("ANGEN_PT_physics").text
+    box = bpy.data.objects["box"]
+    box.rigid_body.type = "PASSIVE"
+    assert weightless in drawn("ANGEN_PT_physics").text
+    box.angen_load.mass = 70.0
+    assert weightless not in drawn("ANGEN_PT_physics").text
+    box.angen_load.mass = 0.0
+    physics.key(box, "angen_load.mass", {1: 0.0})
+    assert weightless not in drawn("ANGEN_PT_physics").text
+    box.animation_data_clear()
+    bpy.ops.rigidbody.object_add(type="ACTIVE")
+    assert weightless in drawn("ANGEN_PT_physics").text, "the pad itself does not count"
+
+
+def test_a_cache_that_ends_before_the_scene_is_told(physics):
+    cache = physics.scene.rigidbody_world.point_cache
+    cache.frame_end = 48
+    assert "cache ends" not in drawn("ANGEN_PT_physics").text
+    cache.frame_end = 30
+    layout = drawn("ANGEN_PT_physics")
+    assert "ends at frame 30, the scene at 48" in layout.text
+    assert "frame_end" in layout.props, "the way out is at hand"
+    bpy.data.objects["box"].rigid_body.type = "PASSIVE"
+    assert "cache ends" not in drawn("ANGEN_PT_physics").text, "nothing is simulated"
+
+
+def test_an_outdated_cache_is_told(physics):
+    for frame in range(1, 12):
+        physics.scene.frame_set(frame)
+    assert "out of date" not in drawn("ANGEN_PT_physics").text
+    bpy.data.objects["box"].location.x += 0.01
+    physics.update()
+    assert physics.scene.rigidbody_world.point_cache.is_outdated
+    assert "Play from frame 1" in drawn("ANGEN_PT_physics").text
+    ops.simulate()
+    assert "out of date" not in drawn("ANGEN_PT_physics").text
+
+
+# Weights
+
+
+def test_the_weight_panel_is_for_what_can_weigh(world):
+    shown = []
+    rig = world.link("rig", bpy.data.armatures.new("rig"))
+    lamp = world.link("lamp", bpy.data.lights.new("lamp", "POINT"))
+    for obj in (world.box((1, 1, 1)), rig, lamp):
+        activate(world, obj)
+        shown.append(panel_of("ANGEN_PT_physics_weight").poll(bpy.context))
+    assert shown == [True, True, False]
+
+
+def test_the_weight_panel_says_what_is_weighed(world):
+    rig = world.link("rig", bpy.data.armatures.new("rig"))
+    skin, hair = world.box((1, 1, 1), name="skin"), world.box((1, 1, 1), name="hair")
+    skin.parent = hair.parent = rig
+    activate(world, rig)
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert layout.props == ["mass", "tolerance"]
+    assert "No weight" in layout.text and "'hair', 'skin'" in layout.text
+    rig.angen_load.mass = 70.0
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert "70 kg" in layout.labels
+    assert "Puts its weight" in layout.text and "'hair', 'skin'" in layout.text
+    assert "ERROR" not in layout.icons
+    activate(world, skin)
+    assert "It weighs with 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
+    skin.angen_load.mass = 60.0
+    assert "Counted twice? 'rig'" in drawn("ANGEN_PT_sidebar_weight").text
+    rig.angen_load.mass = 0.0
+    activate(world, rig)
+    assert "On it, 'skin' has a mass already" in drawn("ANGEN_PT_sidebar_weight").text
+    rig.angen_load.mass = 70.0
+    activate(world, rig)
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert "below: 'hair'" in layout.text and "Counted twice? 'skin'" in layout.text
+    hair.angen_ignored = True
+    layout = drawn("ANGEN_PT_sidebar_weight")
+    assert "Nothing weighs with it" in layout.text and "Counted twice" not in layout.text
+    activate(world, skin)
+    assert "Counted twice" not in drawn("ANGEN_PT_sidebar_weight").text, "only its own counts"
+
+
+def test_the_weight_panel_knows_simulated_bodies(physics):
+    box = activate(physics, bpy.data.objects["box"])
+    layout = drawn("ANGEN_PT_physics_weight")
+    assert "weighs 5 kg already" in layout.text and "ERROR" not in layout.icons
+    box.angen_load.mass = 5.0
+    layout = drawn("ANGEN_PT_physics_weight")
+    assert "counts as animated, not simulated" in layout.text and "ERROR" in layout.icons
+    activate(physics, bpy.data.objects["floor"])
+    assert "rigid body" not in drawn("ANGEN_PT_physics_weight").text, "a passive one has no weight"

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Places of residents: what marks say of doors and seats, and which of them nobody gets to."""
+
+import json
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix, Vector
+
+WALLS = [
+    # Middle and size in m: a flat of two rooms, with a doorway from 1.5 to 2.4 m between them.
+    ((3.0, 2.0, -0.05), (6.2, 4.2, 0.1)),
+    ((3.0, -0.05, 1.25), (6.2, 0.1, 2.5)),
+    ((3.0, 4.05, 1.25), (6.2, 0.1, 2.5)),
+    ((-0.05, 2.0, 1.25), (0.1, 4.0, 2.5)),
+    ((6.05, 2.0, 1.25), (0.1, 4.0, 2.5)),
+    ((3.0, 0.75, 1.25), (0.1, 1.5, 2.5)),
+    ((3.0, 3.2, 1.25), (0.1, 1.6, 2.5)),
+    ((3.0, 1.95, 2.3), (0.1, 0.9, 0.4)),
+]
+
+
+class Flat:
+    """In the left room a chair with its back to the wall, in the right one a bed."""
+
+    def __init__(self, world, metres=1.0, origin=(0, 0, 0)):
+        self.world, self.metres, self.origin = world, metres, Vector(origin)
+        world.scene.unit_settings.scale_length = metres
+        for number, (at, size) in enumerate(WALLS):
+            self.box(f"wall {number}", size, at)
+        self.box("Seat", (0.45, 0.45, 0.45), (0.5, 0.5, 0.225))
+        back = self.box("Back", (0.05, 0.45, 0.5), (0.3, 0.5, 0.7))
+        self.chair = bpy.data.objects["Seat"]
+        world.update()
+        back.parent = self.chair
+        back.matrix_parent_inverse = self.chair.matrix_world.inverted()
+        self.bed = self.box("Bed", (2.0, 0.9, 0.5), (4.9, 3.5, 0.25))
+        self.head = self.box("Head", (0.05, 0.9, 0.9), (5.95, 3.5, 0.45))
+        world.update()
+        self.head.parent = self.bed
+        self.head.matrix_parent_inverse = self.bed.matrix_world.inverted()
+
+    def at(self, point):
+        return (self.origin + Vector(point)) / self.metres
+
+    def box(self, name, size, at):
+        return self.world.box([s / self.metres for s in size], self.at(at), name)
+
+    def door(self, scale=(1, 1, 1)):
+        """Its hinge is its origin, at y = 1.5, on the face that it opens to: the left room."""
+        x, y, z = (1 / s for s in scale)
+        leaf = self.world.box((0.04 * x / self.metres, 0.88 * y / self.metres,
+                               2.0 * z / self.metres), name="Door")  # fmt: skip
+        shift = Vector((0.02 * x, 0.44 * y, 1.0 * z)) / self.metres
+        leaf.data.transform(Matrix.Translation(shift))
+        leaf.location, leaf.scale = self.at((2.95, 1.51, 0.01)), scale
+        return leaf
+
+    def read(self, part):
+        depsgraph = self.world.update()
+        return part("angen_addon.residents.places.read").read_places(self.world.scene, depsgraph)
+
+    def shown(self, point):
+        return np.asarray(point) - np.array(self.origin)
+
+
+@pytest.fixture(params=[(1.0, (0, 0, 0)), (0.01, (0, 0, 0)), (1.0, (4000, -9000, 30))])
+def flat(request, world):
+    return Flat(world, *request.param)
+
+
+def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
+    for obj, use in ((flat.chair, "SIT"), (flat.bed, "LIE"), (flat.door(), "DOOR")):
+        obj.angen_place.use = use
+    found = flat.read(addon_part)
+    seat, bed, door = found.places["Seat"], found.places["Bed"], found.doors["Door"]
+    # What was guessed: the back is to the wall, the head at the board.
+    assert np.allclose(flat.shown(seat.target), (0.5, 0.5, 0.45), atol=0.08)
+    assert seat.yaw == pytest.approx(0.0, abs=1e-3)
+    assert seat.height == pytest.approx(0.45, abs=0.02)
+    assert np.allclose(flat.shown(seat.at)[:2], seat.target[:2] + (0.57, 0) - flat.origin[:2],
+                       atol=0.05)  # fmt: skip
+    assert bed.yaw == pytest.approx(0.0, abs=1e-3)
+    assert flat.shown(bed.edge)[1] == pytest.approx(3.05 + 0.22, abs=0.02)
+    assert np.allclose(flat.shown(door.handle_at(door.closed))[1:], (2.28, 1.05), atol=0.03)
+    assert flat.shown(door.handle_at(door.open))[0] == pytest.approx(2.95 - 0.77, abs=0.03)
+    assert door.side(door.handle_at(door.open)) == door.side(seat.at) == 1.0
+    assert addon_part("sensor_logic.residents.reach").unreached(found) == []
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 2, 3), (-1, 1, 1), (1, 1, -1)])
+def test_a_leaf_that_is_scaled_or_mirrored_is_the_same_door(world, addon_part, scale):
+    flat = Flat(world)
+    leaf = flat.door(scale)
+    leaf.angen_place.use = "DOOR"
+    flat.chair.angen_place.use = "SIT"
+    door = flat.read(addon_part).doors["Door"]
+    assert np.allclose(door.handle_at(0.0)[1:], (2.28, 1.05), atol=0.03)
+    # The leaf as Blender would show it, turned by hand.
+    there = Matrix(door.moved(door.open).tolist()) @ leaf.matrix_world
+    points = np.array([there @ v.co for v in leaf.data.vertices])
+    assert np.ptp(points, axis=0) == pytest.approx((0.88, 0.04, 2.0), abs=1e-4)
+
+
+def test_a_keyed_door_that_stands_open_is_shut_at_its_first_key(world, addon_part):
+    flat = Flat(world)
+    leaf = flat.door()
+    world.key(leaf, "rotation_euler", {1: (0, 0, 0), 20: (0, 0, math.radians(70))})
+    world.scene.frame_set(20)
+    leaf.angen_place.use = "DOOR"
+    flat.chair.angen_place.use = "SIT"
+    door = flat.read(addon_part).doors["Door"]
+    assert math.degrees(door.open - door.closed) == pytest.approx(70, abs=0.1)
+    assert np.allclose(door.handle_at(door.closed)[1:], (2.28, 1.05), atol=0.03)
+    assert np.allclose(door.at(door.high, 0.0)[2], 2.01, atol=0.01)
+
+
+def test_a_door_that_slides(world, addon_part):
+    flat = Flat(world)
+    mark = flat.door().angen_place
+    mark.use, mark.motion, mark.slide = "DOOR", "SLIDING", 0.8
+    flat.chair.angen_place.use = "SIT"
+    door = flat.read(addon_part).doors["Door"]
+    ends = [door.line(opening, 2)[:, 1] for opening in (door.closed, door.open)]
+    assert sorted(ends[0]) == pytest.approx([1.51, 2.39], abs=0.01)
+    assert abs(ends[1] - ends[0]) == pytest.approx([0.8, 0.8])
+    mark.other_side = True
+    other = flat.read(addon_part).doors["Door"]
+    assert other.line(other.open, 2)[0, 1] != pytest.approx(ends[1][0], abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "lost"),
+    [
+        ("no mark on the door", ["Bed"]),
+        ("a cupboard in the doorway", ["Bed"]),
+        ("a chair inside a block", ["Seat"]),
+        ("nothing", []),
+    ],
+)
+def test_places_that_nobody_gets_to(world, addon_part, obstacle, lost):
+    flat = Flat(world)
+    leaf = flat.door()
+    if obstacle != "no mark on the door":
+        leaf.angen_place.use = "DOOR"
+    if obstacle == "a cupboard in the doorway":
+        flat.box("Cupboard", (0.5, 1.4, 2.0), (3.5, 2.0, 1.0))
+    if obstacle == "a chair inside a block":
+        flat.box("Block", (1.8, 3.9, 2.2), (0.9, 1.95, 1.1))
+    for name, at in (("Left", (2.6, 3.0, 0)), ("Left too", (2.6, 2.5, 0)), ("Third", (2.6, 1, 0))):
+        obj = world.link(name, None, at)
+        obj.angen_place.use = "STAND"
+    flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
+    found = addon_part("sensor_logic.residents.reach").unreached(flat.read(addon_part))
+    assert [missing.place.name for missing in found] == lost
+    for missing in found:
+        # As far as the wall, or the block.
+        assert missing.nearest[0] < 3.0
+        assert missing.short > 0.5
+
+
+def test_two_floors_and_none(world, addon_part):
+    flat = Flat(world)
+    flat.chair.angen_place.use = "SIT"
+    up = world.box((3.0, 3.0, 0.1), (1.5, 1.5, 2.75), "Upper floor")
+    world.link("Upstairs", None, (1.0, 1.0, 2.8)).angen_place.use = "STAND"
+    found = flat.read(addon_part)
+    assert [round(storey.height, 2) for storey in found.storeys] == [0.0, 2.8]
+    assert found.places["Upstairs"].storey == 1
+    error = addon_part("angen_addon.residents.places.floor").PlaceError
+    for obj in [*bpy.data.objects]:
+        if obj.name.startswith("wall") or obj == up:
+            bpy.data.objects.remove(obj)
+    flat.chair.location.z += 50
+    with pytest.raises(error, match="no floor"):
+        flat.read(addon_part)
+    flat.chair.angen_place.use = bpy.data.objects["Upstairs"].angen_place.use = "NONE"
+    with pytest.raises(error, match="nothing is marked"):
+        flat.read(addon_part)
+
+
+def locked_in(world):
+    """A bed behind a door that nobody marked, and a way to it that ends there."""
+    flat = Flat(world)
+    flat.door()
+    flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
+    for number, y in enumerate((1.0, 2.5, 3.0)):
+        world.link(f"Point {number}", None, (2.6, y, 0)).angen_place.use = "STAND"
+    return flat
+
+
+def test_check_places_draws_how_far_one_gets(world, addon_part):
+    flat = locked_in(world)
+    for _ in range(2):
+        assert bpy.ops.angen.places_check() == {"FINISHED"}
+        ways = [obj for obj in bpy.data.objects if obj.name.startswith("Way to")]
+        assert [obj.name for obj in ways] == ["Way to Bed"]
+    assert ways[0].angen_ignored and ways[0].hide_render
+    end = ways[0].data.splines[0].points[-1].co
+    assert 2.5 < end.x < 3.0 and end.z == pytest.approx(0.05, abs=0.01)
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    count, (mend, told) = cache.places
+    assert count == "1 of 5 places cannot be reached"
+    assert told.startswith("'Bed' cannot be reached from 'Point 0': one gets as far as (2.")
+    # In front of the door, not where a wall is nearest to the bed.
+    assert 1.6 < end.y < 2.3
+    assert told.endswith("; 'Door' is between")
+    assert mend == "Nobody opens 'Door': what is a door has to be marked as one"
+    bpy.data.objects["Door"].angen_place.use = "DOOR"
+    bpy.ops.angen.places_check()
+    assert not [obj for obj in bpy.data.objects if obj.name.startswith("Way to")]
+    assert cache.places == ("5 places can be reached: all that are marked", ())
+    flat.chair.angen_place.use = "NONE"
+
+
+def test_the_command_tells_the_same(world, addon_part, tmp_path, capsys):
+    locked_in(world)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))
+    capsys.readouterr()
+    run = addon_part("angen_addon.commands.command_line").run_command
+    assert run(["places"]) == 1
+    table = capsys.readouterr().out.splitlines()
+    assert table[0].split() == ["Bed", "Lie"]
+    assert table[-1].startswith("'Bed' cannot be reached from 'Point 0'")
+    assert run(["places", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert {p["name"]: p["reached"] for p in told["places"]} == {
+        "Bed": False, "Point 0": True, "Point 1": True, "Point 2": True, "Seat": True,
+    }  # fmt: skip
+    assert told["places"][0]["between"] == "Door"
+
+
+@pytest.mark.parametrize(
+    ("use", "count"), [("SIT", 3), ("LIE", 3), ("DOOR", 13), ("CURTAIN", 3), ("LAMP", 0)]
+)
+def test_arrows_of_a_leaf(world, addon_part, use, count):
+    """Of a seat along where one looks, of a door its swing, which begins at its free edge."""
+    leaf = Flat(world).door()
+    world.update()
+    leaf.angen_place.use = use
+    lines = addon_part("angen_addon.view.places").lines(leaf, 1.0)
+    assert lines.shape == (count, 2, 3)
+    if use == "DOOR":
+        assert lines[0, 0] == pytest.approx((2.95, 2.39, 0.05), abs=0.02)
+        assert lines[-1, 1] == pytest.approx((2.07, 1.51, 0.05), abs=0.02)
+
+
+def test_a_mark_that_belongs_to_no_home_is_named(world, addon_part):
+    flat = Flat(world)
+    flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
+    world.link("Astray", None, (400, 0, 0)).angen_place.use = "STAND"
+    error = addon_part("angen_addon.residents.places.floor").PlaceError
+    with pytest.raises(error, match=r"'Astray' is marked 39[0-9] m from the other places"):
+        flat.read(addon_part)

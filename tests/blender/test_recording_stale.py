@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording stays fresh as long as the scene is the one that it was made of, through undo and
+redo; and it is stale, and says of what, exactly while the scene is another."""
+
+from importlib import import_module
+
+import bpy
+import pytest
+from recorded_home import ADDON, cache, columns, move, named, ops, recorded, save_and_load, stale
+
+
+@pytest.fixture
+def home(world):
+    return recorded(world)
+
+
+def with_value(owner, **values):
+    """Sets attributes; names a datablock's path as `owner`."""
+    for name, value in values.items():
+        setattr(owner, name, value)
+
+
+def move_a_key(world):
+    curves_of = import_module(f"{ADDON}.angen_addon.scene.animation").curves
+    curves = curves_of(named("door"), {"location"})
+    curves[0].keyframe_points[1].co.x = 20
+    curves[0].update()
+    named("door").animation_data.action.update_tag()
+
+
+def move_a_vertex(world):
+    mesh = named("shelf").data
+    mesh.vertices[0].co.x += 1
+    mesh.update()
+
+
+def paint_a_weight(world):
+    named("shelf").vertex_groups["top"].add([0], 0.9, "REPLACE")
+    named("shelf").data.update()
+
+
+def add_a_driver(world):
+    named("shelf").driver_add("location", 2).driver.expression = "frame"
+
+
+def add_a_collection(world):
+    world.scene.collection.children.link(bpy.data.collections.new("inner"))
+
+
+SETTINGS, SHOWN = "the scene's settings", "what is shown or hidden"
+# What is done, and what the reason names.
+EDITS = {
+    "move": (lambda w: move(named("shelf")), "'shelf'"),
+    "move what is animated": (lambda w: move(named("door")), "'door'"),
+    "move a key": (move_a_key, "'door'"),
+    "parameter": (lambda w: with_value(switch().optical_switch, threshold=0.1), "'Front door'"),
+    "rate": (lambda w: with_value(switch(), update_rate=2.0), "'Front door'"),
+    "off": (lambda w: with_value(switch(), enabled=False), "'Front door'"),
+    "ignored": (lambda w: with_value(named("shelf"), angen_ignored=True), "'shelf'"),
+    "new modifier": (lambda w: named("shelf").modifiers.new("array", "ARRAY"), "'shelf'"),
+    "substeps": (lambda w: with_value(w.scene, angen_substeps=2), SETTINGS),
+    "seed": (lambda w: with_value(w.scene, angen_seed=5), SETTINGS),
+    "mass": (lambda w: with_value(named("shelf").angen_load, mass=3.0), "'shelf'"),
+    "frame rate": (lambda w: with_value(w.scene.render, fps=30), SETTINGS),
+    "start frame": (lambda w: with_value(w.scene, frame_start=5), SETTINGS),
+    "units": (lambda w: with_value(w.scene.unit_settings, scale_length=0.5), SETTINGS),
+    "vertex": (move_a_vertex, ""),
+    "modifier": (lambda w: with_value(named("shelf").modifiers["copies"], count=3), "'shelf'"),
+    "modifier off": (
+        lambda w: with_value(named("shelf").modifiers["copies"], show_viewport=False),
+        "'shelf'",
+    ),
+    "node": (
+        lambda w: with_value(bpy.data.node_groups["nodes"].nodes[0].inputs[0], default_value=0.5),
+        "'nodes'",
+    ),
+    "shape key": (
+        lambda w: with_value(named("shelf").data.shape_keys.key_blocks["wide"], value=0.5),
+        "'Key'",
+    ),
+    "weight": (paint_a_weight, "'shelf'"),
+    "hide": (lambda w: named("shelf").hide_set(True), SHOWN),
+    "show": (lambda w: named("hidden").hide_set(False), SHOWN),
+    "disable": (lambda w: with_value(named("shelf"), hide_viewport=True), "'shelf'"),
+    "add": (lambda w: w.box((1, 1, 1), at=(5, 5, 5), name="new"), "'new' (new)"),
+    "remove": (lambda w: bpy.data.objects.remove(named("shelf")), "'shelf' (gone)"),
+    "unparent": (lambda w: with_value(named("lamp"), parent=None), "'lamp'"),
+    "rename": (
+        lambda w: with_value(named("Front door"), name="Back door"),
+        "'Front door' is called 'Back door'",
+    ),
+    "driver": (add_a_driver, "'shelf'"),
+    "collection": (add_a_collection, SHOWN),
+}
+
+
+def switch():
+    return named("Front door").angen_sensor
+
+
+def test_a_new_sensor_is_named_as_what_changed(home):
+    """Nobody touched the scene's settings, nor hid anything."""
+    ops.sensor_add(kind="PIR")
+    name = bpy.context.object.name
+    assert f"'{name}' (new)" in stale()
+    assert "settings" not in stale() and "hidden" not in stale()
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_an_edit_makes_it_stale_and_its_undo_fresh(home, name):
+    before, (edit, words) = columns(), EDITS[name]
+    edit(home)
+    home.update()
+    assert "changed since" in stale() and words in stale()
+    for operator in (ops.export_events, ops.export_samples, ops.bake_keyframes):
+        with pytest.raises(RuntimeError, match=r"stale.*Simulate again"):
+            operator()
+    bpy.ops.ed.undo_push(message="edit")
+    bpy.ops.ed.undo()
+    assert stale() == ""
+    assert columns() == before
+    track = cache().recording(bpy.context.scene).track_of(named("Front door").session_uid)
+    assert track is not None, "sensors are found after undo"
+    if name == "move what is animated":
+        return  # what keys say is back in place at any evaluation
+    bpy.ops.ed.redo()
+    assert "changed since" in stale()
+
+
+def select(world):
+    named("shelf").select_set(True)
+    bpy.context.view_layer.objects.active = named("shelf")
+
+
+def recolour(world):
+    with_value(bpy.data.materials["paint"], diffuse_color=(1, 0, 0, 1), metallic=0.5)
+
+
+def move_the_camera(world):
+    move(named("camera"))
+    named("camera").data.lens = 20
+
+
+def move_and_come_back(world):
+    where = named("shelf").location.copy()
+    move(named("shelf"))
+    world.update()
+    assert stale()
+    named("shelf").location = where
+
+
+def look_into_edit_mode(world):
+    select(world)
+    bpy.ops.object.mode_set(mode="EDIT")
+    world.update()
+    assert stale()
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def go_through_frames(world):
+    for frame in (20, 1, 13, 48):
+        world.scene.frame_set(frame)
+
+
+def brighten(world):
+    named("lamp").data.energy = 1000
+
+
+ACTS = {
+    "select": select,
+    "recolour": recolour,
+    "move the camera": move_the_camera,
+    "move and come back": move_and_come_back,
+    "look into edit mode": look_into_edit_mode,
+    "last frame": lambda world: with_value(world.scene, frame_end=100),
+    "brighten": brighten,
+    "go through frames": go_through_frames,
+    "room": lambda world: with_value(switch(), room="hall"),
+}
+
+
+@pytest.mark.parametrize("act", ACTS.values(), ids=ACTS)
+def test_what_moves_no_reading_keeps_it_fresh(home, act):
+    before = columns()
+    act(home)
+    home.update()
+    assert stale() == ""
+    bpy.ops.ed.undo_push(message="act")
+    bpy.ops.ed.undo()
+    assert stale() == "" and columns() == before
+
+
+def test_a_renamed_sensor_is_all_that_is_told(home, tmp_path):
+    """Its housing and a driver refer to it; after loading the reason is the same."""
+    housing = home.box((0.1, 0.1, 0.1), at=(0, 0, 0.1), name="housing")
+    housing.parent = named("Front door")
+    other = home.switch("Other door")
+    other.location.x = 7
+    target = named("shelf").driver_add("scale", 2).driver.variables.new().targets[0]
+    target.id, target.data_path = named("Front door"), "angen_sensor.value"
+    home.update()
+    ops.simulate()
+    assert stale() == ""
+    named("Front door").name = "Back door"
+    home.update()
+    reason = "changed since: 'Front door' is called 'Back door'"
+    assert stale() == reason
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == reason
+    named("Back door").name = "x"
+    named("Other door").name = "Front door"
+    named("x").name = "Other door"
+    bpy.context.view_layer.update()
+    bpy.context.scene.frame_set(7)
+    assert "'Front door' is called 'Other door'" in stale()
+    assert "'Other door' is called 'Front door'" in stale() and stale().count(",") == 1
+    named("Front door").name = "x"
+    named("Other door").name = "Front door"
+    named("x").name = "Other door"
+    bpy.context.scene.frame_set(8)
+    assert stale() == ""
+
+
+# What only says what is shown and what is done with results.
+OF_THE_VIEW = {
+    "angen_cleared", "angen_coverage", "angen_day", "angen_live", "angen_overlay",
+    "angen_show_places", "angen_site", "angen_timeline",
+}  # fmt: skip
+
+
+def scene_settings():
+    return [p for p in bpy.types.Scene.bl_rna.properties if p.identifier.startswith("angen_")]
+
+
+def change(scene, prop):
+    """Another value of a setting."""
+    name, value = prop.identifier, getattr(scene, prop.identifier)
+    if prop.type == "ENUM":
+        value = next(item.identifier for item in prop.enum_items if item.identifier != value)
+    elif prop.type == "BOOLEAN":
+        value = not value
+    else:
+        value = value + 1 if prop.type in {"INT", "FLOAT"} else f"{value}x"
+    setattr(scene, name, value)
+
+
+def test_every_setting_of_the_scene_makes_it_stale_or_is_known_not_to(home):
+    """A new setting that was forgotten ends up here."""
+    bpy.types.Scene.angen_brand_new = bpy.props.FloatProperty()
+    try:
+        looked_at = {prop.identifier for prop in scene_settings()} - OF_THE_VIEW
+        assert {"angen_ambient_temperature", "angen_seed", "angen_brand_new"} <= looked_at
+        for prop in scene_settings():
+            name = prop.identifier
+            if prop.type == "POINTER" or name == "angen_cleared":
+                assert name in OF_THE_VIEW, name
+                continue
+            home.scene.angen_live = True
+            ops.simulate()
+            assert stale() == "", name
+            change(home.scene, prop)
+            home.scene.frame_set(home.scene.frame_current + 1)
+            assert stale() == (
+                "" if name in OF_THE_VIEW else "changed since: the scene's settings"
+            ), name
+    finally:
+        del bpy.types.Scene.angen_brand_new
+
+
+def test_something_animated_that_was_moved_is_back_at_the_next_frame(home):
+    move(named("door"))
+    home.update()
+    assert stale()
+    home.scene.frame_set(20)
+    assert stale() == ""
+
+
+def test_what_only_light_sensors_see_counts_where_there_is_one(home):
+    home.sensor("LIGHT", "lux", method="ILLUMINANCE", engine="DIRECT", update_rate=1.0)
+    home.scene.frame_end = 2
+    home.update()
+    ops.simulate()
+    assert stale() == ""
+    bpy.data.materials["paint"].diffuse_color = (1, 0, 0, 1)
+    home.update()
+    assert "'paint'" in stale()
+    ops.simulate()
+    brighten(home)
+    home.update()
+    assert "'lamp'" in stale()
+
+
+def test_a_stale_recording_is_not_shown(home):
+    home.scene.angen_live = False
+    home.scene.frame_set(20)
+    assert named("Front door").angen_sensor.active
+    move(named("shelf"))
+    home.update()
+    home.scene.frame_set(5)
+    assert named("Front door").angen_sensor.active, "live is off: the value stands"
+    bpy.ops.ed.undo_push(message="move")
+    bpy.ops.ed.undo()
+    bpy.context.scene.frame_set(6)
+    assert not named("Front door").angen_sensor.active
+
+
+def test_what_is_told_of_a_large_mesh_is_short_and_tells_any_change(world, addon_part):
+    """Its text took 300 bytes a triangle, which for millions was more than all else."""
+    facts_of = addon_part("angen_addon.recording.digests").facts_of
+    points = [(x, y, 0.0) for x in range(100) for y in range(100)]
+    faces = [(i, i + 1, i + 101, i + 100) for i in range(9899) if i % 100 < 99]
+    mesh = world.mesh(points, faces)
+    told = [repr(facts_of(mesh))]
+    mesh.vertices[5000].co.z = 1e-6
+    told.append(repr(facts_of(mesh)))
+    mesh.polygons[7].material_index = 1
+    told.append(repr(facts_of(mesh)))
+    mesh.polygons[7].use_smooth = not mesh.polygons[7].use_smooth
+    told.append(repr(facts_of(mesh)))
+    assert len(set(told)) == 4 and max(map(len, told)) < 1000
+
+
+BEFORE_A_FRAME = {
+    "hidden": lambda world: named("shelf").hide_set(True),
+    "disabled": lambda world: named("shelf").__setattr__("hide_viewport", True),
+    "gone": lambda world: bpy.data.objects.remove(named("shelf")),
+    "new": lambda world: world.link("more", bpy.data.meshes.new("more")),
+    "renamed": lambda world: named("Front door").__setattr__("name", "Back door"),
+    "gravity": lambda world: world.scene.__setattr__("gravity", (0, 0, 1)),
+    "a property": lambda world: world.scene.__setitem__("angle", 3.0),
+}
+
+
+@pytest.mark.parametrize("change", BEFORE_A_FRAME.values(), ids=BEFORE_A_FRAME)
+def test_what_a_script_changes_just_before_a_frame_makes_it_stale(home, change):
+    """Blender tells of no edit then: the change of frame does."""
+    home.scene.frame_set(2)
+    home.scene.frame_set(3)
+    assert stale() == ""
+    change(home)
+    home.scene.frame_set(4)
+    assert "changed since" in stale()
+
+
+def test_while_it_plays_what_is_shown_is_not_looked_at_again(home, monkeypatch):
+    home.scene.frame_set(2)
+    home.scene.frame_set(3)
+    looked = []
+    for name in ("recording.kept.what_is_shown", "runtime.state.all_sensors"):
+        module, _, function = name.rpartition(".")
+        part = import_module(f"{ADDON}.angen_addon.{module}")
+        known = getattr(part, function)
+        monkeypatch.setattr(part, function, lambda *a, f=known: looked.append(1) or f(*a))
+    for frame in range(4, 13):
+        home.scene.frame_set(frame)
+    assert looked == []
+    named("shelf").hide_set(True)
+    home.scene.frame_set(13)
+    assert len(looked) == 2

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel *Study*: what it writes is a study of this home."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+
+@pytest.fixture
+def home(world, tmp_path):
+    """Two detectors and a switch, all selected, the first detector active; saved."""
+    for name in ("PIR hall", "PIR bed"):
+        world.pir(name)
+    world.switch("Door")
+    for obj in bpy.data.objects:
+        obj.select_set(True)
+    bpy.context.view_layer.objects.active = bpy.data.objects["PIR hall"]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    return tmp_path / "home.blend"
+
+
+@pytest.fixture
+def wanted(addon):
+    found = bpy.context.window_manager.angen_study
+    yield found
+    found.varied.clear()
+    found.file, found.seeds = "", 1
+
+
+def test_the_study_of_the_panel_is_that_of_the_selected_sensors(home, wanted, addon_part) -> None:
+    for name in ("rays", "hold_time", "model", "enabled", "move_z", "rays"):
+        assert bpy.ops.angen.study_vary(parameter=name) == {"FINISHED"}
+    assert [row.parameter for row in wanted.varied] == [
+        "rays", "hold_time", "model", "enabled", "move_z",
+    ]  # fmt: skip
+    wanted.varied[1].first, wanted.varied[1].last, wanted.varied[1].steps = 0.5, 2.0, 4
+    bpy.ops.angen.study_leave(index=4)
+    wanted.seeds = 3
+    path = home.parent / "my study.toml"
+    assert bpy.ops.angen.study_write(filepath=str(path)) == {"FINISHED"}
+    study = addon_part("sensor_logic.study.study").read(path)
+    assert study.homes == (home.resolve(),) and study.seeds == (1, 2, 3)
+    targets, draws = (
+        addon_part("sensor_logic.study.targets"),
+        addon_part("sensor_logic.study.draws"),
+    )
+    kinds = {"PIR hall": "PIR", "PIR bed": "PIR", "Door": "OPTICAL_SWITCH"}
+    facts = targets.HomeFacts("home.blend", kinds, "", {})
+    targets.check(study, [facts])
+    runs = list(draws.runs(study))
+    # 9 rays: half to twice as many; four hold times; both models; on and off; three seeds.
+    assert len(runs) == 3 * 4 * 2 * 2 * 3
+    first = targets.settings_of(facts, runs[0].setting)
+    assert first.keys() == {"PIR hall", "PIR bed"}
+    assert first["PIR hall"] == first["PIR bed"]
+    assert first["PIR bed"] == {
+        "rays": 4, "hold_time": 0.5, "model": "RANGE_SCAN", "enabled": True,
+    }  # fmt: skip
+    told = addon_part("operators.study").command(wanted.file)
+    assert told == f"angen study run '{path}' --out '{path.with_suffix('')}'"
+
+
+def test_what_cannot_be_written_or_shown_is_told(home, wanted) -> None:
+    with pytest.raises(RuntimeError, match="Add a parameter that varies"):
+        bpy.ops.angen.study_write(filepath=str(home.parent / "s.toml"))
+    with pytest.raises(RuntimeError, match="Write a study first"):
+        bpy.ops.angen.study_report()
+    with pytest.raises(RuntimeError, match="has no parameter 'reach'"):
+        bpy.ops.angen.study_vary(parameter="reach")
+    bpy.ops.angen.study_vary(parameter="hold_time")
+    wanted.varied[0].first = 9.0
+    with pytest.raises(RuntimeError, match="hold_time: To must be above From"):
+        bpy.ops.angen.study_write(filepath=str(home.parent / "s.toml"))
+    wanted.file = str(home.parent / "s.toml")
+    with pytest.raises(RuntimeError, match="There is no report yet: run `angen study report"):
+        bpy.ops.angen.study_report()

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What cannot be done is told in one line; what can hardly be done ends well."""
+
+import re
+
+import numpy as np
+import pytest
+
+from sensor_logic.residents.acting import act
+from sensor_logic.residents.body.build import ADULT, Build, Sort
+from sensor_logic.routine import diary, file
+from sensor_logic.routine.routine import DAY, RoutineError, Segment
+
+ACTIVITIES = """
+Relax = sit Sofa
+Toilet = sit Toilet 2 min, use Washbasin 20 s
+Sleep = lie Bed while turn over every 30 min
+"""
+BUILDS = [
+    Build(Sort.CHILD, 1.22, 23.0, 1.0),
+    Build(Sort.OLDER_ADULT, 1.6, 68.0, 0.6, frame=True),
+]
+
+
+@pytest.mark.parametrize(
+    ("steps", "told"),
+    [
+        ("sitt Sofa", "'sitt Sofa' begins with no word; did you mean 'sit'?"),
+        ("sit Sofe", "sit Sofe: no place is marked 'Sofe'; did you mean 'Sofa'?"),
+        ("sit Stove", "one cannot sit there; where one can: 'Bed', 'Sofa'"),
+        ("lie Sofa", "one cannot lie there; where one can: 'Bed'"),
+        ("switch Lamp bedroom", "does not say \"on\" or \"off\""),
+        ("switch Lamp on", "no lamp is marked 'Lamp'; known: 'Lamp bedroom'"),
+        ("open Door", "no door or drawer is marked 'Door'; known: 'Door bathroom'"),
+        ("wait", 'wait: say how long, as in "wait 20 s"'),
+        ("leave now", "'now' means nothing here"),
+        ("shift", "that is done sitting or lying; put such a step before it"),
+        ("sit Sofa, turn over", "that is done lying; put such a step before it"),
+        ("put Cup at Stove", "it is not in the hand; take it before"),
+        ("sit Sofa, reach Stove", "away from 'anna' at 'Sofa'; go there before"),
+        ("use Safe", r"use Safe: 'anna' finds no way to it from 'Sofa'; the nearest point that can "
+         r"be reached is \((\d\.\d+), (\d\.\d+)\) m"),
+        ("sit Sofa while leave every 5 min", "nobody leaves in between"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_told_with_its_line(play, steps: str, told: str) -> None:
+    with pytest.raises(RoutineError) as caught:
+        play(f"Relax = sit Sofa\nOdd = {steps}", {"anna": [(0, "Relax"), (60, "Odd")]})
+    # The first activity is above line 6.
+    assert re.match(r"week\.toml, line [6-8]: ", str(caught.value)), caught.value
+    assert told in str(caught.value) or re.search(told, str(caught.value))
+
+
+def test_activities_and_people_that_nobody_knows(home, ground) -> None:
+    routine = file.read('schema = 1\n[person.anna]\nbegins = "Away"', "week.toml")
+    _, segments = diary.read(
+        "start,end,person,activity\n2026-03-02 07:00,2026-03-02 08:00,anna,Nap\n", "d.csv"
+    )
+    with pytest.raises(RoutineError, match="'anna' does 'Nap', which is no activity"):
+        act(segments, routine, home, {"anna": ADULT}, 1, 0, ground)
+    with pytest.raises(RoutineError, match="'bo' has no resident in the home; known: 'anna'"):
+        act([Segment(0.0, 60.0, "bo", "Away")], routine, home, {"anna": ADULT}, 1, 0, ground)
+
+
+def test_an_activity_shorter_than_the_way_there(play) -> None:
+    plan = [(0, "Relax"), (60, "Toilet"), (60.2, "Relax"), (90, "Toilet"), (90.1, "Sleep"),
+            (90.2, "Relax")]  # fmt: skip
+    day = play(ACTIVITIES, {"anna": plan})
+    # What was begun is done: it ends late. What is over before its turn comes is left out.
+    assert [name for name, _ in day.told("anna")] == ["Relax", "Toilet", "Relax", "Toilet", "Relax"]
+    toilet = day.acted.activities[1]
+    assert toilet.start == 60 * 60 and 40 < toilet.end - toilet.start < 120
+
+
+def test_who_is_where_the_next_activity_is_does_not_move(play) -> None:
+    text = "One = sit Sofa\nTwo = sit Sofa\nThree = stand at Window\nFour = go Window"
+    day = play(text, {"anna": [(0, "One"), (10, "Two"), (20, "Three"), (30, "Four")]})
+    ((start, end),) = day.acted.bodies["anna"].moving()
+    assert start == 20 * 60 and end < 21 * 60
+    assert [d.start for d in day.acted.activities] == [0, 600, 1200, 1800]
+
+
+def test_a_diary_with_gaps(home, ground) -> None:
+    rows = """start,end,person,activity
+2026-03-02 07:00,2026-03-02 07:30,anna,Relax
+2026-03-02 08:00,2026-03-02 08:05,anna,Toilet
+2026-03-02 22:00,2026-03-03 07:00,anna,Sleep
+"""
+    from_day = 'schema = 1\n[person.anna]\nbegins = "Away"\n'
+    from_day += (
+        '[activity.Relax]\ndo = ["sit Sofa"]\n[activity.Toilet]\ndo = ["sit Toilet 1 min"]\n'
+    )
+    routine = file.read(from_day + '[activity.Sleep]\ndo = ["lie Bed"]\n', "week.toml")
+    _, segments = diary.read(rows, "d.csv")
+    for day in (0, 1):
+        acted = act(segments, routine, home, {"anna": ADULT}, 1, day, ground)
+        told = [(done.activity, done.place) for done in acted.activities]
+        if day == 0:
+            names = ["Other", "Relax", "Other", "Toilet", "Other", "Sleep"]
+            at = ["Sofa", "Sofa", "Sofa", "Toilet", "Toilet", "Bed"]
+            assert told == list(zip(names, at, strict=True))
+            # In the gaps nobody moves.
+            moving = acted.bodies["anna"].moving()
+            assert ((moving[:, 0] // 3600 == 8) | (moving[:, 0] // 3600 == 22)).all()
+        else:
+            # The diary ends in the morning; its last activity does then, too.
+            assert told == [("Sleep", "Bed")] and acted.activities[0].end == 7 * 3600
+
+
+@pytest.mark.parametrize("build", BUILDS, ids=lambda build: build.sort.lower())
+def test_other_bodies_live_as_well(play, build: Build) -> None:
+    plan = [(0, "Sleep"), (400, "Toilet"), (410, "Relax"), (500, "Away"), (600, "Sleep")]
+    day = play(ACTIVITIES, {"anna": plan}, builds={"anna": build})
+    assert day.told("anna") == [("Sleep", "Bed"), ("Toilet", "Washbasin"), ("Relax", "Sofa"),
+                                ("Away", ""), ("Sleep", "Bed")]  # fmt: skip
+    times = day.moving_times("anna")
+    hips = day.at("anna", *times[day.seen("anna", times)])
+    steps = np.hypot(*np.diff(hips[:, :2], axis=0).T)[
+        np.diff(times[day.seen("anna", times)]) < 0.11
+    ]
+    assert steps.max() < 0.16 and day.nearest_to_leaves("anna") > 0.2
+
+
+def test_a_day_begins_and_ends_as_it_is_asked_however_long_the_activities(play) -> None:
+    day = play(
+        "Relax = sit Sofa", {"anna": [(-3000, "Away"), (-0.3, "Relax")]}, day=0, until=9000.0
+    )
+    assert day.told("anna") == [("Relax", "Sofa")]
+    assert day.acted.where[0].posture != "sitting" and day.acted.where[0].start == 0.0
+    assert day.acted.where[-1].end == DAY

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A day of one person, acted: where the body is, what the hands move, and what is told of it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from sensor_logic.residents.body.reach import palm
+from sensor_logic.residents.body.solve import solve
+from sensor_logic.residents.timeline import swung
+from sensor_logic.routine.routine import DAY
+
+ACTIVITIES = """
+Sleep = lie Bed while turn over every 30 min
+Toilet = sit Toilet 2 min, use Washbasin 20 s
+Relax = sit Sofa while shift every 6 min
+Cook = use Stove 1 min
+Dark = switch Lamp bedroom off, lie Bed
+Light = switch Lamp bedroom on, stand at Window
+Drink = take Cup, sit Sofa 1 min, put Cup at Stove, sit Sofa east
+Tidy = open Drawer, stand at Window
+Shut = close Drawer, sit Sofa
+"""
+DAY_PLAN = [(-120, "Sleep"), (400, "Toilet"), (405, "Relax"), (500, "Away"), (600, "Cook"),
+            (700, "Toilet"), (800, "Relax"), (1320, "Sleep")]  # fmt: skip
+
+
+@pytest.fixture
+def day(play):
+    return play(ACTIVITIES, {"anna": DAY_PLAN})
+
+
+def test_the_truth_has_no_gaps_and_is_what_was_acted(day) -> None:
+    assert day.told("anna") == [
+        ("Sleep", "Bed"), ("Toilet", "Toilet"), ("Relax", "Sofa"), ("Away", ""),
+        ("Cook", "Stove"), ("Toilet", "Washbasin"), ("Relax", "Sofa"), ("Sleep", "Bed"),
+    ]  # fmt: skip
+    for told in (day.acted.activities, day.acted.where):
+        assert told[0].start == 0.0 and told[-1].end == DAY
+        assert all(a.end == b.start for a, b in pairwise(told))
+    # Each begins when its first way does, as the plan has it.
+    starts = [done.start / 60 for done in day.acted.activities]
+    assert np.allclose(starts, [0, 400, 405, 500, 600, 700, 800, 1320], atol=0.2)
+
+
+def test_the_body_is_where_the_truth_says_in_the_posture_it_says(day) -> None:
+    heights = {"standing": (0.8, 1.0), "sitting": (0.5, 0.75), "lying": (0.55, 0.7)}
+    for stay in day.acted.where:
+        if not stay.place or stay.posture == "away" or stay.end - stay.start < 8:
+            continue
+        hips = day.at("anna", (stay.start + stay.end) / 2)[0]
+        place = day.places.places[stay.place]
+        wanted = place.at if stay.posture == "standing" else place.target
+        assert np.hypot(*(hips - wanted)[:2]) < 0.12, stay
+        low, high = heights[stay.posture]
+        assert low < hips[2] < high, stay
+
+
+def test_the_body_never_jumps_nor_goes_through_things(day) -> None:
+    times = day.moving_times("anna")
+    times = times[day.seen("anna", times)]
+    hips = day.at("anna", *times)[:, :2]
+    steps = np.hypot(*np.diff(hips, axis=0).T)[np.diff(times) < 0.11]
+    assert steps.max() < 0.16
+    floor = day.places.storeys[0].floor
+    walking = np.array(
+        [any(s.start < t < s.end and s.posture == "walking" for s in day.acted.where)
+         for t in times]
+    )  # fmt: skip
+    room = np.array([floor.clearance[floor.cell(hip)] for hip in hips[walking]])
+    assert (room > 0.2).mean() > 0.95 and room.min() > 0.0
+    assert day.nearest_to_leaves("anna") > 0.25
+
+
+def test_doors_are_opened_before_and_shut_behind_with_the_hand_on_the_handle(day) -> None:
+    acted = day.acted
+    assert set(acted.swings) == {"Door bedroom", "Door bathroom", "Entrance"}
+    for name, swings in acted.swings.items():
+        door = day.places.doors[name]
+        assert [s.after for s in swings] == [door.open, door.closed] * (len(swings) // 2)
+        assert [s.before for s in swings] == [door.closed, door.open] * (len(swings) // 2)
+        for swing in swings:
+            opens = swing.after == door.open
+            # The hand lets go of what goes out of reach.
+            held = np.array([swing.start + 0.1] if opens else [swing.end - 0.1])
+            bones = solve(acted.bodies["anna"].poses(held))
+            grip = door.handle_at(float(swung([swing], held, 0.0)[0]))
+            hands = [palm(bones, side, 1.0)[0] for side in (0, 1)]
+            assert min(np.linalg.norm(hand - grip) for hand in hands) < 0.15, (name, swing)
+            assert acted.mover(name, swing.start) == "anna"
+
+
+def test_who_is_out_is_hidden_and_the_entrance_is_shut(day) -> None:
+    ((start, end),) = day.acted.bodies["anna"].away()
+    assert 500 * 60 < start < 501 * 60 and end == 600 * 60
+    swings = day.acted.swings["Entrance"]
+    assert swings[1].end <= start and swings[2].start >= end
+
+
+def test_lamps_things_and_drawers(play) -> None:
+    plan = [(0, "Relax"), (60, "Light"), (120, "Light"), (180, "Dark"), (240, "Drink"),
+            (300, "Tidy"), (360, "Shut")]  # fmt: skip
+    day = play(ACTIVITIES, {"anna": plan})
+    # A lamp that shines already is not switched on again.
+    assert [(s.object, s.on, s.person) for s in day.acted.switches] == [
+        ("Bulb bedroom", True, "anna"), ("Bulb bedroom", False, "anna")]  # fmt: skip
+    on = day.acted.switches[0].time
+    bones = solve(day.acted.bodies["anna"].poses(np.array([on])))
+    switch = day.places.lamps["Lamp bedroom"].at
+    assert min(np.linalg.norm(palm(bones, k, 1.0)[0] - switch) for k in (0, 1)) < 0.1
+    taken, put = day.acted.holds["Cup"]
+    assert (taken.person, taken.hand is None, put.hand) == ("anna", False, None)
+    assert np.allclose(put.at, day.places.places["Stove"].target)
+    assert [s.after for s in day.acted.swings["Drawer"]] == [0.4, 0.0]
+
+
+def test_what_was_left_on_open_or_put_somewhere_is_so_on_the_next_day(play) -> None:
+    plan = [(0, "Light"), (60, "Drink"), (120, "Tidy"), (180, "Relax"), (1500, "Dark"),
+            (1600, "Shut"), (1700, "Drink")]  # fmt: skip
+    day = play(ACTIVITIES, {"anna": plan}, day=1, until=2880.0)
+    assert [(s.on, s.person) for s in day.acted.switches] == [(True, ""), (False, "anna")]
+    assert [(s.before, s.after) for s in day.acted.swings["Drawer"]] == [(0.4, 0.4), (0.4, 0.0)]
+    # The cup is taken from where it was put.
+    was, taken, _ = day.acted.holds["Cup"]
+    stove = day.places.places["Stove"]
+    assert was.start < 0 and was.hand is None and np.allclose(was.at, stove.target)
+    assert np.hypot(*(day.at("anna", taken.start)[0] - stove.at)[:2]) < 0.2
+
+
+def test_days_join_at_midnight(play) -> None:
+    plans = {"anna": [(0, "Relax"), (1439.9, "Sleep"), (1900, "Relax")]}
+    first = play(ACTIVITIES, plans, day=0, until=2880.0)
+    second = play(ACTIVITIES, plans, day=1, until=2880.0)
+    # Six seconds before midnight the way to the bed began.
+    times = np.arange(0.0, 40.0, 0.5)
+    assert np.allclose(first.at("anna", *(times + DAY)), second.at("anna", *times), atol=1e-9)
+    assert first.told("anna")[-1][0] == second.told("anna")[0][0] == "Sleep"
+    assert second.acted.where[0].posture in ("walking", "standing")
+
+
+def test_a_day_needs_only_its_own_random_numbers(week) -> None:
+    text = WEEK.replace('on = ["sun"]', 'on = ["sat", "sun"]')
+    for day in (0, 2):
+        one, other = week(WEEK, day), week(text, day, days=9)
+        assert one.acted.activities == other.acted.activities
+        assert one.acted.where == other.acted.where
+        times = np.arange(0.0, DAY, 97.3)
+        assert np.array_equal(one.at("anna", *times), other.at("anna", *times))
+    assert week(WEEK, 5).acted.where != week(text, 5).acted.where
+    assert week(WEEK, 2, seed=2).acted.where != week(WEEK, 2).acted.where
+
+
+WEEK = """
+schema = 1
+[person.anna]
+begins = "Sleep"
+[activity.Sleep]
+do = ["lie Bed"]
+while = [{ do = "turn over", every = "25 min", varies = 0.8 }]
+[activity.Relax]
+do = ["sit Sofa"]
+while = [{ do = "use Stove 20 s", every = "40 min" }]
+[activity.Toilet]
+do = ["sit Toilet 2 min", "use Washbasin 20 s"]
+[[plan]]
+person = "anna"
+entries = [{ at = "22:45", spread = "25 min", activity = "Sleep", until = "07:00" }]
+[[plan]]
+person = "anna"
+on = ["sun"]
+entries = [{ at = "10:00", activity = "Away", lasts = "2 h" }]
+[[filler]]
+person = "anna"
+between = ["05:00", "23:30"]
+[filler.choose]
+Relax = { weight = 6, lasts = "52 min", varies = 0.8 }
+Toilet = { weight = 2, lasts = "3 min", varies = 0.4 }
+"""

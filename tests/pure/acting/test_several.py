@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several people in one home: they wait for each other, and nobody stands in anybody for long."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from sensor_logic.residents.acted import Stay
+from sensor_logic.routine.routine import DAY, RoutineError
+
+ACTIVITIES = """
+Sleep = lie Bed
+Toilet = sit Toilet 3 min, use Washbasin 20 s
+Relax = sit Sofa
+East = sit Sofa east
+Cook = use Stove 1 min
+Look = stand at Window
+Corner = stand at Corner
+Block = stand at Behind the door
+Wash = use Washbasin 1 min
+"""
+
+
+def stays(day, person: str, place: str) -> list[Stay]:
+    return [s for s in day.acted.where if (s.person, s.place) == (person, place)]
+
+
+def apart(day, people: tuple[str, ...] = ("anna", "bo")) -> None:
+    """Whoever is at a place is there alone, and a bathroom is for one."""
+    for one in day.acted.where:
+        for other in day.acted.where:
+            if one.person >= other.person or not one.place or not other.place:
+                continue
+            places = day.places.places
+            shared = one.place == other.place or (
+                places[one.place].room == places[other.place].room == "bathroom"
+            )
+            if shared:
+                assert min(one.end, other.end) <= max(one.start, other.start) + 1e-6, (one, other)
+
+
+def test_two_want_the_bathroom_at_once(play) -> None:
+    plan = [(0, "Relax"), (60, "Toilet"), (64, "Relax")]
+    other = [(0, "East"), (60, "Toilet"), (70, "East")]
+    day = play(ACTIVITIES, {"anna": plan, "bo": other})
+    apart(day)
+    for person in ("anna", "bo"):
+        assert sum(s.end - s.start for s in stays(day, person, "Toilet")) > 175
+        assert [name for name, _ in day.told(person)][1] == "Toilet"
+    # Whoever waits stands in the hall, out of the way of the door.
+    waits = min(day.acted.activities, key=lambda d: (d.activity != "Toilet", -d.end)).person
+    waiting = max(
+        (s for s in day.acted.where if s.person == waits and s.posture == "standing"
+         and 3600 < s.start < 4200 and not s.place),
+        key=lambda s: s.end - s.start,
+    )  # fmt: skip
+    assert waiting.end - waiting.start > 120
+    hips = day.at(waits, (waiting.start + waiting.end) / 2)[0]
+    assert 3.2 < hips[1] < 4.6
+    assert day.nearest_to_leaves("anna") > 0.25 and day.nearest_to_leaves("bo") > 0.25
+    assert day.nearest_to_each_other("anna", "bo") > 0.2
+
+
+def test_two_change_places_and_neither_waits_for_ever(play) -> None:
+    day = play(ACTIVITIES, {"anna": [(0, "Relax"), (30, "Toilet"), (60, "Relax")],
+                            "bo": [(0, "Toilet"), (30, "Relax"), (60, "Toilet")]})  # fmt: skip
+    apart(day)
+    assert day.told("anna") == [("Relax", "Sofa"), ("Toilet", "Washbasin"), ("Relax", "Sofa")]
+    assert [name for name, _ in day.told("bo")] == ["Toilet", "Relax", "Toilet"]
+    assert stays(day, "bo", "Sofa") and stays(day, "anna", "Toilet")
+
+
+def test_who_never_gets_the_place_gives_up_when_the_activity_ends(play) -> None:
+    day = play(ACTIVITIES, {"anna": [(0, "Toilet"), (120, "Relax")],
+                            "bo": [(0, "East"), (30, "Wash"), (40, "Cook")]})  # fmt: skip
+    apart(day)
+    assert not stays(day, "bo", "Washbasin")
+    wash = day.acted.activities[2]
+    assert (wash.person, wash.activity, wash.place) == ("bo", "Wash", "")
+    assert 40 * 60 <= wash.end < 41 * 60
+    assert stays(day, "bo", "Stove")
+
+
+def test_who_went_to_a_door_has_left_the_bed_to_others(play) -> None:
+    text = ACTIVITIES + "Open = open Door bathroom"
+    day = play(text, {"anna": [(0, "Sleep"), (10, "Open")], "bo": [(0, "Relax"), (20, "Sleep")]})
+    assert day.told("bo") == [("Relax", "Sofa"), ("Sleep", "Bed")]
+    assert stays(day, "bo", "Bed")[-1].posture == "lying"
+
+
+def test_a_leaf_waits_until_nobody_stands_where_it_goes(play) -> None:
+    """The bedroom's door opens to where anna stands until the 40th minute."""
+    day = play(ACTIVITIES, {"anna": [(0, "Block"), (40, "Cook")],
+                            "bo": [(0, "Relax"), (30, "Sleep")]})  # fmt: skip
+    opened = day.acted.swings["Door bedroom"]
+    assert opened[0].start > 40 * 60 and opened[0].person == "anna"
+    assert day.nearest_to_leaves("anna") > 0.25
+    assert stays(day, "bo", "Bed")[0].posture in ("standing", "sitting", "lying")
+
+
+def test_people_who_meet_in_a_hall_pass_each_other(play) -> None:
+    plans = {"anna": [(0, "Corner"), (10, "Look"), (20, "Corner")],
+             "bo": [(0, "Look"), (10, "Corner"), (20, "Look")]}  # fmt: skip
+    day = play(ACTIVITIES, plans)
+    apart(day)
+    assert stays(day, "anna", "Window") and stays(day, "bo", "Corner")
+    assert day.nearest_to_each_other("anna", "bo") > 0.3
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_busy_day_of_three_ends(play, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    names = ["Sleep", "Toilet", "Relax", "East", "Cook", "Look", "Corner", "Block", "Wash", "Away"]
+    plans = {
+        person: [(float(at), str(rng.choice(names))) for at in np.sort(rng.uniform(0, 600, 40))]
+        for person in ("anna", "bo", "cleo")
+    }
+    for plan in plans.values():
+        plan[0] = 0.0, plan[0][1]
+    day = play(ACTIVITIES, plans)
+    apart(day)
+    for person in plans:
+        mine = [s for s in day.acted.where if s.person == person]
+        assert mine[0].start == 0.0 and mine[-1].end == DAY
+        assert all(a.end == b.start for a, b in pairwise(mine))
+        assert day.nearest_to_leaves(person) > 0.12
+        # Nobody is late for long.
+        first = [d for d in day.acted.activities if d.person == person]
+        assert len(first) > 25
+
+
+def test_who_is_elsewhere_changes_nothing(play) -> None:
+    plan = [(0, "Relax"), (60, "Toilet"), (70, "Relax"), (200, "Sleep")]
+    alone = play(ACTIVITIES, {"anna": plan})
+    day = play(ACTIVITIES, {"anna": plan, "bo": [(0, "Away")]})
+    assert [s for s in day.acted.where if s.person == "anna"] == alone.acted.where
+    times = np.arange(0.0, DAY, 61.7)
+    assert np.array_equal(day.at("anna", *times), alone.at("anna", *times))
+
+
+def test_a_cat_walks_sits_and_lies_where_doors_stand_open(play) -> None:
+    text = """
+Nap = lie Sofa while turn over every 20 min
+Eat = use Window 30 s
+Bedroom = lie Bed
+Open = open Door bedroom, stand at Corner
+Shut = close Door bedroom, sit Sofa east
+"""
+    naps = [(0, "Nap"), (60, "Eat"), (90, "Bedroom"), (300, "Nap"), (400, "Eat")]
+    day = play(text, {"anna": [(0, "Shut"), (100, "Open"), (200, "Shut")], "cat": naps})
+    assert day.told("cat")[:4] == [("Nap", "Sofa"), ("Eat", "Window"), ("Bedroom", "Bed"),
+                                   ("Nap", "Bed")]  # fmt: skip
+    # The bedroom was shut until the 100th minute, and again from the 200th on.
+    lies = stays(day, "cat", "Bed")
+    assert 100 * 60 < lies[0].start < 102 * 60 and lies[0].posture != "away"
+    hips = day.at("cat", 50.0 * 60, 65.0 * 60, 150.0 * 60)
+    assert hips[0][2] > 0.45 and hips[1][2] < 0.35 and hips[2][2] > 0.5
+    steps = np.diff(day.at("cat", *np.arange(3600.0, 3640.0, 0.1)), axis=0)
+    assert np.hypot(*steps[:, :2].T).max() < 0.12
+    assert {swing.person for swing in day.acted.swings["Door bedroom"]} == {"anna"}
+    with pytest.raises(RoutineError, match="open Drawer: a cat does not; it can go, lie"):
+        play("Steal = open Drawer", {"cat": [(0, "Steal")]})

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Studies without Blender: the file, its draws, what its keys mean in a home, sums over seeds."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sensor_logic.study import draws, summary, targets, truth
+from sensor_logic.study.study import Study, StudyError, read
+from sensor_logic.study.targets import HomeFacts
+
+HOME = HomeFacts(
+    "home.blend",
+    {"PIR hall": "PIR", "PIR bed": "PIR", "Lamp.001": "LIGHT"},
+    "sha256:0",
+    {},
+)
+
+
+@pytest.fixture
+def study(tmp_path: Path):
+    """Reads a study of a home, of these lines after the first."""
+    (tmp_path / "home.blend").write_bytes(b"BLENDER")
+    (tmp_path / "score.py").write_text("def score(recording, truth):\n    return 1\n")
+
+    def make(text: str = "") -> Study:
+        (tmp_path / "s.toml").write_text(f'home = "home.blend"\n{text}')
+        return read(tmp_path / "s.toml")
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("seeds = 0", "s.toml, line 2: seeds: 0 is no whole number from 1"),
+        ("seeds = [1, 1]", "s.toml, line 2: seeds: give each seed once"),
+        ("frames = [9, 1]", "line 2: frames: the first frame, 9, is after the last, 1"),
+        ('draw = "gird"', "line 2: draw: 'gird' is not known; did you mean 'grid'?"),
+        ('draw = "sobol"', "line 1: 'runs' is missing"),
+        ('measure = ["event"]', "line 2: measure: 'event' is no measure; did you mean 'events'?"),
+        ('measure = "no.py:f"', "line 2: measure: cannot read"),
+        ('measure = "score.py:scor"', "has no function 'scor'; did you mean 'score'?"),
+        ('measure = "truth"', "line 2: truth is known of days alone: give a routine"),
+        (
+            'measure = "light_error"\nroutine = "score.py"\nstart = 2026-03-02\ndays = 1',
+            "line 2: light_error is measured without a routine",
+        ),
+        ('routine = "score.py"\nstart = 1\ndays = 1', "line 3: start: 1 is no date"),
+        ('best = "score"', 'line 2: best: \'score\' is not "most MEASURE" or "least MEASURE"'),
+        ('keep = "samples"', "line 2: keep: 'samples' cannot be kept"),
+        ("vari = 1", "line 2: 'vari' means nothing here; did you mean 'vary'?"),
+        ("[vary]\nrays = [1]", "line 3: 'rays' is no parameter: write \"SENSOR.parameter\""),
+        ('[vary]\n"PIR*.rays" = 5', "line 3: PIR*.rays: give a list of values"),
+        ('[vary]\n"PIR*.rays" = [[1]]', "line 3: PIR*.rays: [1] is not a number"),
+        ('[vary]\n"PIR*.rays" = [nan]', "line 3: PIR*.rays: nan is no number"),
+        ('[vary]\n"a.b" = { from = 2, to = 1 }', "line 3: 'to' must be above 'from'"),
+        ('[vary]\n"a.b" = { from = 0, to = 1, log = true }', "line 3: with log = true"),
+        ('[vary]\n"a.b" = { from = 0, to = 1 }', "line 3: a grid needs steps"),
+        ('draw = "list"\n[vary]\n"a.b" = [1]\n"a.c" = [1, 2]', "a.b has 1, a.c has 2"),
+        ('[vary]\n"a.b" = [1]\n[set]\n"a.b" = 2', "line 5: 'a.b' also varies"),
+        ("[vary", "s.toml: "),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_told_with_its_line(study, text, told) -> None:
+    with pytest.raises(StudyError) as error:
+        study(text)
+    assert told in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_home_that_is_missing_is_named(tmp_path) -> None:
+    (tmp_path / "s.toml").write_text('home = "none.blend"')
+    with pytest.raises(StudyError, match=r"line 1: home: there is no file .*none.blend"):
+        read(tmp_path / "s.toml")
+    with pytest.raises(StudyError, match=r"cannot read .*no\.toml: No such file"):
+        read(tmp_path / "no.toml")
+
+
+@pytest.mark.parametrize(
+    ("vary", "told"),
+    [
+        ('"PIR attic.rays" = [5]', "line 3: no sensor of home.blend is called 'PIR attic'"),
+        ('"PIR hall.reach" = [5]', "line 3: 'PIR hall' has no parameter 'reach'"),
+        ('"*.rays" = [5]', "line 3: 'Lamp.001' has no parameter 'rays'"),
+        ('"PIR*.hold_time" = [1, -1]', "line 3: hold_time is -1 s: it must be at least 0 s"),
+        ('"PIR*.hold_time" = { from = -1, to = 5, steps = 3 }', "hold_time is -1 s: it must be"),
+        ('"PIR*.rays" = [1.5]', "line 3: rays is 1.5: it must be a whole number"),
+        ('"PIR*.rays" = { from = 1, to = 9, steps = 3 }', "add whole = true to its range"),
+        ('"PIR*.model" = ["SONAR"]', "line 3: model is 'SONAR': choose one of RANGE_SCAN"),
+        ('"PIR*.preset" = ["HC"]', "line 3: preset 'HC' is unknown: did you mean HC_SR501"),
+        ('"PIR*.enabled" = [1]', "line 3: enabled is 1: it must be true or false"),
+        ('"PIR*.update_rate" = [0]', "line 3: update_rate is 0: it must be a number above 0"),
+        ('"PIR*.move_z" = ["up"]', "line 3: move_z is 'up': it must be a number"),
+        ('sensors = [["PIR*", "Door"]]', "line 3: no sensor of home.blend is called 'Door'"),
+    ],
+)
+def test_what_the_home_does_not_have_is_told_before_a_run(study, vary, told) -> None:
+    with pytest.raises(StudyError) as error:
+        targets.check(study(f"[vary]\n{vary}"), [HOME])
+    assert told in str(error.value) and "\n" not in str(error.value)
+
+
+def test_the_draws(study) -> None:
+    def values(text: str, name: str = "a.b") -> list:
+        return [run.setting[name] for run in draws.runs(study(text))]
+
+    grid = study(
+        'seeds = 2\n[vary]\n"a.b" = [1, 2]\n"a.c" = { from = 1, to = 100, steps = 3, log = true }'
+    )
+    assert draws.count(grid) == 12
+    assert [tuple(r.setting.values()) + (r.seed,) for r in draws.runs(grid)][:3] == [
+        (1, 1.0, 1),
+        (1, 1.0, 2),
+        (1, pytest.approx(10.0), 1),
+    ]
+    assert values('[vary]\n"a.b" = { from = 1, to = 4, steps = 9, whole = true }') == [1, 2, 3, 4]
+    rows = study('draw = "list"\n[vary]\n"a.b" = [1, 2]\n"a.c" = ["x", "y"]')
+    assert [list(r.setting.values()) for r in draws.runs(rows)] == [[1, "x"], [2, "y"]]
+    for draw in ("random", "sobol"):
+        head = f'draw = "{draw}"\nruns = 600\n[vary]\n"a.b" = '
+        found = np.array(values(head + "{ from = -1, to = 3 }"))
+        assert len(found) == 600 and found.min() >= -1 and found.max() <= 3
+        assert abs(found.mean() - 1.0) < (0.01 if draw == "sobol" else 0.2)
+        whole = values(head + "{ from = 1, to = 3, whole = true }")
+        assert {type(v) for v in whole} == {int}
+        assert all(abs(whole.count(v) - 200) < 60 for v in (1, 2, 3))
+        assert values(head + "{ from = -1, to = 3 }") == found.tolist()
+    assert draws.count(study()) == 1 and next(draws.runs(study())).setting == {}
+
+
+def test_keys_set_the_sensors_that_they_fit() -> None:
+    found = targets.settings_of(
+        HOME,
+        {"PIR*.rays": 9.0, "sensors": ("PIR hall", "Lamp*"), "PIR hall.move_z": 0.5},
+    )
+    assert found == {
+        "PIR hall": {"enabled": True, "rays": 9, "move_z": 0.5},
+        "PIR bed": {"enabled": False, "rays": 9},
+        "Lamp.001": {"enabled": True},
+    }
+    assert isinstance(found["PIR hall"]["rays"], int)
+    (preset,) = targets.settings_of(HOME, {"PIR bed.preset": "HC_SR501"}).values()
+    assert preset["range_max"] == 7.0 and preset["hold_time"] == 0.3
+
+
+def test_a_mean_counts_each_seed_once_and_its_interval_is_students() -> None:
+    # Three seeds with means 1, 2 and 6: sd 2.6458, t(2) = 4.3027.
+    values = np.array([0.0, 2.0, 2.0, 6.0, math.nan])
+    found = summary.mean_over_seeds(values, ["1", "1", "2", "3", "3"])
+    assert found.value == pytest.approx(3.0)
+    assert found.half == pytest.approx(4.30265 * 2.645751 / math.sqrt(3), rel=1e-5)
+    alone = summary.mean_over_seeds(values[:2], ["1", "1"])
+    assert alone.value == 1.0 and math.isnan(alone.half)
+
+
+def test_levels_are_values_bins_or_names() -> None:
+    assert [level.label for level in summary.levels(["b", "a", "b"])] == ["b", "a"]
+    assert [level.rows for level in summary.levels(["2", "1", "2"])] == [[1], [0, 2]]
+    bins = summary.levels([str(x / 100) for x in range(400)])
+    assert len(bins) == summary.BINS and all(len(level.rows) == 50 for level in bins)
+    assert bins[0].at == pytest.approx(0.245)
+
+
+DAYS = {
+    "events.csv": """time,sensor,kind,field,value,person,because
+2026-03-02T00:00:00.000,PIR bed,PIR,moved,0,,
+2026-03-02T00:00:00.000,Door bath,CONTACT,open,0,,
+2026-03-02T00:00:00.000,Lamp,LIGHT,lit,0,,
+2026-03-02T07:00:04.000,PIR bed,PIR,moved,1,Ada,Ada
+2026-03-02T07:00:06.000,PIR bed,PIR,moved,0,Ada,Ada
+2026-03-02T08:00:00.000,Lamp,LIGHT,lit,1,,
+2026-03-02T08:09:50.000,Door bath,CONTACT,open,1,Ada,Door
+2026-03-02T08:20:00.000,Door bath,CONTACT,open,0,Ada,Door
+2026-03-02T12:00:00.000,PIR bed,PIR,moved,1,,Curtain
+2026-03-02T12:00:05.000,PIR bed,PIR,moved,0,,Curtain
+""",
+    "activities.csv": """start,end,person,activity,room
+2026-03-02T00:00:00.000,2026-03-02T07:00:00.000,Ada,Sleeping,bedroom
+2026-03-02T07:00:00.000,2026-03-02T08:10:00.000,Ada,Dressing,bedroom
+2026-03-02T08:10:00.000,2026-03-02T08:12:00.000,Ada,Washing,bathroom
+2026-03-02T08:12:00.000,2026-03-02T09:00:00.000,Ada,Breakfast,kitchen
+2026-03-02T09:00:00.000,2026-03-03T00:00:00.000,Ada,Away,
+""",
+    "people.csv": """time,person,room,x_m,y_m,z_m,posture
+2026-03-02T00:00:00.000,Ada,bedroom,1.000,1.000,0.500,lying
+2026-03-02T08:09:55.000,Ada,bathroom,2.000,1.000,0.900,standing
+2026-03-02T08:12:00.000,Ada,kitchen,2.000,4.000,0.900,standing
+2026-03-02T09:00:00.000,Ada,,,,,away
+""",
+}
+ROOMS = {"PIR bed": "bedroom", "Door bath": "bathroom", "Lamp": "bedroom"}
+
+
+def test_sensors_are_judged_by_what_was_done() -> None:
+    lived = truth.read(DAYS, 1)
+    # Of Sleeping, Dressing (after 4 s), Washing (its door is open already) and Breakfast two are
+    # noticed; at noon nobody is in the bedroom. A lamp that the sun lights tells of nobody.
+    assert truth.judged(lived, ROOMS, 30.0) == {
+        "noticed": 0.5,
+        "missed_per_day": 2.0,
+        "delay_s": 2.0,
+        "false_alarms_per_day": 1.0,
+        "activities_per_day": 4.0,
+    }
+    # The door opens 5 s before she is in its room.
+    assert truth.judged(lived, ROOMS, 4.0)["false_alarms_per_day"] == 2.0
+    assert truth.judged(lived, ROOMS, 6.0)["false_alarms_per_day"] == 1.0
+    assert lived.events[3].person == "Ada" and lived.truth.activities[0].activity == "Sleeping"
+
+
+def test_a_sensor_that_stays_on_is_on_until_the_end() -> None:
+    events = DAYS["events.csv"].replace(
+        "T07:00:06.000,PIR bed,PIR,moved,0", "T07:00:06.000,PIR bed,PIR,moved,1"
+    )
+    kept = "\n".join(line for line in events.splitlines() if "T12:00:05" not in line) + "\n"
+    found = truth.judged(truth.read(DAYS | {"events.csv": kept}, 1), ROOMS, 30.0)
+    assert found["false_alarms_per_day"] == 0.0 and found["noticed"] == 0.5
+
+
+@pytest.mark.parametrize("name", ["events.csv", "activities.csv", "people.csv"])
+def test_a_table_that_is_damaged_is_named_with_its_line(name) -> None:
+    lines = DAYS[name].splitlines()
+    lines[2] = lines[2].replace("2026-03-02T", "noon ")
+    with pytest.raises(truth.TableError, match=f"{name}, line 3: "):
+        truth.read(DAYS | {name: "\n".join(lines)}, 1)
+
+
+def test_nothing_to_notice_is_no_share() -> None:
+    bare = {name: text.splitlines()[0] + "\n" for name, text in DAYS.items()}
+    found = truth.judged(truth.read(bare, 2), {}, 30.0)
+    assert found["noticed"] is None and found["delay_s"] is None
+    assert found["missed_per_day"] == found["false_alarms_per_day"] == 0.0

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of a study as pandas reads them, and its report, from rows that are made here."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from angen_addon.process.standalone import load_extension
+
+load_extension()
+from angen_sensors.angen_addon.study import report, results  # noqa: E402
+
+# Two seeds of three settings; of the last one a run failed.
+ROWS = [
+    {
+        "run": 2 * n + s,
+        "PIR*.rays": rays,
+        "PIR*.sweep": sweep,
+        "seed": s,
+        "events": 10 * rays + s if not (n == 2 and s == 2) else None,
+        "share": 0.5 * n,
+        "numpy": "2.0",
+        "seconds": 1.25,
+        "digest": f"{n}{s}",
+        "error": "it is <too> much" if n == 2 and s == 2 else "",
+    }
+    for n, (rays, sweep) in enumerate([(5, "ALL"), (10, "ALL"), (10, "SAWTOOTH")])
+    for s in (1, 2)
+]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, reader) -> Path:
+    for needed in ("pyarrow", "matplotlib", "scipy"):
+        reader(needed)
+    assert results.write_tables(tmp_path, results.Table(lambda: ROWS)) == []
+    facts = {
+        "name": "try.toml", "varied": ["PIR*.rays", "PIR*.sweep"], "seeds": 2, "runs": 7,
+        "best": ["most", "events"][::-1], "homes": ["home.blend"],
+    }  # fmt: skip
+    (tmp_path / "study.json").write_text(json.dumps(facts))
+    return tmp_path
+
+
+def test_both_tables_are_the_rows(folder, reader) -> None:
+    pandas = reader("pandas")
+    comma = pandas.read_csv(folder / "results.csv")
+    parquet = pandas.read_parquet(folder / "results.parquet")
+    assert list(comma) == list(parquet) == [
+        "run", "PIR*.rays", "PIR*.sweep", "seed", "events", "share", "numpy",
+        "seconds", "digest", "error",
+    ]  # fmt: skip
+    assert parquet["share"].tolist() == comma["share"].tolist() == [0, 0, 0.5, 0.5, 1, 1]
+    assert parquet["events"].tolist()[:5] == [51, 52, 101, 102, 101]
+    assert parquet["events"].isna().tolist() == comma["events"].isna().tolist()
+    assert parquet["error"].tolist() == ["", "", "", "", "", "it is <too> much"]
+    assert str(parquet["PIR*.rays"].dtype) == "int64"
+
+
+def test_the_report_tells_what_is_in_the_rows(folder) -> None:
+    page = report.write(folder).read_text(encoding="utf-8")
+    assert "5 of 7 runs went well, 1 failed, 1 were not run yet." in page
+    assert "it is &lt;too&gt; much" in page
+    # Means over two seeds: ± t(1) × sd / √2 = 12.71 × 0.7071 / 1.4142; of one seed alone, none.
+    cells = re.findall(r'<td class="n" data-v="[^"]*">([^<]*)</td>', page)
+    assert "101.5 ± 6.4" in cells and "51.5 ± 6.4" in cells and "101" in cells
+    best = page[page.index("Best settings") : page.index("Responses")]
+    assert best.index("101.5") < best.index("101<") < best.index("51.5")
+    pictures = sorted((folder / "pictures").iterdir())
+    assert [p.name for p in pictures] == [
+        "01 events against what varied.svg",
+        "02 share against what varied.svg",
+        "03 seconds against what varied.svg",
+        "04 events over PIR_.rays and PIR_.sweep.svg",
+    ]
+    for picture in pictures:
+        texts = [e.text for e in ET.parse(picture).iter("{http://www.w3.org/2000/svg}text")]
+        assert "PIR*.rays" in texts
+    # Nothing is fetched, and the same rows give the same page.
+    assert "src=" not in page and 'href="http' not in page.replace("xlink:href", "")
+    assert report.write(folder).read_text(encoding="utf-8") == page
+
+
+def test_a_folder_without_results_is_one_clear_line(folder) -> None:
+    with pytest.raises(Exception, match=r"has no results of a study \(No such file"):
+        report.write(folder / "none")
+    (folder / "study.json").write_text("{")
+    with pytest.raises(Exception, match=r"study\.json is damaged"):
+        report.write(folder)

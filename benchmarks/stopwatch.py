@@ -13,7 +13,7 @@ from typing import Any
 from angen_sensors.angen_addon.runtime import state
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
-from angen_sensors.angen_addon.scene.contact.bodies import Bodies
+from angen_sensors.angen_addon.scene.contact.tracker import ContactTracker
 from angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from angen_sensors.sensor_logic.recording.tracks import Track
@@ -26,7 +26,7 @@ WRAPPED = (
     (SceneRayCaster, "update", "what moved"),
     (RayCaster, "cast_at", "rays"),
     (SceneRayCaster, "cast_at", "rays"),
-    (Bodies, "look", "contact forces"),
+    (ContactTracker, "look", "contact forces"),
     (Probes, "forces", "contact forces"),
     (Probes, "measure", "light"),
     (SensorRunner, "read", "sensor models"),

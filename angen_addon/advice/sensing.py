@@ -8,7 +8,7 @@ from typing import Any
 
 from ...sensor_logic.wording import Advice, named, uncapped
 from ..scene.animation import is_animated
-from ..scene.contact.things import rigid_bodies
+from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.rays.solids import SURFACE_TYPES
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which surfaces weigh with the mass of which object, as `scene.contact.things` has it."""
+"""Which surfaces weigh with the mass of which object, as `scene.contact.contact_bodies` has it."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from ...sensor_logic.geometry.sweep import Passes
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose, pose_from_matrix
 from ...sensor_logic.parameters import specs
-from ..scene.contact.moments import gravity_of
+from ..scene.contact.frame_state import gravity_of
 from ..scene.instances import matrix_of as matrix_in
 from ..scene.instances import shown_in
 from ..scene.light.probe import LightRequest

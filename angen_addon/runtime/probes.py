@@ -11,8 +11,8 @@ import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.model import LightSample
-from ..scene.contact.bodies import Bodies
-from ..scene.contact.things import Pad
+from ..scene.contact.contact_bodies import Pad
+from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
 from ..scene.light.cycles import CyclesLight
 from ..scene.light.probe import LightError, LightRequest, measure_direct, measuring
@@ -52,7 +52,7 @@ class Probes:
         self.reflectance = Reflectance(self.caster)
         self.sweeper = Sweeper(self.caster)
         self._solids = self.caster.solids
-        self._bodies = Bodies(self._solids)
+        self._contacts = ContactTracker(self._solids)
         self._pads: list[Pad] = []
         self._told = 0
         # Of the pad that is asked about, by whole frames.
@@ -95,7 +95,7 @@ class Probes:
         """The motion alone, of the solids as they are in the list."""
         if self._pads:
             metres = unit_scale(depsgraph.scene)
-            self._bodies.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
+            self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
     def show(self, frame: int) -> None:
         """Brings the list of solids to one of the frames that are kept, of which it is at the
@@ -106,7 +106,7 @@ class Probes:
     def states_near(self, pad: Uid, scene: Any) -> list[Any] | None:
         """What tells apart, at each of the frames that are kept, all that a pad can feel; None
         where bounds do not tell."""
-        return self._bodies.states_near(pad, self.caster.frames, scene, unit_scale(scene))
+        return self._contacts.states_near(pad, self.caster.frames, scene, unit_scale(scene))
 
     @property
     def full(self) -> bool:
@@ -137,7 +137,7 @@ class Probes:
         self.caster.update(depsgraph)
         self._film = Film(solids, watched) if stands else None
         if self._pads:
-            self._bodies.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
+            self._contacts.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
         if self._film is not None and not self._film.take(watched):
             self._film = None
             solids.forget()
@@ -203,4 +203,4 @@ class Probes:
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""
-        return self.known_forces.get(frame) or self._bodies.forces(pad, frame)
+        return self.known_forces.get(frame) or self._contacts.forces(pad, frame)

@@ -108,16 +108,16 @@ def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) 
 
 def standing_groups(island: Island, world: World) -> list[Group]:
     groups = []
-    for key, standing in island.standing:
-        count = len(standing.places)
+    for key, support in island.supports:
+        count = len(support.places)
         groups.append(
             Group(
                 key,
-                standing.node,
-                standing.places,
+                support.node,
+                support.places,
                 np.broadcast_to(world.up, (count, 3)),
                 0.0,
-                standing.areas,
+                support.areas,
                 np.full(count, np.nan),
             )
         )

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A pad's contact island: every body with a weight that is reached from the pad through contacts;
-what cannot move ends it. Only the island is solved, so its cost does not grow with the scene."""
+"""A pad's contact island: every body with a weight that contacts connect with the pad. What cannot
+move ends it. Only the island is solved, so its cost does not grow with the scene."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .covered import Contact
-from .world import Key, Link, Node, Standing, World
+from .world import Constraint, Key, Node, Support, World
 
-# m: bodies nearer than this are looked at for contact.
+# m: bodies nearer than this are tested for contact.
 TOLERANCE = 0.002
-# The same beyond a collision margin, which is soft.
+# m: the same beyond a collision margin, which is soft.
 MESH_TOLERANCE = 0.008
-# Least cosine between a far contact's push and what a body needs.
+# Least cosine between the push of a contact found within `reach` and the force a body requires.
 ALONG = 0.3
 
 
 @dataclass
 class Island:
-    """Bodies in order, the contacts of shapes, what carried bodies stand on, and joints."""
+    """Bodies in order, contacts between shapes, supports of animated bodies, constraints."""
 
     bodies: list[Key] = field(default_factory=list)
     contacts: list[tuple[Key, Key, Contact]] = field(default_factory=list)
-    standing: list[tuple[Key, Standing]] = field(default_factory=list)
-    links: list[Link] = field(default_factory=list)
+    supports: list[tuple[Key, Support]] = field(default_factory=list)
+    constraints: list[Constraint] = field(default_factory=list)
 
 
 def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Island:
@@ -48,14 +48,14 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
             visit(node.owner)
         if node.weighs:
             island.bodies.append(key)
-        if node.carried:
-            for standing in world.standing(key):
-                island.standing.append((key, standing))
-                visit(standing.node)
-        for link in world.joints(key) if node.weighs else []:
+        if node.animated:
+            for support in world.supports_of(key):
+                island.supports.append((key, support))
+                visit(support.node)
+        for link in world.constraints_of(key) if node.weighs else []:
             if id(link) not in linked:
                 linked.add(id(link))
-                island.links.append(link)
+                island.constraints.append(link)
                 for end in (link.one, link.two):
                     if end is not None:
                         visit(end)
@@ -63,7 +63,7 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
             neighbour = world.node(other)
             if not any(acts(n, world).weighs for n in (node, neighbour)):
                 continue
-            if neighbour.carried and any(s.node == key for s in world.standing(other)):
+            if neighbour.animated and any(s.node == key for s in world.supports_of(other)):
                 visit(other)
             pair = (min(key, other), max(key, other))
             if pair in pairs:
@@ -72,21 +72,21 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
             margin = node.margin + neighbour.margin
             tolerance = TOLERANCE if margin == 0.0 else margin + MESH_TOLERANCE
             wide = reach.get(key, 0.0) + reach.get(other, 0.0)
-            contacts = world.meeting(*pair, tolerance + wide, when)
+            contacts = world.contacts(*pair, tolerance + wide, when)
             if wide > 0.0:
                 contacts = [contact for contact in contacts if _helps(contact, pair, world)]
             island.contacts += [(*pair, contact) for contact in contacts]
-            fast = neighbour.weighs and world.need(other).reach > TOLERANCE
-            if contacts or (fast and not neighbour.carried):
+            fast = neighbour.weighs and world.required_load(other).reach > TOLERANCE
+            if contacts or (fast and not neighbour.animated):
                 visit(other)
     return island
 
 
 def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
-    """Whether a contact looked for far off pushes one of its bodies the way it must be pushed."""
+    """Whether a contact pushes one of its bodies the way the body's required force points."""
     for key, sign in zip(pair, (1.0, -1.0), strict=True):
         if world.node(key).weighs:
-            force = world.need(key).load.wrench[:3]
+            force = world.required_load(key).load.wrench[:3]
             along = sign * float(contact.patch.normal @ force)
             if along > ALONG * float(np.linalg.norm(force)):
                 return True
@@ -94,5 +94,5 @@ def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
 
 
 def acts(node: Node, world: World) -> Node:
-    """A part acts as what it is a part of."""
+    """The node that moves with this one: its owner, where it has one."""
     return node if node.owner is None else world.node(node.owner)

@@ -14,21 +14,21 @@ from .covered import ALIGNED
 from .groups import Group, gaps, points_of, points_on_pad, shape_groups, standing_groups
 from .island import Island, acts, collect
 from .settling import Settled, height_between, settled
-from .world import Key, Link, Need, PadForces, Partner, World
+from .world import Constraint, Key, PadForces, Partner, RequiredLoad, World
 
-# Share of a body's need that may be left unexplained.
+# Share of a body's required load that its contacts may leave unexplained.
 RESIDUAL = 0.02
-# A body needs at least this share of its weight for its residual to be compared with.
+# Residuals are shares of the required force, or of this share of the weight where that is more.
 LEAST_NEED = 0.2
-# An animated body whose need is below this share of its weight is in free fall.
+# An animated body that requires less than this share of its weight is in free fall.
 LEAST_WEIGHT = 0.05
-# The same of all that the island's bodies need: what has no weight of its own passes on that.
+# As LEAST_NEED, of all that the island requires: a body without a weight passes that on.
 LEAST_SHARE = 1e-3
-# Of a body whose moments are soft, what is left of them counts this much.
+# Weight in the residual of the moments of a body whose moments are soft.
 BLURRED = 0.1
-# m: weight that hovers this near to the side of a pad, or above it, could belong on it.
+# m: a weight without support this near to the side of a pad, or above it, may belong on the pad.
 BESIDE, ABOVE = 0.25, 2.0
-# Where joints this much softer and harder share the weight with the pad otherwise, it is unknown.
+# Stiffness factors of joints. Where the pad's force differs between them, it is unknown.
 SOFT_JOINT, HARD_JOINT = 1e-3, 1e3
 TINY = 1e-12
 SHARE_KNOWN = 0.02
@@ -62,21 +62,22 @@ def pad_forces(pad: Key, world: World) -> PadForces:
 
 
 def _unheld(pad: Key, world: World) -> str:
-    """A weight near the pad that nothing holds: it may belong on the pad."""
-    for key in world.hovering(pad, BESIDE, ABOVE):
-        need = world.need(key)
-        heavy = need.load.wrench[:3] @ world.up > LEAST_WEIGHT * need.mass * world.gravity
-        if heavy and not world.standing(key):
+    """Names a weight near the pad that nothing supports, and which may belong on it; else empty."""
+    for key in world.animated_near(pad, BESIDE, ABOVE):
+        required = world.required_load(key)
+        heavy = required.load.wrench[:3] @ world.up > LEAST_WEIGHT * required.mass * world.gravity
+        if heavy and not world.supports_of(key):
             return f"nothing holds the weight of '{world.node(key).name}'"
     return ""
 
 
 def _wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
-    """Bodies that the contacts do not explain may have touched between two frames: they are
-    looked for as far as they moved, now and in the frames beside."""
+    """The best attempt with wider reach. Bodies whose load the contacts do not explain may have
+    touched between two frames, so contacts are searched as far as they move in a frame, in this
+    frame and in those before and after."""
     best = attempt
     reach = {
-        key: 1.2 * world.need(key).reach
+        key: 1.2 * world.required_load(key).reach
         for key, residual in attempt.residuals.items()
         if residual > RESIDUAL
     }
@@ -93,8 +94,8 @@ def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Att
     if not island.bodies:
         return _Attempt(island, groups, None, {})
     order = {key: index for index, key in enumerate(island.bodies)}
-    loads = [_load(world.need(key), when) for key in island.bodies]
-    joints = [_joint(link, order, 1.0) for link in island.links]
+    loads = [_load(world.required_load(key), when) for key in island.bodies]
+    joints = [_joint(link, order, 1.0) for link in island.constraints]
     lying = settled(loads, points_of(groups, order, world), gaps(groups), joints)
     points = lying.points
     found = balance(loads, points, joints)
@@ -105,31 +106,31 @@ def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Att
     }
     attempt = _Attempt(island, groups, found, residuals)
     attempt.unresolved = _unresolved(pad, world, attempt, lying)
-    if island.links:
+    if island.constraints:
         attempt.undecided = _undecided(pad, attempt, loads, points, order)
     return attempt
 
 
-def _load(need: Need, when: int) -> Load:
-    return replace(need.load, centre=need.centres[1 + when])
+def _load(required: RequiredLoad, when: int) -> Load:
+    return replace(required.load, centre=required.centres[1 + when])
 
 
 def _residual(world: World, key: Key, missing: Array, least: float) -> float:
-    """The share of a body's need, at least `least` newtons, that no contact explains. Of a carried
-    body, whose muscles give what its animation wants, only the weight counts."""
-    need = world.need(key)
-    least = max(LEAST_NEED * need.mass * world.gravity, least)
-    force = need.load.wrench[:3]
-    if world.node(key).carried:
+    """The share of a body's required load that no contact explains; loads count as at least `least`
+    newtons. Of an animated body, whose muscles do the rest, only the weight counts."""
+    required = world.required_load(key)
+    least = max(LEAST_NEED * required.mass * world.gravity, least)
+    force = required.load.wrench[:3]
+    if world.node(key).animated:
         return abs(float(missing[:3] @ world.up)) / max(abs(float(force @ world.up)), least)
-    moment = float(np.linalg.norm(missing[3:])) / need.load.size
-    if need.load.softness[3:].any():
+    moment = float(np.linalg.norm(missing[3:])) / required.load.size
+    if required.load.softness[3:].any():
         moment *= BLURRED
     left = float(np.linalg.norm(missing[:3])) + moment
     return left / max(float(np.linalg.norm(force)), least)
 
 
-def _joint(link: Link, order: dict[Key, int], stiffness: float) -> Joint:
+def _joint(link: Constraint, order: dict[Key, int], stiffness: float) -> Joint:
     ends = [GROUND if key is None else order.get(key, GROUND) for key in (link.one, link.two)]
     return Joint(ends[0], ends[1], link.place, link.forces, link.moments, stiffness)
 
@@ -137,27 +138,27 @@ def _joint(link: Link, order: dict[Key, int], stiffness: float) -> Joint:
 def _undecided(
     pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
 ) -> str:
-    """Whether it depends on the give of a joint how much the pad carries."""
+    """Says so where the pad's force depends on the stiffness of constraints; else empty."""
     on_pad = points_on_pad(pad, attempt.groups)
-    carried = [
+    borne = [
         np.abs(
             balance(
                 loads,
                 points,
-                [_joint(link, order, stiffness) for link in attempt.island.links],
+                [_joint(link, order, stiffness) for link in attempt.island.constraints],
             ).forces[on_pad]
         ).sum()
         for stiffness in (SOFT_JOINT, HARD_JOINT)
     ]
-    if abs(carried[0] - carried[1]) <= SHARE_KNOWN * max(carried):
+    if abs(borne[0] - borne[1]) <= SHARE_KNOWN * max(borne):
         return ""
-    names = ", ".join(f"'{link.name}'" for link in attempt.island.links)
+    names = ", ".join(f"'{link.name}'" for link in attempt.island.constraints)
     return f"statics cannot tell how much {names} carries"
 
 
 def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
-    """Whether the pad and what does not move beside it share a weight, though one of them is the
-    higher, by less than can be told."""
+    """Says so where the pad and something fixed beside it share a weight although one of them is
+    higher, by less than the contacts resolve; else empty."""
     assert attempt.balance is not None
     sides = []
     start = 0
@@ -171,14 +172,14 @@ def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> st
             if below and acts(world.node(body), world).weighs:
                 sides.append((body, under, below[0], group, sign, part, pressed))
     for body, under, shape, group, sign, part, pressed in sides:
-        for same, other, beside, along, turn, _, carried in sides if under == pad else ():
+        for same, other, beside, along, turn, _, borne in sides if under == pad else ():
             normal = sign * group.normals[0]
             if same != body or other == pad or world.node(other).weighs:
                 continue
             if turn * along.normals[0] @ normal < ALIGNED:
                 continue
             step = height_between(shape, beside, group.places, normal)
-            shared = min(pressed, carried) > SHARE_KNOWN * max(pressed, carried)
+            shared = min(pressed, borne) > SHARE_KNOWN * max(pressed, borne)
             if shared and found.level[part].max() < step < found.untold[part].max():
                 return (
                     f"'{world.node(pad).name}' and '{world.node(other).name}' differ in height by "
@@ -189,7 +190,7 @@ def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> st
 
 
 def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
-    problems = [world.need(key).problem for key in attempt.island.bodies]
+    problems = [world.required_load(key).problem for key in attempt.island.bodies]
     problems = [*problems, attempt.undecided, attempt.unresolved]
     if attempt.balance is None:
         return PadForces()

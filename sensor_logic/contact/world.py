@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the forces on a pad are worked out from, and what they are: the things of the scene, their
-needs and contacts as the island asks for them, and the answer."""
+"""Input and output of the calculation of forces on a pad: the bodies of the scene with the forces
+that their motion requires and their contacts, and the forces on the pad that follow."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ Key = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Node:
-    """A thing in the world that others touch. `key` names it; `name` is what the user calls it.
+    """A body or pad that others can touch. `key` identifies it, `name` is its object's.
 
-    `weighs`: it has a weight to pass on (simulated, or animated with a mass). `carried`: an
-    animated body, whose contact is looked for below its own surface. `margin` in metres: others
-    may be kept this far off by the engine. `owner`: the node that this one is a part of.
-    `objects`: session uids of the objects that it is made of.
+    `weighs`: it has a weight of its own (simulated, or animated with a mass). `animated`: keys move
+    it, no physics; its contacts are looked for below its own surface. `margin` in metres: the
+    physics engine may hold others this far off. `owner`: the node that this one is a part of.
+    `objects`: session uids of the objects that it consists of.
     """
 
     key: Key
     name: str
     weighs: bool
-    carried: bool
+    animated: bool
     friction: float
     margin: float = 0.0
     owner: Key | None = None
@@ -36,10 +36,11 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Need:
-    """What a body's contacts must give: `load`, with its centre now; its centres (3, 3) in the
-    frame before, now and after; its mass in kg; `reach`, how far it moves in a frame in metres;
-    and `problem`, why this is not known, or empty."""
+class RequiredLoad:
+    """What the contacts of a body must add up to for it to move as it does: `load`, about its
+    centre of mass in this frame; `centres` (3, 3) in the frame before, this one and the next, m;
+    `mass` in kg; `reach`: how far it moves in a frame, m; `problem`: why this is unknown, or
+    empty."""
 
     load: Load
     centres: Array
@@ -50,8 +51,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Ground:
-    """What is stood on but is no node, and so passes nothing on: its name, its number, and places
-    (k, 3) in m where it is met."""
+    """A surface without a node, which therefore passes no weight on: its object's name, its solid's
+    number, and the places (k, 3) in m where a body stands on it."""
 
     name: str
     number: int
@@ -59,9 +60,9 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Standing:
-    """A carried body's contact with what is below it: the support's `node`, places (k, 3), and
-    areas (k,) that count less the looser the contact. `ground`: what of it is no node."""
+class Support:
+    """Where one `node` supports an animated body from below: places (k, 3) in m, and areas (k,) in
+    m² that count less the wider the gap. `ground`: the supporting surfaces without a node."""
 
     node: Key
     places: Array
@@ -70,7 +71,7 @@ class Standing:
 
 
 class World(Protocol):
-    """What the island asks of the scene, at one frame. Lengths in metres."""
+    """The scene at one frame, as the search for a pad's island needs it. Lengths in metres."""
 
     up: Array
     gravity: float
@@ -79,19 +80,21 @@ class World(Protocol):
     def near(self, key: Key) -> Iterable[Key]:
         """Nodes whose bounds meet those of a node, both swept over the three frames."""
 
-    def meeting(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Contacts of two nodes' shapes `when` = −1, 0 or 1 frames off; a = 0, b = 1."""
+    def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        """Contacts between two nodes' shapes that are at most `reach` apart, `when` = −1, 0 or 1
+        frames from this one; in each, a = 0 is `one` and b = 1 is `two`."""
 
-    def standing(self, key: Key) -> list[Standing]: ...
-    def need(self, key: Key) -> Need: ...
-    def joints(self, key: Key) -> list[Link]: ...
-    def hovering(self, pad: Key, beside: float, above: float) -> list[Key]:
-        """Carried nodes beside or above the pad."""
+    def supports_of(self, key: Key) -> list[Support]: ...
+    def required_load(self, key: Key) -> RequiredLoad: ...
+    def constraints_of(self, key: Key) -> list[Constraint]: ...
+    def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
+        """Animated nodes up to `beside` next to the pad or `above` over it."""
 
 
 @dataclass(frozen=True)
-class Link:
-    """A constraint of the scene: `name`, the two nodes (None: the ground), and what it can give."""
+class Constraint:
+    """A rigid-body constraint: `name`, its two nodes (None: the ground), its place (3,) in m, and
+    the axes (k, 3) along which it can give forces and about which it can give moments."""
 
     name: str
     one: Key | None
@@ -103,8 +106,8 @@ class Link:
 
 @dataclass(frozen=True)
 class Partner:
-    """What touches a pad: its name, session uids of its objects, and at each point the place
-    (n, 3) in m and the force on the pad (n, 3) in N."""
+    """A node that touches a pad: its name, session uids of its objects, and of its contact points
+    the places (n, 3) in m and the forces on the pad (n, 3) in N."""
 
     name: str
     objects: frozenset[int]
@@ -114,9 +117,9 @@ class Partner:
 
 @dataclass(frozen=True)
 class PadForces:
-    """What presses on a pad. `residual`: greatest share of a body's need left unexplained;
-    `problem`: why the forces are not known for sure, empty where they are; `usable`: whether they
-    are an estimate at least; `bodies`: how many are in the island."""
+    """The forces on a pad. `residual`: the greatest share of a body's required load that no contact
+    explains; `problem`: why the forces are uncertain, or empty; `usable`: whether they are at least
+    an estimate; `bodies`: how many bodies the island has."""
 
     partners: tuple[Partner, ...] = ()
     residual: float = 0.0

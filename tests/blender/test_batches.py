@@ -11,7 +11,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime import (
     stage,
 )
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import bodies
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import tracker
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
@@ -255,8 +255,8 @@ def test_pads_read_the_same_where_what_they_cannot_feel_is_left_out(
     sensors_about(world)
     steps_on_a_pad(world)
     looks = []
-    look = bodies.Bodies.look
-    monkeypatch.setattr(bodies.Bodies, "look", lambda *a: looks.append(1) or look(*a))
+    look = tracker.ContactTracker.look
+    monkeypatch.setattr(tracker.ContactTracker, "look", lambda *a: looks.append(1) or look(*a))
     plain, of_all = read_plain(world, monkeypatch), len(looks)
     found = np.array(plain["pad"].columns["force_n"])
     assert found.max() > 500.0 and found[0] == found[-1] == 0.0

@@ -8,7 +8,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.scene.contact.colliders import (
     rigid_body_collider,
 )
-from bl_ext.user_default.angen_sensors.angen_addon.scene.contact.moments import _rigid
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact.frame_state import _rigid
 
 SHAPES = ["BOX", "SPHERE", "CAPSULE", "CYLINDER", "CONE", "CONVEX_HULL", "MESH"]
 MARGIN = {"CONE": 0.04, "MESH": 0.04}

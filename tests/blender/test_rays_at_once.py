@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import columns
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import parallel_rays
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.bundles import Rays
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
@@ -139,7 +139,7 @@ def test_only_rays_from_one_point_have_one():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_columns_meet_the_nearest_triangle_within_their_length(seed):
+def test_parallel_rays_hit_the_nearest_triangle_within_their_length(seed):
     random = np.random.default_rng(seed)
     points, corners = lump()
     way = random.normal(size=3) if seed else np.array([0.0, 0.0, -1.0])
@@ -147,8 +147,8 @@ def test_columns_meet_the_nearest_triangle_within_their_length(seed):
     starts = random.uniform(-1.3, 1.3, (700, 3)) - way
     length = random.uniform(0.1, 2.5, len(starts))
     expected = met_by(tree_of(points, corners), starts, np.tile(way, (700, 1)), length)
-    surface = columns.with_bounds(points[corners].astype(np.float64))
-    got = columns.meet(surface, starts, way, length)
+    surface = parallel_rays.with_bounds(points[corners].astype(np.float64))
+    got = parallel_rays.hit_distances(surface, starts, way, length)
     undecided = np.isfinite(got) != np.isfinite(expected)
     assert undecided.sum() <= 2
     both = np.isfinite(got) & np.isfinite(expected)
@@ -158,18 +158,18 @@ def test_columns_meet_the_nearest_triangle_within_their_length(seed):
     assert 100 < both.sum() < 600
 
 
-def test_columns_meet_each_of_many_surfaces_as_if_it_were_the_only_one():
+def test_parallel_rays_hit_each_of_many_surfaces_as_if_it_were_the_only_one():
     random = np.random.default_rng(5)
     points, corners = lump()
     starts, length = random.uniform(-1.3, 1.3, (300, 3)), random.uniform(0.1, 2.5, 300)
     way = np.array([0.6, 0.0, -0.8])
-    kept = columns.Columns(starts, way, length)
+    kept = parallel_rays.ParallelRays(starts, way, length)
     met = 0
     for _ in range(12):
         moved = points[corners] * random.uniform(0.2, 1.5) + random.uniform(-1.0, 1.0, 3)
-        surface = columns.with_bounds(moved)
-        anew = columns.meet(surface, starts, way, length)
-        assert (kept.meet(surface) == anew).all()
+        surface = parallel_rays.with_bounds(moved)
+        anew = parallel_rays.hit_distances(surface, starts, way, length)
+        assert (kept.hit_distances(surface) == anew).all()
         expected = met_by(
             tree_of(moved.reshape(-1, 3), np.arange(len(moved) * 3).reshape(-1, 3)),
             starts,
@@ -181,7 +181,7 @@ def test_columns_meet_each_of_many_surfaces_as_if_it_were_the_only_one():
     assert met > 300
 
 
-def test_columns_leave_no_gap_along_edges():
+def test_parallel_rays_leave_no_gap_along_edges():
     """Straight onto the edges and corners of a grid of triangles."""
     side = np.linspace(0, 1, 6)
     corner = np.array([(x, y, 0.0) for x in side[:-1] for y in side[:-1]])
@@ -192,22 +192,28 @@ def test_columns_leave_no_gap_along_edges():
     )  # fmt: skip
     at = np.linspace(0.0, 1.0, 21)
     starts = np.array([(x, y, 1.0) for x in at for y in at])
-    surface = columns.with_bounds(triangles)
-    got = columns.meet(surface, starts, np.array([0.0, 0.0, -1.0]), np.full(len(starts), 2.0))
+    surface = parallel_rays.with_bounds(triangles)
+    got = parallel_rays.hit_distances(
+        surface, starts, np.array([0.0, 0.0, -1.0]), np.full(len(starts), 2.0)
+    )
     assert got == pytest.approx(np.ones(len(starts)), abs=1e-12)
-    beside = columns.meet(surface, starts + [1.01, 0, 0], np.array([0.0, 0, -1.0]), np.full(441, 2))
+    beside = parallel_rays.hit_distances(
+        surface, starts + [1.01, 0, 0], np.array([0.0, 0, -1.0]), np.full(441, 2)
+    )
     assert np.isinf(beside).all()
-    no_reach = columns.meet(surface, starts, np.array([0.0, 0.0, -1.0]), np.full(441, 0.99))
+    no_reach = parallel_rays.hit_distances(
+        surface, starts, np.array([0.0, 0.0, -1.0]), np.full(441, 0.99)
+    )
     assert np.isinf(no_reach).all()
 
 
-def test_columns_pass_over_what_is_no_place():
+def test_parallel_rays_pass_over_what_is_no_place():
     triangles = np.full((3, 3, 3), np.nan)
     triangles[1] = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
     triangles[2] = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
     up = np.array([0.0, 0.0, 1.0])
-    got = columns.meet(
-        columns.with_bounds(triangles), np.array([(0.2, 0.2, -1)]), up, np.ones(1) * 3
+    got = parallel_rays.hit_distances(
+        parallel_rays.with_bounds(triangles), np.array([(0.2, 0.2, -1)]), up, np.ones(1) * 3
     )
     assert got == pytest.approx([1.0])
 

@@ -28,12 +28,12 @@ def probed(world, addon_part):
     probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
     probes.look(depsgraph, None)
     solids = probes.caster.solids
-    things = addon_part("angen_addon.scene.contact.things").Things()
-    things.sync(depsgraph, solids, [])
+    bodies = addon_part("angen_addon.scene.contact.contact_bodies").ContactBodies()
+    bodies.sync(depsgraph, solids, [])
     return {
-        thing.original.name: sorted(s.geometry.original.name for s in thing.surfaces)
-        for thing in things.by_key.values()
-        if thing.carried
+        body.original.name: sorted(s.geometry.original.name for s in body.solids)
+        for body in bodies.by_key.values()
+        if body.animated
     }
 
 

@@ -11,7 +11,7 @@ from sensor_logic.contact.balance import Load
 from sensor_logic.contact.covered import Contact
 from sensor_logic.contact.pad_forces import pad_forces
 from sensor_logic.contact.patches import contact_patch
-from sensor_logic.contact.world import Link, Need, Node, Standing
+from sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
 
 G = 9.81
 PAD = (1,)
@@ -29,8 +29,8 @@ class Boxes:
 
     def __init__(self):
         self.up, self.gravity = np.array((0.0, 0.0, 1.0)), G
-        self.nodes, self.shapes, self.needs = {}, {}, {}
-        self.links, self.stands, self.asked = [], {}, set()
+        self.nodes, self.shapes, self.required = {}, {}, {}
+        self.constraints, self.stands, self.asked = [], {}, set()
 
     def add(self, key, half, place, mass=0.0, acceleration=(0, 0, 0), **node):
         name = "pad" if key == PAD else f"body {key[0]}"
@@ -41,7 +41,7 @@ class Boxes:
         load = Load(
             np.array(place, float), np.concatenate([push, np.zeros(3)]), np.linalg.norm(half)
         )
-        self.needs[key] = Need(load, np.tile(np.array(place, float), (3, 1)), mass, 0.0)
+        self.required[key] = RequiredLoad(load, np.tile(np.array(place, float), (3, 1)), mass, 0.0)
 
     def node(self, key):
         return self.nodes.get(key) or Node(key, "", False, False, 0.7)
@@ -57,21 +57,21 @@ class Boxes:
             and (own.hi >= shape.lo - 0.05).all()
         ]
 
-    def meeting(self, one, two, reach, when):
+    def contacts(self, one, two, reach, when):
         patch = contact_patch(self.shapes[one], self.shapes[two], reach)
         return [] if patch is None else [Contact(0, 1, patch, self.shapes[one], self.shapes[two])]
 
-    def standing(self, key):
+    def supports_of(self, key):
         return self.stands.get(key, [])
 
-    def need(self, key):
-        return self.needs[key]
+    def required_load(self, key):
+        return self.required[key]
 
-    def joints(self, key):
-        return [link for link in self.links if key in (link.one, link.two)]
+    def constraints_of(self, key):
+        return [link for link in self.constraints if key in (link.one, link.two)]
 
-    def hovering(self, pad, beside, above):
-        return [key for key, node in self.nodes.items() if node.carried]
+    def animated_near(self, pad, beside, above):
+        return [key for key, node in self.nodes.items() if node.animated]
 
 
 def on_pad(found):
@@ -148,29 +148,31 @@ def test_weight_that_no_contact_explains_is_told(boxes):
 
 def test_an_unknown_need_is_told(boxes):
     boxes.add((2,), (0.1, 0.1, 0.1), (0, 0, 0.11), 4.0)
-    boxes.needs[(2,)] = replace(boxes.needs[(2,)], problem="'body 2' has just appeared")
+    boxes.required[(2,)] = replace(boxes.required[(2,)], problem="'body 2' has just appeared")
     found = pad_forces(PAD, boxes)
     assert found.problem == "'body 2' has just appeared" and not found.usable
 
 
 def test_someone_who_stands_on_a_pad(boxes):
-    boxes.add((2,), (0.1, 0.1, 0.8), (0, 0, 0.82), 70.0, carried=True)
+    boxes.add((2,), (0.1, 0.1, 0.8), (0, 0, 0.82), 70.0, animated=True)
     places = np.array([(x, y, 0.01) for x in (-0.1, 0.1) for y in (-0.05, 0.05)])
-    boxes.stands[(2,)] = [Standing(PAD, places, np.full(4, 0.005))]
+    boxes.stands[(2,)] = [Support(PAD, places, np.full(4, 0.005))]
     found = pad_forces(PAD, boxes)
     assert on_pad(found) == pytest.approx(70 * G, rel=1e-6)
     assert not found.problem
 
 
 def test_someone_who_hovers_is_told(boxes):
-    boxes.add((2,), (0.1, 0.1, 0.8), (0, 0, 1.0), 70.0, carried=True)
+    boxes.add((2,), (0.1, 0.1, 0.8), (0, 0, 1.0), 70.0, animated=True)
     found = pad_forces(PAD, boxes)
     assert "nothing holds the weight of 'body 2'" in found.problem and not found.usable
 
 
 def test_a_joint_to_the_ground_makes_it_unknown(boxes):
     boxes.add((2,), (0.1, 0.1, 0.1), (0, 0, 0.11), 4.0)
-    boxes.links = [Link("glue", (2,), None, np.array((0, 0, 0.2)), np.eye(3), np.eye(3))]
+    boxes.constraints = [
+        Constraint("glue", (2,), None, np.array((0, 0, 0.2)), np.eye(3), np.eye(3))
+    ]
     found = pad_forces(PAD, boxes)
     assert "'glue'" in found.problem and not found.usable
 
@@ -178,7 +180,9 @@ def test_a_joint_to_the_ground_makes_it_unknown(boxes):
 def test_a_joint_between_two_bodies_of_the_island_is_known(boxes):
     boxes.add((2,), (0.1, 0.1, 0.1), (0, 0, 0.11), 4.0)
     boxes.add((3,), (0.05, 0.05, 0.02), (0.16, 0, 0.15), 1.0)
-    boxes.links = [Link("glue", (2,), (3,), np.array((0.1, 0, 0.15)), np.eye(3), np.eye(3))]
+    boxes.constraints = [
+        Constraint("glue", (2,), (3,), np.array((0.1, 0, 0.15)), np.eye(3), np.eye(3))
+    ]
     found = pad_forces(PAD, boxes)
     assert not found.problem
     assert on_pad(found) == pytest.approx(5 * G, rel=1e-4)

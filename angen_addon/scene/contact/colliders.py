@@ -27,10 +27,10 @@ LEAST_EXTENT = 1e-6
 class Collider:
     """Shapes of one rigid body or pad in its own space, scaled, without rotation and place.
 
-    `convex` are its shapes; `triangles` (n, 3, 3) those of a surface that is not convex, `shell`
-    (n, 3, 3) those of one that is, but hollow: a room's, for what is in it. `margin`:
-    meshes and cones keep others this far off, in metres; other shapes have it inside.
-    `lo`, `hi` (3,) are its bounds, `inertia` (3,) m² is per kilogram.
+    `convex` are its convex shapes; `triangles` (n, 3, 3) those of surfaces that are not convex;
+    `shell` (n, 3, 3) those of a convex mesh, which is hollow, so that bodies can be inside it as in
+    a room. `margin` in metres: meshes and cones hold others this far off, other shapes not at all.
+    `lo`, `hi` (3,) m are its bounds, `inertia` (3,) m² is per kilogram.
     """
 
     def __init__(self) -> None:
@@ -49,7 +49,8 @@ class Collider:
         return len(self.triangles) > 0
 
     def finish(self) -> None:
-        """Bounds, and what they give for the inertia, as the engine has it for most shapes."""
+        """Sets the bounds, and the inertia of a box of that size, which the engine uses for most
+        shapes."""
         corners = [c for shape in self.convex for c in (shape.lo, shape.hi)]
         if self.meshy:
             flat = self.triangles.reshape(-1, 3)
@@ -61,11 +62,11 @@ class Collider:
 
     @property
     def by_place(self) -> bool:
-        """Whether its shapes depend on what it meets."""
+        """Whether `placed` depends on its box."""
         return self.meshy or len(self.shell) > 0
 
     def holds(self, place: Array, pose: Array) -> bool:
-        """Whether a place (3,) of the world is within its hollow."""
+        """Whether a point (3,) in world space is inside its shell."""
         if not len(self.shell) or len(self.convex) != 1:
             return False
         local = (place - pose[:3, 3]) @ pose[:3, :3]
@@ -73,8 +74,9 @@ class Collider:
         return bool((hull.normals @ local < hull.offsets).all())
 
     def placed(self, pose: Array, lo: Array, hi: Array) -> list[Shape]:
-        """Its shapes at a pose (4, 4) without scale; of a surface, and where the middle of the box
-        `lo`, `hi` of the world is in its hollow, the triangles that come into this box."""
+        """Its shapes at a pose (4, 4) without scale. Of triangles, only those within the box `lo`,
+        `hi` (3,) of the world; where the middle of that box is inside its shell, those of the
+        shell in place of the convex shapes."""
         inside = self.holds((lo + hi) / 2.0, pose)
         found = [] if inside else [shape.placed(pose) for shape in self.convex]
         triangles = self.shell if inside else self.triangles
@@ -103,7 +105,7 @@ def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: fl
 
 
 def surface_collider(evaluated: Any, scale: Array, metres: float) -> Collider:
-    """The collider of a pad that the physics engine does not know: its surface as it is."""
+    """The collider of a pad without a rigid body: its surface as it is."""
     collider = Collider()
     _add_surface(collider, _triangles(evaluated) * scale * metres)
     collider.finish()
@@ -197,9 +199,9 @@ def _round_inertia(kind: str, shape: Shape) -> Array:
 
 
 def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
-    """The convex hull. The engine shrinks it by its margin first and scales what is left, the
-    margin by the least of the scales, a compound's `part`'s not at all: then the hull is elsewhere
-    than its mesh. A margin that the user set is outside."""
+    """The convex hull, which need not be where the mesh is: the engine shrinks it by its margin,
+    scales that, and adds the margin again, scaled by the least scale, or unscaled for a `part` of a
+    compound. A margin that the user set is added outside."""
     shape = convex_hull(_vertices(evaluated))
     if shape is None:
         return None
@@ -248,7 +250,7 @@ def convex_hull(points: Array) -> Shape | None:
 
 
 def _swept(shape: Shape, radius: float) -> Shape:
-    """The same core under another ball."""
+    """The same core, rounded with another radius."""
     more = radius - shape.radius
     return replace(
         shape,

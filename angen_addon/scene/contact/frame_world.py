@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene at one frame as the contact forces on pads ask for it: what meets what, and what each
-body needs to move as it does."""
+"""The scene at one frame as the calculation of forces on pads needs it: contacts between bodies,
+and the load that each body requires to move as it does."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from ....sensor_logic.contact.balance import Load
 from ....sensor_logic.contact.covered import Contact
 from ....sensor_logic.contact.patches import contact_patch
 from ....sensor_logic.contact.shapes import Shape, perpendiculars
-from ....sensor_logic.contact.world import Link, Need, Node, Standing
+from ....sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
+from .body_settings import FRICTION, BodySettings, is_simulated, read_settings
 from .colliders import Collider
-from .facts import FRICTION, Facts, facts_of, is_simulated
-from .links import links_of
-from .moments import Moment
-from .things import Key, Thing, Things
+from .constraints import read_constraint
+from .contact_bodies import ContactBodies, ContactBody, Key
+from .frame_state import FrameState
 
 Array = np.typing.NDArray[np.float64]
-# Contacts of two things as last found, by the reach they were looked for with, and the poses and
-# scales that the two had.
-Resting = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]
-# m/s²: no person goes up or down like the one, or moves at all like the other; the body was put
-# elsewhere, or its animation starts with a jerk.
+# Contacts of two bodies by reach, with the poses and scales of both, until the scene is edited:
+# what rests costs nothing after its first frame.
+KnownContacts = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]
+# m/s², vertical and in any direction: no person accelerates as much, so that the body was moved
+# elsewhere at once, or its animation starts with a jerk.
 JERK, JUMP = 15.0, 80.0
-# Of an animated body the weight must be met. Its moments are met as far as its supports can, and
-# what it pushes sideways is its muscles' affair.
+# Softness of the load of an animated body: supports must give its weight, give its moments as far
+# as they can, and need give no sideways force, which is its muscles' affair.
 SOFT_MOMENT, FREE = 1e-4, 1e3
-# Of a simulated body that moves.
+# Softness of the moments of a simulated body that moves.
 MOVING_MOMENT = 1e-4
 
 
@@ -41,44 +41,45 @@ class FrameWorld:
     def __init__(
         self,
         depsgraph: Any,
-        things: Things,
-        moments: Sequence[Moment],
+        bodies: ContactBodies,
+        states: Sequence[FrameState],
         metres: float,
-        resting: Resting,
+        known_contacts: KnownContacts,
     ) -> None:
-        self.frame = moments[1].frame
+        self.frame = states[1].frame
         self._depsgraph = depsgraph
-        self._things = things
-        self._moments = moments
+        self._bodies = bodies
+        self._states = states
         self._metres = metres
         scene = depsgraph.scene
-        self._gravity, self.up = moments[1].gravity, moments[1].up
+        self._gravity, self.up = states[1].gravity, states[1].up
         self.gravity = float(np.linalg.norm(self._gravity))
         render = scene.render
         self._frame_time = render.fps_base / render.fps
         world = scene.rigidbody_world
         self._time_scale = world.time_scale if world is not None else 1.0
         self._nodes: dict[Key, Node] = {}
-        self._needs: dict[Key, Need] = {}
-        self._links: dict[Key, list[Link]] | None = None
-        self._apart: set[frozenset[Key]] = set()
-        self._resting = resting
-        self._meetings: dict[tuple[Key, Key, float, int], list[Contact]] = {}
+        self._required: dict[Key, RequiredLoad] = {}
+        self._constraints: dict[Key, list[Constraint]] | None = None
+        # Pairs between which a constraint switches collisions off.
+        self._no_collision: set[frozenset[Key]] = set()
+        self._known_contacts = known_contacts
+        self._contacts: dict[tuple[Key, Key, float, int], list[Contact]] = {}
         self._placed: dict[tuple[Key, int], list[Shape]] = {}
-        rows = [[moment.row.get(key, -1) for key in moments[1].row] for moment in moments]
-        self._lo = np.min([m.lo[r] for m, r in zip(moments, rows, strict=True)], axis=0)
-        self._hi = np.max([m.hi[r] for m, r in zip(moments, rows, strict=True)], axis=0)
-        self._keys = list(moments[1].row)
+        rows = [[state.row.get(key, -1) for key in states[1].row] for state in states]
+        self._lo = np.min([m.lo[r] for m, r in zip(states, rows, strict=True)], axis=0)
+        self._hi = np.max([m.hi[r] for m, r in zip(states, rows, strict=True)], axis=0)
+        self._keys = list(states[1].row)
 
-    def _evaluated(self, thing: Thing) -> Any:
-        return thing.original.evaluated_get(self._depsgraph)
+    def _evaluated(self, body: ContactBody) -> Any:
+        return body.original.evaluated_get(self._depsgraph)
 
-    def _facts(self, key: Key) -> Facts:
-        """As taken down at the frame; of what was not near any pad then, as they are now."""
-        facts = self._moments[1].facts
-        if key not in facts:
-            facts[key] = facts_of(self._evaluated(self._things.by_key[key]))
-        return facts[key]
+    def _settings(self, key: Key) -> BodySettings:
+        """The settings at the frame; of bodies that were near no pad then, those of now."""
+        settings = self._states[1].settings
+        if key not in settings:
+            settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]))
+        return settings[key]
 
     def node(self, key: Key) -> Node:
         known = self._nodes.get(key)
@@ -87,111 +88,117 @@ class FrameWorld:
         return known
 
     def _make_node(self, key: Key) -> Node:
-        thing = self._things.by_key.get(key)
-        if thing is None:
+        body = self._bodies.by_key.get(key)
+        if body is None:
             return Node(key, "", False, False, FRICTION)
-        facts = self._facts(key)
-        carried = key in self._moments[1].bodies and facts.load_mass > 0.0
-        if thing.laid and key in self._moments[1].standing:
-            # What lies on what does not move need not be asked what it passes on.
-            carried = any(self._gives_way(s.node) for s in self._moments[1].standing[key])
-        simulated = not carried and thing.rigid and facts.simulated
-        friction = facts.friction if thing.rigid else FRICTION
-        margin = self._collider(key, 0).margin if thing.rigid else 0.0
-        if thing.pad:
-            # In a mesh's margin the pad is what lies between.
+        settings = self._settings(key)
+        animated = key in self._states[1].posed and settings.load_mass > 0.0
+        if body.loose_pad and key in self._states[1].supports:
+            # A pad on a floor passes its load on to the floor alone: nobody needs to know it.
+            animated = any(self._gives_way(s.node) for s in self._states[1].supports[key])
+        simulated = not animated and body.rigid and settings.simulated
+        friction = settings.friction if body.rigid else FRICTION
+        margin = self._collider(key, 0).margin if body.rigid else 0.0
+        if body.pad:
+            # Bodies held off by the margin of the mesh below press on the pad in between.
             margin = max([margin, *(self._margin_of_ground(other) for other in self.near(key))])
         return Node(
             key,
-            thing.original.name,
-            carried or simulated,
-            carried,
+            body.original.name,
+            animated or simulated,
+            animated,
             friction,
             margin,
-            thing.owner,
-            thing.objects,
+            body.owner,
+            body.objects,
         )
 
     def _gives_way(self, key: Key) -> bool:
-        """Whether what stands on this thing weighs on something that has a weight of its own."""
-        thing = self._things.by_key.get(key)
-        if thing is None:
+        """Whether this body passes the weight of what stands on it on to others."""
+        body = self._bodies.by_key.get(key)
+        if body is None:
             return False
-        facts = self._facts(key)
-        return thing.laid or thing.owner is not None or facts.load_mass > 0.0 or facts.simulated
+        settings = self._settings(key)
+        return (
+            body.loose_pad
+            or body.owner is not None
+            or settings.load_mass > 0.0
+            or settings.simulated
+        )
 
     def near(self, key: Key) -> list[Key]:
-        row = self._moments[1].row.get(key)
+        row = self._states[1].row.get(key)
         if row is None:
             return []
         meets = ((self._lo <= self._hi[row]) & (self._hi >= self._lo[row])).all(axis=1)
         keys = [self._keys[other] for other in np.flatnonzero(meets).tolist() if other != row]
-        # What is gone by the next frame, such as who has left the home, touches nothing any more.
-        return [key for key in keys if key in self._things.by_key]
+        # A body that the next frame lacks, such as who has left the home, touches nothing.
+        return [key for key in keys if key in self._bodies.by_key]
 
-    def hovering(self, pad: Key, beside: float, above: float) -> list[Key]:
-        row = self._moments[1].row[pad]
+    def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
+        row = self._states[1].row[pad]
         lo, hi = self._lo[row] - beside, self._hi[row] + beside
         lo, hi = np.minimum(lo, lo + self.up * above), np.maximum(hi, hi + self.up * above)
         meets = ((self._lo <= hi) & (self._hi >= lo)).all(axis=1)
         keys = [self._keys[other] for other in np.flatnonzero(meets).tolist()]
-        looked_at = self._moments[1].standing
-        return [key for key in keys if key in looked_at and self.node(key).carried]
+        looked_at = self._states[1].supports
+        return [key for key in keys if key in looked_at and self.node(key).animated]
 
-    def standing(self, key: Key) -> list[Standing]:
-        return self._moments[1].standing.get(key, [])
+    def supports_of(self, key: Key) -> list[Support]:
+        return self._states[1].supports.get(key, [])
 
-    def joints(self, key: Key) -> list[Link]:
-        return self._all_links().get(key, [])
+    def constraints_of(self, key: Key) -> list[Constraint]:
+        return self._all_constraints().get(key, [])
 
-    def _all_links(self) -> dict[Key, list[Link]]:
-        if self._links is None:
-            self._links = {}
+    def _all_constraints(self) -> dict[Key, list[Constraint]]:
+        if self._constraints is None:
+            self._constraints = {}
             keys = set(self._keys)
-            for constraint in self._things.constraints:
-                made = links_of(constraint.evaluated_get(self._depsgraph), keys, self._metres)
+            for obj in self._bodies.constraints:
+                made = read_constraint(obj.evaluated_get(self._depsgraph), keys, self._metres)
                 if made is None:
                     continue
-                link, collide = made
+                constraint, collide = made
+                ends = [end for end in (constraint.one, constraint.two) if end is not None]
                 if not collide:
-                    self._apart.add(frozenset(k for k in (link.one, link.two) if k is not None))
-                for end in {link.one, link.two} - {None}:
-                    assert end is not None
-                    self._links.setdefault(end, []).append(link)
-        return self._links
+                    self._no_collision.add(frozenset(ends))
+                for end in dict.fromkeys(ends):
+                    self._constraints.setdefault(end, []).append(constraint)
+        return self._constraints
 
-    def meeting(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+    def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
         named = (one, two, reach, when)
-        known = self._meetings.get(named)
+        known = self._contacts.get(named)
         if known is None:
-            known = self._meetings[named] = self._meet_anew(one, two, reach, when)
+            known = self._contacts[named] = self._known_or_new(one, two, reach, when)
         return known
 
-    def _meet_anew(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Found again only where one of the two has moved since it was found last."""
-        moment = self._moments[1 + when]
-        if one not in moment.row or two not in moment.row:
+    def _known_or_new(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        """The contacts; searched again only where one of the two has moved since the last
+        search."""
+        state = self._states[1 + when]
+        if one not in state.row or two not in state.row:
             return []
-        rows = [moment.row[one], moment.row[two]]
-        place = np.concatenate([moment.poses[rows].ravel(), moment.scales[rows].ravel()])
-        last = self._resting.get((one, two, reach))
+        rows = [state.row[one], state.row[two]]
+        place = np.concatenate([state.poses[rows].ravel(), state.scales[rows].ravel()])
+        last = self._known_contacts.get((one, two, reach))
         if last is not None and np.array_equal(last[0], place):
             return last[1]
-        found = self._meet(one, two, reach, when)
+        found = self._find_contacts(one, two, reach, when)
         if when == 0:
-            self._resting[one, two, reach] = place, found
+            self._known_contacts[one, two, reach] = place, found
         return found
 
-    def _meet(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+    def _find_contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
         nodes = self.node(one), self.node(two)
-        # A part acts as what it is a part of.
+        # A part acts as its owner.
         acting = [node if node.owner is None else self.node(node.owner) for node in nodes]
-        if not self._collide(one, two) or not any(n.weighs and not n.carried for n in acting):
+        if not self._collide(one, two) or not any(n.weighs and not n.animated for n in acting):
             return []
         if one == nodes[1].owner or two == nodes[0].owner:
             return []
-        self._all_links()
-        if frozenset((one, two)) in self._apart:
+        self._all_constraints()
+        if frozenset((one, two)) in self._no_collision:
             return []
         first, second = self._shapes(one, when, two, reach), self._shapes(two, when, one, reach)
         found = []
@@ -203,8 +210,8 @@ class FrameWorld:
         return found
 
     def _collide(self, one: Key, two: Key) -> bool:
-        """Whether the engine lets two things collide; a pad that it does not know meets all."""
-        first, second = self._things.by_key[one], self._things.by_key[two]
+        """Whether the physics engine lets two bodies collide; a pad without physics meets all."""
+        first, second = self._bodies.by_key[one], self._bodies.by_key[two]
         if not (first.collides and second.collides) or not (first.rigid or second.rigid):
             return False
         if first.rigid and second.rigid:
@@ -213,44 +220,44 @@ class FrameWorld:
         return True
 
     def _collider(self, key: Key, when: int) -> Collider:
-        moment = self._moments[1 + when]
-        scale = moment.scales[moment.row[key]]
-        return self._things.by_key[key].collider(self._depsgraph, scale, self._metres)
+        state = self._states[1 + when]
+        scale = state.scales[state.row[key]]
+        return self._bodies.by_key[key].collider(self._depsgraph, scale, self._metres)
 
     def _margin_of_ground(self, key: Key) -> float:
-        thing = self._things.by_key[key]
-        if not thing.rigid or is_simulated(self._evaluated(thing)):
+        body = self._bodies.by_key[key]
+        if not body.rigid or is_simulated(self._evaluated(body)):
             return 0.0
         return self._collider(key, 0).margin
 
     def _shapes(self, key: Key, when: int, other: Key, reach: float) -> list[Shape]:
-        moment = self._moments[1 + when]
-        row = moment.row[key]
+        state = self._states[1 + when]
+        row = state.row[key]
         collider = self._collider(key, when)
         if collider.by_place:
-            near = moment.row[other]
-            lo, hi = moment.lo[near] - reach, moment.hi[near] + reach
-            return collider.placed(moment.poses[row], lo, hi)
+            near = state.row[other]
+            lo, hi = state.lo[near] - reach, state.hi[near] + reach
+            return collider.placed(state.poses[row], lo, hi)
         named = (key, when)
         if named not in self._placed:
             nowhere = np.zeros(3)
-            self._placed[named] = collider.placed(moment.poses[row], nowhere, nowhere)
+            self._placed[named] = collider.placed(state.poses[row], nowhere, nowhere)
         return self._placed[named]
 
-    def need(self, key: Key) -> Need:
-        known = self._needs.get(key)
+    def required_load(self, key: Key) -> RequiredLoad:
+        known = self._required.get(key)
         if known is None:
-            carried = self.node(key).carried
-            known = self._need_of_carried(key) if carried else self._need_of_simulated(key)
-            self._needs[key] = known
+            animated = self.node(key).animated
+            find = self._required_of_animated if animated else self._required_of_simulated
+            known = self._required[key] = find(key)
         return known
 
-    def _need_of_simulated(self, key: Key) -> Need:
-        thing = self._things.by_key[key]
-        facts = self._facts(key)
-        if any(key not in moment.row for moment in self._moments):
-            return _unknown_need(f"'{thing.original.name}' has just appeared")
-        poses = [moment.poses[moment.row[key]] for moment in self._moments]
+    def _required_of_simulated(self, key: Key) -> RequiredLoad:
+        body = self._bodies.by_key[key]
+        settings = self._settings(key)
+        if any(key not in state.row for state in self._states):
+            return _unknown_load(f"'{body.original.name}' has just appeared")
+        poses = [state.poses[state.row[key]] for state in self._states]
         collider = self._collider(key, 0)
         size = max(float(np.linalg.norm(collider.hi - collider.lo)) / 2.0, 1e-4)
         dt = self._frame_time * self._time_scale
@@ -262,33 +269,33 @@ class FrameWorld:
         wrench = motion.wrench(
             moved,
             poses[1],
-            facts.mass,
-            collider.inertia * facts.mass,
+            settings.mass,
+            collider.inertia * settings.mass,
             self._gravity,
-            facts.linear_damping,
-            facts.angular_damping,
+            settings.linear_damping,
+            settings.angular_damping,
         )
         centres = np.array([pose[:3, 3] for pose in poses])
-        # Where a body tumbles, its contacts wander within a frame: their moments are blurred.
+        # The contacts of a tumbling body wander within a frame, so that its moments are uncertain.
         soft = MOVING_MOMENT if moved.moving else 0.0
         load = Load(centres[1], wrench, size, np.array([0.0, 0.0, 0.0, soft, soft, soft]))
-        problem = "" if np.isfinite(wrench).all() else f"'{thing.original.name}' is nowhere (NaN)"
-        return Need(load, centres, facts.mass, moved.reach, problem)
+        problem = "" if np.isfinite(wrench).all() else f"'{body.original.name}' is nowhere (NaN)"
+        return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
 
-    def _need_of_carried(self, key: Key) -> Need:
-        thing = self._things.by_key[key]
-        name = thing.original.name
-        if any(key not in moment.bodies for moment in self._moments):
-            return _unknown_need(f"'{name}' has just appeared")
-        mass = 0.0 if thing.laid else self._facts(key).load_mass
-        bodies = [moment.bodies[key] for moment in self._moments]
-        centres = np.array([body.centre for body in bodies])
+    def _required_of_animated(self, key: Key) -> RequiredLoad:
+        body = self._bodies.by_key[key]
+        name = body.original.name
+        if any(key not in state.posed for state in self._states):
+            return _unknown_load(f"'{name}' has just appeared")
+        mass = 0.0 if body.loose_pad else self._settings(key).load_mass
+        posed = [state.posed[key] for state in self._states]
+        centres = np.array([one.centre for one in posed])
         acceleration = (centres[2] - 2.0 * centres[1] + centres[0]) / self._frame_time**2
         problem = ""
         if abs(float(acceleration @ self.up)) > JERK or np.linalg.norm(acceleration) > JUMP:
             problem = f"'{name}' moves too abruptly to have a weight"
         push = max(float(mass * (acceleration - self._gravity) @ self.up), 0.0)
-        size = max(float(np.linalg.norm(bodies[1].hi - bodies[1].lo)) / 2.0, 1e-4)
+        size = max(float(np.linalg.norm(posed[1].hi - posed[1].lo)) / 2.0, 1e-4)
         load = Load(
             centres[1],
             np.concatenate([push * self.up, np.zeros(3)]),
@@ -297,9 +304,9 @@ class FrameWorld:
             np.stack([self.up, *perpendiculars(self.up)]),
         )
         reach = float(np.abs(np.diff(centres, axis=0)).max())
-        return Need(load, centres, mass, reach, problem)
+        return RequiredLoad(load, centres, mass, reach, problem)
 
 
-def _unknown_need(problem: str) -> Need:
+def _unknown_load(problem: str) -> RequiredLoad:
     load = Load(np.zeros(3), np.zeros(6), 1.0, np.ones(6))
-    return Need(load, np.zeros((3, 3)), 0.0, 0.0, problem)
+    return RequiredLoad(load, np.zeros((3, 3)), 0.0, 0.0, problem)

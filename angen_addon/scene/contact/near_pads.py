@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a pad can feel at many frames, told by bounds: where nothing of it changes, nothing that
-presses on the pad does."""
+"""Tells by bounds at which frames a pad feels the same: there a run need not solve it again."""
 
 from __future__ import annotations
 
@@ -12,38 +11,40 @@ from ....sensor_logic.contact.pad_forces import ABOVE, BESIDE
 from ..animation import all_animated, may_set
 from ..rays.frames import Frames
 from ..rays.solids import Solids
-from .standing import DEPTH
-from .things import MARGIN, Key, Thing, Things
+from .contact_bodies import MARGIN, ContactBodies, ContactBody, Key
+from .supports import DEPTH
 
 Array = np.typing.NDArray[np.float64]
-# m: an animated body is looked at for what it stands on where bounds come this near.
+# m: an animated body may touch what its bounds come this near to.
 NEARBY = 0.2
-# In data paths: what a weight may depend on beside where things are.
+# Parts of data paths whose values a weight depends on, beside places and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
 
 
 def weights_stay(scene: Any) -> bool:
-    """Whether only places and shapes change that pads depend on: neither physics of rigid bodies
-    nor keyed masses."""
+    """Whether forces on pads change with places and shapes alone: the scene has no rigid bodies,
+    and nothing animates a mass or gravity."""
     return scene.rigidbody_world is None and not any(
         may_set(owner, *WEIGHT) for owner in all_animated()
     )
 
 
 def states_near(
-    pad: Key, things: Things, solids: Solids, frames: Frames, up: Array, metres: float
+    pad: Key, bodies: ContactBodies, solids: Solids, frames: Frames, up: Array, metres: float
 ) -> list[bytes]:
-    """At each of the frames (k,) what tells all that a pad can feel from the same elsewhere: what
-    moves within a box that holds every weight beside it, above it and in touch with these, and all
-    below."""
-    weighing = [thing for thing in things.by_key.values() if thing.carried or thing.pad]
+    """A key for each of the frames (k,): equal where the pad feels the same.
+
+    The key holds the versions of the solids within a box around the pad, all weights beside it,
+    above it and in touch with these, and everything below.
+    """
+    weighing = [body for body in bodies.by_key.values() if body.animated or body.pad]
     wide = (max(t.tolerance for t in weighing) + 2.0 * MARGIN) / metres + 2.0 * MARGIN
-    bounds = {thing.key: _bounds(thing, solids, frames) for thing in weighing}
+    bounds = {body.key: _bounds(body, solids, frames) for body in weighing}
     lo, hi = (bound.copy() for bound in bounds[pad])
     lo, hi = lo - BESIDE / metres - wide, hi + BESIDE / metres + wide
     above = up * ABOVE / metres
     lo, hi = np.minimum(lo, lo + above), np.maximum(hi, hi + above)
-    # Each round one thing more may be in touch.
+    # Each round may find one more body in touch.
     for _ in weighing:
         for own_lo, own_hi in bounds.values():
             reach = wide + NEARBY / metres
@@ -57,11 +58,11 @@ def states_near(
     return [state.tobytes() for state in states]
 
 
-def _bounds(thing: Thing, solids: Solids, frames: Frames) -> tuple[Array, Array]:
-    """Of a thing's surfaces (k, 3) at each of the frames."""
+def _bounds(body: ContactBody, solids: Solids, frames: Frames) -> tuple[Array, Array]:
+    """Bounds lo, hi (k, 3) of a body's solids at each of the frames."""
     count = len(frames)
     lo, hi = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    for solid in thing.surfaces:
+    for solid in body.solids:
         column = frames.column.get(solid.row)
         own = (solids.lo[solid.row], solids.hi[solid.row])
         if column is not None:

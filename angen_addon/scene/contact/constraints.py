@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rigid-body constraints: which forces and moments they can give between two bodies."""
+"""Reads rigid-body constraints: the forces and moments that they can give between two bodies."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.contact.world import Key, Link
+from ....sensor_logic.contact.world import Constraint, Key
 
 X, Y, Z = 0, 1, 2
 # Axes along which each type gives forces, and about which it gives moments, in the space of the
@@ -25,17 +25,19 @@ HELD: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
 NAMES = "xyz"
 
 
-def links_of(evaluated: Any, known: set[Key], metres: float) -> tuple[Link, bool] | None:
-    """What a constraint's object can give between its two bodies, and whether these may collide;
-    None where it holds nothing. A limit or a spring gives a force that statics cannot tell from a
-    contact's, so that it counts as holding."""
+def read_constraint(
+    evaluated: Any, known: set[Key], metres: float
+) -> tuple[Constraint, bool] | None:
+    """The constraint of an object, and whether its two bodies may collide; None where it holds
+    nothing. A limit or a spring counts as holding: statics cannot tell its force from a
+    contact's."""
     settings = evaluated.rigid_body_constraint
     if not settings.enabled or settings.type not in HELD:
         return None
     if settings.object1 is None or settings.object2 is None:
         return None
     ends = [_key(settings.object1, known), _key(settings.object2, known)]
-    forces, moments = (set(axes) for axes in HELD[settings.type])
+    forces, states = (set(axes) for axes in HELD[settings.type])
     for axis, name in enumerate(NAMES):
         spring = settings.type == "GENERIC_SPRING"
         if _flag(settings, f"use_limit_lin_{name}") or (
@@ -45,26 +47,26 @@ def links_of(evaluated: Any, known: set[Key], metres: float) -> tuple[Link, bool
         if _flag(settings, f"use_limit_ang_{name}") or (
             spring and _flag(settings, f"use_spring_ang_{name}")
         ):
-            moments.add(axis)
+            states.add(axis)
     if settings.type == "MOTOR":
         forces |= {X} if settings.use_motor_lin else set()
-        moments |= {X} if settings.use_motor_ang else set()
-    if None in ends or not (forces or moments):
+        states |= {X} if settings.use_motor_ang else set()
+    if None in ends or not (forces or states):
         return None
     matrix = np.array(evaluated.matrix_world, np.float64)
     axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
-    link = Link(
+    constraint = Constraint(
         evaluated.original.name,
         ends[0],
         ends[1],
         matrix[:3, 3] * metres,
         axes.T[sorted(forces)],
-        axes.T[sorted(moments)],
+        axes.T[sorted(states)],
     )
-    return link, not settings.disable_collisions
+    return constraint, not settings.disable_collisions
 
 
-# Limits that only some types look at; on others they are left-over settings.
+# The types that use limits; on others, limits are left-over settings.
 LIMITED = {
     "lin": {"GENERIC", "GENERIC_SPRING", "SLIDER", "PISTON"},
     "ang": {"GENERIC", "GENERIC_SPRING", "HINGE", "PISTON"},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of the scene can press on a pad: rigid bodies, animated bodies with a mass, and the pads."""
+"""The bodies of a scene that can press on pads: rigid bodies, animated bodies with a mass, pads."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from ....sensor_logic.contact.underside import is_closed
 from ..animation import is_animated
 from ..instances import Uid
 from ..rays.solids import Solid, Solids
+from .body_settings import is_simulated
 from .colliders import Collider, rigid_body_collider, surface_collider
-from .facts import is_simulated
 
 Array = np.typing.NDArray[np.float64]
 Key = tuple[int, ...]
 GROUND: Key = ()
-# The engine's mesh margin, in units: bounds are widened by it.
+# Bounds are widened by the physics engine's margin of meshes, in Blender units.
 MARGIN = 0.05
 
 
 class Pad(NamedTuple):
-    """A pad's object, and what tells it from others: an instance of a collection may have it."""
+    """A pad's object, and its number, which differs where a collection instance shows it again."""
 
     uid: Uid
     original: Any
 
 
-class Thing:
+class ContactBody:
     """A rigid body, an animated body with a mass, a pad, or more than one of these.
 
-    `surfaces`: the solids that make up an animated body or a pad without physics. `owner`: the
-    simulated body that such a pad is a part of. `middle`, `half` (3,): bounds of its shapes,
-    unscaled, in its own space.
+    `solids`: those that make up an animated body or a pad without physics. `owner`: the rigid body
+    that such a pad is a part of. `middle`, `half` (3,): bounds of its shapes, unscaled, in its own
+    space.
     """
 
     def __init__(self, key: Key, original: Any) -> None:
@@ -43,52 +43,54 @@ class Thing:
         self.original = original
         self.rigid = False
         self.pad = False
-        self.carried = False
-        self.surfaces: list[Solid] = []
+        self.animated = False
+        self.solids: list[Solid] = []
         self.owner: Key | None = None
         self.uid: Uid = original.session_uid
         self.objects: frozenset[int] = frozenset({original.session_uid})
         self.half = np.zeros(3)
         self.middle = np.zeros(3)
+        # Shapes by scale, until the scene is edited: a convex hull takes milliseconds.
         self._colliders: dict[tuple[float, ...], Collider] = {}
         self._last: tuple[tuple[float, ...], Collider] | None = None
+        # The triangles that were tested last, and the result: a test sorts all of their edges.
         self._closed: tuple[list[Any], bool] | None = None
 
     @property
     def tolerance(self) -> float:
-        """m: an animated body this far above something stands on it."""
+        """m: an animated body whose underside is at most this far above a surface stands on it."""
         return max(float(self.original.angen_load.tolerance), 1e-4)
 
     @property
-    def laid(self) -> bool:
-        """Whether it is a pad that nothing simulates, carries or holds: it lies on what is below
-        it, and passes on what is on it."""
-        return self.pad and not self.rigid and not self.carried and self.owner is None
+    def loose_pad(self) -> bool:
+        """Whether it is a pad that no physics, keys or parent moves: it lies on what is below it,
+        and passes on the weight of what is on it."""
+        return self.pad and not self.rigid and not self.animated and self.owner is None
 
     @property
     def stiff(self) -> bool:
-        """Whether nothing bends it: what is bent by an armature or shape keys has soft soles."""
+        """Whether no armature or shape keys bend it: a body that bends has soft soles."""
         if self.original.type == "ARMATURE":
             return False
-        bent = (s.original for s in self.surfaces if s.original is not None)
+        bent = (s.original for s in self.solids if s.original is not None)
         return not any(_armatures(o) or getattr(o.data, "shape_keys", None) for o in bent)
 
     @property
     def weighs(self) -> bool:
         """Whether it has a weight of its own: it is simulated, or animated with a mass."""
-        return self.carried or (self.rigid and is_simulated(self.original))
+        return self.animated or (self.rigid and is_simulated(self.original))
 
     @property
     def collides(self) -> bool:
         return self.rigid or self.pad
 
     def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
-        """Its shapes at a scale (3,), read when first asked for."""
+        """Its shapes at a scale (3,)."""
         exact = (*scale.tolist(), metres)
         if self._last is not None and self._last[0] == exact:
             return self._last[1]
-        # As turns leave the last digits of a scale to chance, the shapes are made without them:
-        # they must not depend on the frame at which they were asked for first.
+        # Rotation changes the last digits of a scale from frame to frame. The shapes are made
+        # without those digits, so that they do not depend on which frame needs them first.
         rounded = np.array([float(f"{part:.6g}") for part in scale.tolist()])
         named = (*rounded.tolist(), metres)
         if named not in self._colliders:
@@ -104,7 +106,7 @@ class Thing:
         return self._last[1]
 
     def is_closed(self, topologies: list[Any]) -> bool:
-        """Whether its surfaces, given by their triangles (n, 3) of vertices, all have an inside."""
+        """Whether all of its surfaces enclose a volume; each is given by its triangles (n, 3)."""
         known = self._closed
         if (
             known is None
@@ -116,15 +118,16 @@ class Thing:
         return known[1]
 
 
-class Things:
-    """The things of a scene by key, and what each of the solids belongs to.
+class ContactBodies:
+    """All contact bodies of a scene by key, and the body that each solid belongs to.
 
-    `keys` and `row` give them an order; in it `middle`, `half` (n, 3) are their bounds, unscaled,
-    and `even` (n,) tells which are equally large on all axes.
+    `keys` lists them in order and `row` has the index of each; in this order `middle`, `half`
+    (n, 3) are their unscaled bounds, and `even` (n,) says which bounds are cubes. `pads` has the
+    key of each pad by its number.
     """
 
     def __init__(self) -> None:
-        self.by_key: dict[Key, Thing] = {}
+        self.by_key: dict[Key, ContactBody] = {}
         self.of_solid: dict[int, Key] = {}
         self.constraints: list[Any] = []
         self.keys: list[Key] = []
@@ -133,49 +136,48 @@ class Things:
         self.even = np.empty(0, bool)
         self._supports: dict[Key, NDArray[np.intp]] = {}
         self._listing = -1
-        # By what tells a pad, its key.
         self.pads: dict[Uid, Key] = {}
-        self._named: list[Uid] = []
+        self._pad_uids: list[Uid] = []
 
     def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Pad]) -> bool:
-        """Lists the things anew where the scene was edited; whether it did."""
-        named = [pad.uid for pad in pads]
-        if solids.listing == self._listing and named == self._named:
+        """Lists the bodies again where the scene was edited; returns whether it was."""
+        uids = [pad.uid for pad in pads]
+        if solids.listing == self._listing and uids == self._pad_uids:
             return False
-        self._listing, self._named = solids.listing, named
+        self._listing, self._pad_uids = solids.listing, uids
         self.pads = {pad.uid: _key_of(pad, solids) for pad in pads}
         self.by_key = {}
         scene = depsgraph.scene.original
         for original in rigid_bodies(scene):
-            thing = self._thing((original.session_uid,), original)
-            thing.rigid = True
-            thing.objects = frozenset(_family(original))
-            thing.middle, thing.half = _bounds(depsgraph, original)
+            body = self._body((original.session_uid,), original)
+            body.rigid = True
+            body.objects = frozenset(_family(original))
+            body.middle, body.half = _bounds(depsgraph, original)
         for pad in pads:
-            thing = self._thing(self.pads[pad.uid], pad.original)
-            thing.pad, thing.uid = True, pad.uid
-            if not thing.rigid:
-                thing.middle, thing.half = _box(pad.original.evaluated_get(depsgraph))
-        self._find_carried(solids)
+            body = self._body(self.pads[pad.uid], pad.original)
+            body.pad, body.uid = True, pad.uid
+            if not body.rigid:
+                body.middle, body.half = _box(pad.original.evaluated_get(depsgraph))
+        self._find_animated(solids)
         self._find_owners(solids, pads)
         world = scene.rigidbody_world
         self._finish()
-        links = world.constraints.objects if world and world.constraints else []
-        self.constraints = [link for link in links if link.rigid_body_constraint]
+        objects = world.constraints.objects if world and world.constraints else []
+        self.constraints = [obj for obj in objects if obj.rigid_body_constraint]
         return True
 
-    def supports_of(self, thing: Thing, solids: Solids) -> NDArray[np.intp]:
-        """Rows of the solids, as last synced, that a thing may stand on: not its own parts, but for
-        the pads among these."""
-        rows = self._supports.get(thing.key)
+    def supports_of(self, body: ContactBody, solids: Solids) -> NDArray[np.intp]:
+        """Rows of the solids that a body may stand on: all but its own parts, of which it may stand
+        on the pads."""
+        rows = self._supports.get(body.key)
         if rows is None:
             chosen = []
             for solid in solids.solids:
                 key = self.of_solid.get(solid.number, GROUND)
                 pad = key in self.by_key and self.by_key[key].pad
-                if key != thing.key and (pad or thing.uid not in solid.owners):
+                if key != body.key and (pad or body.uid not in solid.owners):
                     chosen.append(solid.row)
-            rows = self._supports[thing.key] = np.array(chosen, np.intp)
+            rows = self._supports[body.key] = np.array(chosen, np.intp)
         return rows
 
     def _finish(self) -> None:
@@ -183,53 +185,52 @@ class Things:
         known = list(self.by_key.values())
         self.keys = list(self.by_key)
         self.row = {key: row for row, key in enumerate(self.keys)}
-        self.middle = np.array([thing.middle for thing in known]).reshape(-1, 3)
-        self.half = np.array([thing.half for thing in known]).reshape(-1, 3)
+        self.middle = np.array([body.middle for body in known]).reshape(-1, 3)
+        self.half = np.array([body.half for body in known]).reshape(-1, 3)
         self.even = self.half.max(axis=1, initial=0.0) == self.half.min(axis=1, initial=np.inf)
 
-    def _thing(self, key: Key, original: Any) -> Thing:
-        return self.by_key.setdefault(key, Thing(key, original))
+    def _body(self, key: Key, original: Any) -> ContactBody:
+        return self.by_key.setdefault(key, ContactBody(key, original))
 
-    def _find_carried(self, solids: Solids) -> None:
+    def _find_animated(self, solids: Solids) -> None:
         together = {_together(s): s.key for s in solids.solids if _in_collection(s)}
         for solid in solids.solids:
             bearer = _bearer(solid)
             if bearer is None:
                 continue
             key = _body_key(solid, bearer, together)
-            thing = self._thing(key, bearer)
-            thing.carried = True
-            thing.surfaces.append(solid)
+            body = self._body(key, bearer)
+            body.animated = True
+            body.solids.append(solid)
             source = solid.original
             known_by = (source, solid.owner, *_armatures(source), *_parents(source))
-            thing.objects |= {obj.session_uid for obj in known_by}
+            body.objects |= {obj.session_uid for obj in known_by}
 
     def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
-        """What each solid is a part of, and what a pad that nothing simulates is fixed to."""
+        """Finds the body of each solid, and the rigid body that a pad without physics is fixed
+        to."""
         self.of_solid = {}
-        surfaces = {
-            solid.number: thing.key for thing in self.by_key.values() for solid in thing.surfaces
-        }
+        own = {solid.number: body.key for body in self.by_key.values() for solid in body.solids}
         for solid in solids.solids:
-            key = surfaces.get(solid.number)
+            key = own.get(solid.number)
             if solid.key in self.by_key and self.by_key[solid.key].pad:
                 key = solid.key
-                self.by_key[key].surfaces = [solid]
+                self.by_key[key].solids = [solid]
             if key is None:
                 key = next((found for found in _chain_keys(solid) if found in self.by_key), GROUND)
             self.of_solid[solid.number] = key
         for pad in pads:
-            thing = self.by_key[self.pads[pad.uid]]
-            # What an instance shows, no physics moves.
-            if isinstance(pad.uid, int) and not thing.rigid and not thing.carried:
+            body = self.by_key[self.pads[pad.uid]]
+            # Physics moves no instances.
+            if isinstance(pad.uid, int) and not body.rigid and not body.animated:
                 parents = ((parent.session_uid,) for parent in _parents(pad.original))
                 owner = next((key for key in parents if key in self.by_key), None)
                 if owner is not None and self.by_key[owner].rigid:
-                    thing.owner = owner
+                    body.owner = owner
 
 
 def _key_of(pad: Pad, solids: Solids) -> Key:
-    """Of a pad in an instance that of the solid that it is there; one of its own without any."""
+    """The key of a pad; in a collection instance that of its solid there, or else its number."""
     if isinstance(pad.uid, int):
         return (pad.uid,)
     own = pad.original.session_uid
@@ -268,7 +269,7 @@ def _parents(original: Any) -> Iterator[Any]:
 
 
 def _chain_keys(solid: Solid) -> Iterator[Key]:
-    """The solid itself, then what it is a part of, nearest first."""
+    """Keys of the solid and of what it is a part of, nearest first."""
     original = solid.original
     yield solid.key
     yield (original.session_uid,)
@@ -282,12 +283,12 @@ def _chain_keys(solid: Solid) -> Iterator[Key]:
 
 
 def _body_key(solid: Solid, bearer: Any, together: dict[Key, Key]) -> Key:
-    """The key of the body that a solid is a part of: all parts of one person have the same, and
-    each instance of the person another."""
+    """The key of the body that a solid is a part of: the same for all parts of one person, another
+    for each instance of that person."""
     uid = bearer.session_uid
     own = uid == solid.key[0]
     if own and not solid.geometry.lasting:
-        # All that its nodes make is one body.
+        # All instances that its geometry nodes make are one body.
         return (uid,)
     if own or not _in_collection(solid):
         return solid.key if own else (uid, *solid.key[1:])
@@ -301,13 +302,14 @@ def _in_collection(solid: Solid) -> bool:
 
 
 def _together(solid: Solid) -> Key:
-    """Its key without its number in the instanced collection: equal but for the object for all that
-    is in it."""
+    """Its key without its number in the instanced collection: but for the object, the same for
+    everything in that instance."""
     return (*solid.key[:2], *solid.key[3:])
 
 
 def _bearer(solid: Solid) -> Any:
-    """The object whose mass a solid weighs with: its own, its armature's or a parent's."""
+    """The object that has the solid's mass: itself, its armature or a parent; None without a
+    mass."""
     original = solid.original
     chain: Iterable[Any] = (original, *_armatures(original), *_parents(original))
     for candidate in chain:
@@ -327,7 +329,7 @@ def _box(evaluated: Any) -> tuple[Array, Array]:
 
 
 def _bounds(depsgraph: Any, original: Any) -> tuple[Array, Array]:
-    """Middle and half size of a rigid body's shapes, unscaled, not too small."""
+    """Middle and half size (3,) of a rigid body's shapes, unscaled; never too small."""
     body = original.rigid_body
     middle, half = _box(original.evaluated_get(depsgraph))
     kind = body.collision_shape

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many rays that all go one way, met all at once: how far an underside is above what is below.
+"""Casts many parallel rays at once: how far an underside is above what is below.
 
-Seen along the rays, they are points and the surfaces flat triangles: a grid tells which point can
-lie in which triangle, and those pairs are tested in one go.
+In the plane across the rays, each ray is a point and each surface a set of flat triangles. A grid
+finds the pairs of a point and a triangle that may meet, and numpy tests all of them together.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..rays.solids import Solid, Solids
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-# A ray this little beside a triangle, as share of it, meets it: no gap opens along an edge.
+# A ray beside a triangle by this share of it still hits it, so that no gap opens along an edge.
 RIM = 1e-9
 # Cells of the grid for each ray.
 CELLS = 4.0
@@ -40,19 +40,22 @@ def with_bounds(corners: Array) -> Triangles:
     return Triangles(corners, lo, np.maximum(np.maximum(one, two), three))
 
 
-class Surfaces:
-    """The triangles of solids in the world, kept for as long as a solid stays as it is."""
+class WorldTriangles:
+    """The triangles of solids in world space.
+
+    Keeps those of a solid until it changes: without it each pad would transform every floor anew at
+    each frame. `gaps`: how far a pad is below an object without a mass that lies on it (None: it
+    does not), by the numbers of both, and the state of both for which this holds.
+    """
 
     def __init__(self, solids: Solids) -> None:
         self._solids = solids
         self._listing = -1
         self._known: dict[int, tuple[int, float, Triangles]] = {}
-        # By the numbers of a pad and a thing, how far this lies above that, and of which state of
-        # both that is true.
         self.gaps: dict[tuple[int, int], tuple[Any, float | None]] = {}
 
     def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
-        """Of a solid as it is now."""
+        """The triangles of a solid as it is now."""
         if self._listing != self._solids.listing:
             self._listing = self._solids.listing
             self._known.clear()
@@ -67,33 +70,33 @@ class Surfaces:
         return known[2]
 
 
-def meet(triangles: Triangles, starts: Array, way: Array, length: Array) -> Array:
-    """How far (n,) rays from `starts` (n, 3) along the unit vector `way` (3,) go to the nearest
-    triangle, inf where there is none within their length (n,)."""
-    return Columns(starts, way, length).meet(triangles)
+def hit_distances(triangles: Triangles, starts: Array, direction: Array, length: Array) -> Array:
+    """Distances (n,) from `starts` (n, 3) along the unit vector `direction` (3,) to the nearest
+    triangle; inf where there is none within `length` (n,)."""
+    return ParallelRays(starts, direction, length).hit_distances(triangles)
 
 
-class Columns:
-    """Rays from `starts` (n, 3) along the unit vector `way` (3,), `length` (n,) long; what is
-    needed to find those in a triangle is made once, for all surfaces that they are to meet."""
+class ParallelRays:
+    """Rays from `starts` (n, 3) along the unit vector `direction` (3,), `length` (n,) long. One
+    grid of them serves all surfaces."""
 
-    def __init__(self, starts: Array, way: Array, length: Array) -> None:
-        self.starts, self.way, self.length = starts, way, length
-        self._axes = _across(*way.tolist())
-        both = np.concatenate([starts, starts + length[:, None] * way]).T.copy()
+    def __init__(self, starts: Array, direction: Array, length: Array) -> None:
+        self.starts, self.length = starts, length
+        self._axes = _across(*direction.tolist())
+        both = np.concatenate([starts, starts + length[:, None] * direction]).T.copy()
         self._lo, self._hi = both.min(axis=1), both.max(axis=1)
 
     @cached_property
-    def _seen(self) -> Array:
-        """(3, n): the starts, seen along the rays."""
+    def _projected(self) -> Array:
+        """(3, n): the starts in the axes of the rays, the last of which is along them."""
         return np.ascontiguousarray((self.starts @ self._axes.T).T)
 
     @cached_property
     def _grid(self) -> _Grid:
-        return _Grid(self._seen[0], self._seen[1])
+        return _Grid(self._projected[0], self._projected[1])
 
-    def meet(self, triangles: Triangles) -> Array:
-        """How far (n,) they go to the nearest triangle, inf where there is none in their length."""
+    def hit_distances(self, triangles: Triangles) -> Array:
+        """Distances (n,) to the nearest triangle; inf where there is none within their length."""
         far = np.full(len(self.starts), np.inf)
         near = (triangles.lo <= self._hi) & (triangles.hi >= self._lo)
         corners = triangles.corners[near.all(axis=1)]
@@ -104,12 +107,12 @@ class Columns:
         of, ray = self._grid.pairs(x, y)
         if not len(of):
             return far
-        seen, length = self._seen, self.length
+        seen, length = self._projected, self.length
         ax, ay, ad = x[:, 0], y[:, 0], depth[:, 0]
         one = x[:, 1] - ax, y[:, 1] - ay, depth[:, 1] - ad
         two = x[:, 2] - ax, y[:, 2] - ay, depth[:, 2] - ad
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            # A triangle that is seen edge on has no area, and is met nowhere.
+            # No ray hits a triangle edge on: it has no area.
             inverse = 1.0 / (one[0] * two[1] - one[1] * two[0])
             across, along = seen[0][ray] - ax[of], seen[1][ray] - ay[of]
             u = (across * (two[1] * inverse)[of]) - (along * (two[0] * inverse)[of])
@@ -117,24 +120,24 @@ class Columns:
             inside = np.flatnonzero((u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM))
             of, ray, u, v = of[inside], ray[inside], u[inside], v[inside]
             reach = ad[of] + u * one[2][of] + v * two[2][of] - seen[2][ray]
-            met = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
+            hit = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
         # The nearest is written last, and stays.
-        met = met[np.argsort(-reach[met], kind="stable")]
-        far[ray[met]] = reach[met]
+        hit = hit[np.argsort(-reach[hit], kind="stable")]
+        far[ray[hit]] = reach[hit]
         return far
 
 
 @lru_cache(maxsize=16)
 def _across(*parts: float) -> Array:
-    """(3, 3): rows are two unit vectors across a way, and the way."""
-    way = np.array(parts)
-    one = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
+    """(3, 3): rows are two unit vectors across a direction, and the direction itself."""
+    direction = np.array(parts)
+    one = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     one /= np.linalg.norm(one)
-    return np.stack([one, np.cross(way, one), way])
+    return np.stack([one, np.cross(direction, one), direction])
 
 
 class _Grid:
-    """Points (n,), (n,) of a plane, by square cells, `count` along each axis."""
+    """Points of a plane, x (n,) and y (n,), sorted into square cells, `count` along each axis."""
 
     def __init__(self, at_x: Array, at_y: Array) -> None:
         self._count = min(MOST_CELLS, 1 + int(np.sqrt(CELLS * len(at_x))))
@@ -170,8 +173,8 @@ class _Axis:
         return np.minimum(((points - self._low) / self._size).astype(np.intp), self._count - 1)
 
     def spans(self, corners: Array) -> tuple[Indices, Indices]:
-        """First and last cell of each triangle, with corners (m, 3); last < first beside all
-        points."""
+        """First and last cell (m,) of triangles with corners (m, 3); last < first where a triangle
+        is beside all points."""
         low, size, count = self._low, self._size, self._count
         slack = RIM * size
         least = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the user set for a body, as it is at one frame: all of it can be animated."""
+"""The settings of a body that decide its weight and contacts, read at one frame: all of them can be
+animated."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-# Friction of what the physics engine does not know.
+# Friction of objects without a rigid body.
 FRICTION = 0.7
 
 
 @dataclass(frozen=True)
-class Facts:
-    """Masses in kg; `simulated`: the engine moves it."""
+class BodySettings:
+    """Masses in kg; `simulated`: the physics engine moves the body."""
 
     load_mass: float
     simulated: bool = False
@@ -22,13 +23,13 @@ class Facts:
     angular_damping: float = 0.0
 
 
-def facts_of(evaluated: Any) -> Facts:
-    """Of an object, evaluated at the frame."""
+def read_settings(evaluated: Any) -> BodySettings:
+    """The settings of an object that is evaluated at the frame."""
     load = float(evaluated.angen_load.mass)
     body = evaluated.rigid_body
     if body is None:
-        return Facts(load)
-    return Facts(
+        return BodySettings(load)
+    return BodySettings(
         load,
         is_simulated(evaluated),
         body.mass,

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the contact bodies of a scene are at one frame, in metres."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ....sensor_logic.contact.world import Support
+from ..rays.solids import Solids
+from .body_settings import BodySettings
+from .contact_bodies import MARGIN, ContactBodies, ContactBody, Key
+from .posed_bodies import PosedBody, posed_body
+
+Array = np.typing.NDArray[np.float64]
+
+
+class FrameState:
+    """The contact bodies at one frame.
+
+    In the order of `row`: `poses` (n, 4, 4) and `scales` (n, 3) of those that collide, NaN for the
+    others, and world bounds `lo`, `hi` (n, 3) of all. By key: the animated ones as `posed`, and of
+    bodies near a pad that is due their `supports` and `settings`. `missing_mass`: by pad, why a
+    weight may not reach it. `gravity` and the direction `up` (3,).
+    """
+
+    def __init__(
+        self,
+        frame: int,
+        depsgraph: Any,
+        bodies: ContactBodies,
+        solids: Solids,
+        metres: float,
+        before: FrameState | None,
+    ) -> None:
+        self.frame = frame
+        self.gravity, self.up = gravity_of(depsgraph.scene, metres)
+        known = list(bodies.by_key.values())
+        self.row, self.keys = bodies.row, bodies.keys
+        matrices = _matrices(depsgraph, known, solids)
+        self.poses, self.scales = _rigid(matrices, metres)
+        self.lo, self.hi = _bounds(bodies, self.poses, self.scales, metres)
+        self.posed: dict[Key, PosedBody] = {}
+        self.supports: dict[Key, list[Support]] = {}
+        self.settings: dict[Key, BodySettings] = {}
+        self.missing_mass: dict[Key, str] = {}
+        for row, body in enumerate(known):
+            if not (body.animated or body.loose_pad):
+                continue
+            last = before.posed.get(body.key) if before else None
+            posed = posed_body(depsgraph, body, solids, metres, last)
+            if posed is None:
+                continue
+            self.posed[body.key] = posed
+            reach = body.tolerance + MARGIN
+            self.lo[row] = np.fmin(self.lo[row], posed.lo - reach)
+            self.hi[row] = np.fmax(self.hi[row], posed.hi + reach)
+
+    def overlapping(self, key: Key, widen: float, towards: Array | None = None) -> list[Key]:
+        """Keys of the other bodies whose bounds come within `widen` of those of `key`, also when
+        those are swept by `towards` (3,)."""
+        row = self.row[key]
+        lo, hi = self.lo[row] - widen, self.hi[row] + widen
+        if towards is not None:
+            lo, hi = np.minimum(lo, lo + towards), np.maximum(hi, hi + towards)
+        found = np.flatnonzero(((self.lo <= hi) & (self.hi >= lo)).all(axis=1))
+        return [self.keys[other] for other in found.tolist() if other != row]
+
+
+def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
+    """Gravity (3,) in m/s² as the simulation has it, and the upward unit vector (3,)."""
+    gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
+    if scene.rigidbody_world is not None:
+        gravity *= scene.rigidbody_world.effector_weights.gravity
+    size = float(np.linalg.norm(gravity))
+    return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
+
+
+def _matrices(depsgraph: Any, bodies: list[ContactBody], solids: Solids) -> Array:
+    matrices = np.full((len(bodies), 4, 4), np.nan)
+    for index, body in enumerate(bodies):
+        if not body.collides:
+            continue
+        row = solids.row_of(body.key)
+        if row is not None:
+            matrices[index] = solids.matrix[row]
+        else:
+            # Physics goes on for what the viewport hides.
+            matrices[index] = np.array(body.original.evaluated_get(depsgraph).matrix_world)
+    return matrices
+
+
+def _rigid(matrices: Array, metres: float) -> tuple[Array, Array]:
+    """Poses without scale, in metres, and the scales, as Blender decomposes matrices."""
+    linear = matrices[:, :3, :3]
+    scales = np.linalg.norm(linear, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mirrored = np.where(np.linalg.det(linear) < 0.0, -1.0, 1.0)
+        turns = linear / scales[:, None, :] * mirrored[:, None, None]
+    poses = np.zeros_like(matrices)
+    poses[:, :3, :3] = turns
+    poses[:, :3, 3] = matrices[:, :3, 3] * metres
+    poses[:, 3, 3] = 1.0
+    return poses, scales
+
+
+def _bounds(
+    bodies: ContactBodies, poses: Array, scales: Array, metres: float
+) -> tuple[Array, Array]:
+    largest = scales.max(axis=1, initial=0.0)[:, None]
+    middle = np.einsum("nij,nj->ni", poses[:, :3, :3], bodies.middle * scales * metres)
+    middle += poses[:, :3, 3]
+    half = bodies.half * np.where(bodies.even[:, None], largest, scales) * metres + MARGIN * metres
+    around = np.einsum("nij,nj->ni", np.abs(poses[:, :3, :3]), half)
+    return middle - around, middle + around

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds weights that rest on an object without a mass, such as a rug, which lies on a pad.
+
+An object without a mass carries whoever stands on it, as a floor does, however thin it is. So a
+rug, a mattress or a board keeps the weight from the pad; in reality it would pass the weight on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....sensor_logic.contact.shapes import perpendiculars
+from ....sensor_logic.contact.world import Ground
+from ..rays.solids import Solid
+from . import parallel_rays
+from .contact_bodies import Key
+from .frame_state import FrameState
+from .supports import DEPTH, FLUSH, Surroundings
+
+Array = np.typing.NDArray[np.float64]
+# Rays sample a pad's upper side in a grid of this many points a side.
+POINTS = 5
+
+
+class MissingMass:
+    """Finds such weights at one frame."""
+
+    def __init__(self, around: Surroundings, state: FrameState) -> None:
+        self._around, self._state = around, state
+        self._solids, self._bodies = around.solids, around.bodies
+        self._up, self._metres = around.up, around.metres
+
+    def problem(self, pad: Key) -> str:
+        """Why the pad's reading is unknown, or empty."""
+        row = self._solids.row_of(pad)
+        if row is None:
+            return ""
+        solid = self._solids.solids[row]
+        for key, supports in self._state.supports.items():
+            body = self._bodies.by_key[key]
+            for ground in (g for s in supports for g in s.ground) if not body.pad else ():
+                if self._ends_above(solid, self._bodies.by_key[pad].tolerance, ground):
+                    return (
+                        f"the weight of '{body.original.name}' ends in '{ground.name}', which "
+                        "lies on the pad and has no mass: give it one (Weight on Sensors)"
+                    )
+        return ""
+
+    def _ends_above(self, pad: Solid, tolerance: float, ground: Ground) -> bool:
+        """Whether a weight on an object without a mass would press on the pad."""
+        cover = next((s for s in self._solids.solids if s.number == ground.number), None)
+        lo, hi = (bound[pad.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
+        top = max(float(lo @ self._up), float(hi @ self._up))
+        if cover is None or (ground.places @ self._up <= top + FLUSH).all():
+            return False
+        gap = self._gap_between(pad, lo, hi, cover, tolerance)
+        if gap is None:
+            return False
+        if np.isfinite(self._cast(ground.places + FLUSH * self._up, pad, -1.0, DEPTH)).any():
+            return True
+        # A stiff one may rest on the pad further away, unless it rests on something nearer.
+        others = [
+            solid
+            for solid in self._solids.solids
+            if solid.number not in (cover.number, pad.number)
+            and self._bodies.of_solid[solid.number] not in self._state.supports
+        ]
+        return not (self._gap_below(ground.places, cover, others) <= gap + FLUSH)
+
+    def _gap_between(
+        self, pad: Solid, lo: Array, hi: Array, cover: Solid, tolerance: float
+    ) -> float | None:
+        """As `_gap_above`; casts its rays again only where one of the two has changed."""
+        versions = [int(self._solids.version[solid.row]) for solid in (pad, cover)]
+        state = (*versions, tolerance, self._metres, *self._up.tolist())
+        known = self._around.surfaces.gaps.get((pad.number, cover.number))
+        if known is None or known[0] != state:
+            known = state, self._gap_above(self._upper_side(pad, lo, hi), cover, tolerance)
+            self._around.surfaces.gaps[pad.number, cover.number] = known
+        return known[1]
+
+    def _upper_side(self, pad: Solid, lo: Array, hi: Array) -> Array:
+        """(k, 3): places on the pad's upper side."""
+        across = np.stack([*perpendiculars(self._up), self._up])
+        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        seen = (lo + corners * (hi - lo)) @ across.T
+        ends = seen.min(axis=0), seen.max(axis=0)
+        shares = (np.arange(POINTS) + 0.5) / POINTS
+        grid = np.stack(np.meshgrid(shares, shares, [1.0], indexing="ij"), axis=-1).reshape(-1, 3)
+        starts = (ends[0] + grid * (ends[1] - ends[0])) @ across + FLUSH * self._up
+        far = self._cast(starts, pad, -1.0, float(ends[1][2] - ends[0][2]) + 2.0 * FLUSH)
+        met = np.isfinite(far)
+        return starts[met] - far[met, None] * self._up
+
+    def _gap_above(self, tops: Array, cover: Solid, tolerance: float) -> float | None:
+        """m: how far an object that lies on the pad is above its upper side, 0 where the pad is
+        inside it; None where it does not lie there."""
+        if not len(tops):
+            return None
+        near = self._cast(tops - FLUSH * self._up, cover, 1.0, tolerance + FLUSH) - FLUSH
+        over = np.isfinite(self._cast(tops + FLUSH * self._up, cover, 1.0, DEPTH))
+        under = np.isfinite(self._cast(tops - FLUSH * self._up, cover, -1.0, DEPTH))
+        within = over & under & ~np.isfinite(near)
+        if within.any():
+            return 0.0
+        lies = np.isfinite(near)
+        return max(float(near[lies].min()), 0.0) if lies.any() else None
+
+    def _gap_below(self, places: Array, cover: Solid, others: list[Solid]) -> float:
+        """m: the widest gap between an object and what is below it, at some places on it."""
+        bounds = np.stack([self._solids.lo[cover.row], self._solids.hi[cover.row]]) * self._metres
+        reach = float(np.abs(np.ptp(bounds, axis=0) @ np.abs(self._up))) + DEPTH
+        low = reach - self._cast(places - reach * self._up, cover, 1.0, reach + FLUSH)
+        far = [self._cast(places + FLUSH * self._up, other, -1.0, 2.0 * reach) for other in others]
+        return float((np.min(far, axis=0, initial=np.inf) - FLUSH - low).max())
+
+    def _cast(self, starts: Array, solid: Solid, sign: float, length: float) -> Array:
+        triangles = self._around.surfaces.of(self._around.depsgraph, solid, self._metres)
+        return parallel_rays.hit_distances(
+            triangles, starts, sign * self._up, np.full(len(starts), length)
+        )

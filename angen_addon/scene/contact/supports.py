@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds what an animated body stands, sits or lies on.
+
+No physics holds it on a surface: whoever animated it put it there by eye, so that it may hover a
+little, or sink in. Its weight goes straight down from its underside to the first surface below.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.contact.feet import held_by_pads
+from ....sensor_logic.contact.underside import Samples, clustered, firmness, looks_up, underside
+from ....sensor_logic.contact.world import Ground, Support
+from ..rays.caster import NOTHING
+from ..rays.solids import Solid, Solids
+from . import parallel_rays
+from .contact_bodies import GROUND, ContactBodies, ContactBody, Key
+from .posed_bodies import PosedBody, surface_state, unchanged
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+# m: a body may sink this deep into soft surfaces; of a pad and a surface this near to each other
+# the pad takes the weight.
+DEPTH = 0.15
+FLUSH = 0.001
+# m: rays start this far below the body's own upper side.
+SKIN = 1e-4
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The scene around a body at one frame: the solids, their triangles, the bodies that they
+    belong to, the direction `up` (3,), and the metres in a Blender unit."""
+
+    depsgraph: Any
+    solids: Solids
+    surfaces: parallel_rays.WorldTriangles
+    bodies: ContactBodies
+    up: Array
+    metres: float
+
+    def is_pad(self, row: int) -> bool:
+        """Whether a solid is of a pad."""
+        key = self.bodies.of_solid[self.solids.solids[row].number]
+        return key in self.bodies.by_key and self.bodies.by_key[key].pad
+
+
+def find_supports(around: Surroundings, body: ContactBody, posed: PosedBody) -> list[Support]:
+    """What supports an animated body, or a loose pad, as the solids are now."""
+    solids, up, metres = around.solids, around.up, around.metres
+    rows = around.bodies.supports_of(body, solids)
+    reach = np.abs(up) * DEPTH + body.tolerance
+    lo, hi = posed.lo - reach, posed.hi + reach
+    near = (solids.lo[rows] * metres <= hi) & (solids.hi[rows] * metres >= lo)
+    rows = rows[near.all(axis=1)]
+    if body.loose_pad:
+        rows = rows[~_rests_on_pad(around, rows, posed)]
+    there = [part for row in rows.tolist() for part in surface_state(solids.solids[row], solids)]
+    there += [up, np.array(body.tolerance)]
+    if posed.supports is None or not unchanged(posed.supports[0], there):
+        posed.supports = there, _find_below(around, body, posed, rows)
+    return posed.supports[1]
+
+
+def _rests_on_pad(around: Surroundings, rows: Rows, posed: PosedBody) -> NDArray[np.bool_]:
+    """Which solids have a weight and their middle above a pad: they lie on it, even where they
+    reach through it."""
+    solids, bodies, up = around.solids, around.bodies, around.up
+    keys = [bodies.of_solid[solids.solids[row].number] for row in rows.tolist()]
+    weighs = [key in bodies.by_key and bodies.by_key[key].weighs for key in keys]
+    middles = (solids.lo[rows] + solids.hi[rows]) @ up * around.metres / 2.0
+    above: NDArray[np.bool_] = middles > max(posed.lo @ up, posed.hi @ up)
+    return above & np.array(weighs, bool)
+
+
+def _find_below(
+    around: Surroundings, body: ContactBody, posed: PosedBody, rows: Rows
+) -> list[Support]:
+    cast = _rays_down(around, body.tolerance, posed, rows) if len(rows) else None
+    if cast is None:
+        return []
+    samples, height, down = cast
+    solids, up, tolerance = around.solids, around.up, body.tolerance
+    is_pad = np.array([around.is_pad(row) for row in rows.tolist()], bool)
+    ranges, met = _nearest_below(around, tolerance, posed, down, rows[~is_pad])
+    if is_pad.any():
+        pad_ranges, pad_met = _nearest_below(around, tolerance, posed, down, rows[is_pad])
+        first = (pad_met != NOTHING) & (pad_ranges <= ranges + FLUSH)
+        ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
+    gaps = np.where(met != NOTHING, ranges - height, np.inf)
+    firm = firmness(gaps, tolerance)
+    areas = samples.areas * firm
+    stood = firm > 0.0
+    on_pad = np.isin(met, [solids.solids[row].number for row in rows[is_pad].tolist()])
+    if body.stiff and (on_pad & stood).any():
+        areas[stood] = held_by_pads(
+            samples.points[stood], gaps[stood], areas[stood], on_pad[stood], up
+        )
+    below = samples.points - up * np.where(firm > 0.0, gaps, 0.0)[:, None]
+    return _by_support(solids, around.bodies, samples.points, below, areas, met)
+
+
+def _rays_down(
+    around: Surroundings, tolerance: float, posed: PosedBody, rows: Rows
+) -> tuple[Samples, Array, parallel_rays.ParallelRays] | None:
+    """Of a body's underside above some solids: samples (n, 3), how far above each its ray starts
+    (n,), and the rays; None where the body has no underside there."""
+    solids, up, metres = around.solids, around.up, around.metres
+    reach = np.abs(up) * DEPTH + tolerance
+    # Only the part within the body's bounds counts, so that bigger floors change nothing.
+    area_lo = np.maximum((solids.lo[rows] * metres - reach).min(axis=0), posed.lo)
+    area_hi = np.minimum((solids.hi[rows] * metres + reach).max(axis=0), posed.hi)
+    bounds = [area_lo, area_hi, up]
+    if posed.underside is None or not unchanged(posed.underside[0], bounds):
+        found = underside(posed.triangles, posed.closed, up, area_lo, area_hi)
+        posed.underside = bounds, found, _room_above(posed, found.points, up)
+        posed.gaps.clear()
+        posed.down = None
+    _, samples, height = posed.underside
+    if not len(samples.points):
+        return None
+    if posed.down is None or posed.down[0] != tolerance:
+        starts = samples.points + up * height[:, None]
+        posed.down = tolerance, parallel_rays.ParallelRays(starts, -up, height + tolerance)
+    return samples, height, posed.down[1]
+
+
+def _nearest_below(
+    around: Surroundings,
+    tolerance: float,
+    posed: PosedBody,
+    down: parallel_rays.ParallelRays,
+    rows: Rows,
+) -> tuple[Array, NDArray[np.int64]]:
+    """How far (n,) the rays go to the nearest of some solids, and its number (n,)."""
+    ranges, met = down.length.copy(), np.full(len(down.length), NOTHING, np.int64)
+    for row in rows.tolist():
+        solid = around.solids.solids[row]
+        version = int(around.solids.version[row]), tolerance
+        known = posed.gaps.get(solid.number)
+        if known is None or known[0] != version:
+            known = posed.gaps[solid.number] = (
+                version,
+                down.hit_distances(_upper_side(around, solid)),
+            )
+        nearer = known[1] < ranges
+        ranges[nearer], met[nearer] = known[1][nearer], solid.number
+    return ranges, met
+
+
+def _upper_side(around: Surroundings, solid: Solid) -> parallel_rays.Triangles:
+    """The triangles of a solid that others can lie on. A closed animated body supports nothing from
+    its underside: else a cushion would hang on the person who has sunk into it."""
+    depsgraph, bodies = around.depsgraph, around.bodies
+    found = around.surfaces.of(depsgraph, solid, around.metres)
+    other = bodies.by_key.get(bodies.of_solid[solid.number])
+    if other is None or not other.animated:
+        return found
+    if not other.is_closed([part.geometry.triangles(depsgraph) for part in other.solids]):
+        return found
+    chosen = looks_up(found.corners, around.up)
+    return parallel_rays.Triangles(found.corners[chosen], found.lo[chosen], found.hi[chosen])
+
+
+def _room_above(posed: PosedBody, points: Array, up: Array) -> Array:
+    """How far (n,) the body extends above each point: rays must start within it."""
+    length = np.full(len(points), DEPTH)
+    if not len(points):
+        return length
+    far = parallel_rays.hit_distances(
+        parallel_rays.with_bounds(posed.triangles), points + up * SKIN, up, length
+    )
+    return np.minimum(far, length)
+
+
+def _by_support(
+    solids: Solids,
+    bodies: ContactBodies,
+    points: Array,
+    below: Array,
+    areas: Array,
+    met: NDArray[np.int64],
+) -> list[Support]:
+    """The supports, one a node, of points (n, 3) on an underside, each with its area (n,) and the
+    number (n,) of the solid that is hit `below` (n, 3) it."""
+    found: dict[Key, NDArray[np.bool_]] = {}
+    ground = []
+    known = {solid.number: solid for solid in solids.solids}
+    for number in np.unique(met[areas > 0.0]).tolist():
+        key = bodies.of_solid.get(number, GROUND)
+        mask = (met == number) & (areas > 0.0)
+        found[key] = found[key] | mask if key in found else mask
+        if key == GROUND:
+            places, _ = clustered(below[mask], areas[mask])
+            ground.append(Ground(known[number].original.name, number, places))
+    return [
+        Support(key, *clustered(points[mask], areas[mask]), tuple(ground) if key == GROUND else ())
+        for key, mask in found.items()
+    ]

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Follows the bodies of the scene from frame to frame, and gives the contact forces on pads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ....sensor_logic.contact.pad_forces import ABOVE, BESIDE, pad_forces
+from ....sensor_logic.contact.world import PadForces
+from ....sensor_logic.model import NOT_YET
+from ..instances import Uid
+from ..rays.frames import Frames
+from ..rays.solids import Solids
+from .body_settings import is_simulated, read_settings
+from .contact_bodies import ContactBodies, Key, Pad
+from .frame_state import FrameState, gravity_of
+from .frame_world import FrameWorld, KnownContacts
+from .missing_mass import MissingMass
+from .near_pads import NEARBY, states_near
+from .parallel_rays import WorldTriangles
+from .supports import Surroundings, find_supports
+
+Array = np.typing.NDArray[np.float64]
+MOST_KNOWN_CONTACTS = 20_000
+FRAMES_NEEDED = 3
+
+
+class ContactTracker:
+    """Reads the scene frame by frame; has the forces at the frame before the last one read, since
+    accelerations need the frame after."""
+
+    def __init__(self, solids: Solids) -> None:
+        self._solids = solids
+        self._surfaces = WorldTriangles(solids)
+        self._bodies = ContactBodies()
+        self._states: list[FrameState] = []
+        self._newest: FrameState | None = None
+        self._world: FrameWorld | None = None
+        self._depsgraph: Any = None
+        self._metres = 1.0
+        self._stale = ""
+        self._known_contacts: KnownContacts = {}
+
+    def prepare(self, depsgraph: Any, metres: float, pads: Sequence[Pad]) -> None:
+        """Makes colliders and triangles now, so that they do not depend on which frame needs them
+        first."""
+        self._bodies.sync(depsgraph, self._solids, pads)
+        for body in self._bodies.by_key.values():
+            for solid in body.solids:
+                solid.geometry.triangles(depsgraph)
+                if body.pad:
+                    scale = np.linalg.norm(self._solids.matrix[solid.row, :3, :3], axis=0)
+                    body.collider(depsgraph, scale, metres)
+
+    def states_near(
+        self, pad: Uid, frames: Frames, scene: Any, metres: float
+    ) -> list[bytes] | None:
+        """A key for each of the frames (k,): where two are equal, the pad feels the same at both.
+        None where bounds cannot tell."""
+        key = self._bodies.pads.get(pad)
+        if key is None or not self._bodies.by_key[key].solids:
+            return None
+        up = gravity_of(scene, metres)[1]
+        return states_near(key, self._bodies, self._solids, frames, up, metres)
+
+    def look(
+        self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
+    ) -> None:
+        """Reads the scene at a frame, once the solids are synced. `pads`: all pads; `due`: those
+        whose forces at this frame `forces` will return after the next look."""
+        last = self._newest if metres == self._metres else None
+        if last is None or frame != last.frame + 1:
+            self._states = []
+        self._depsgraph, self._metres, self._world = depsgraph, metres, None
+        edited = self._bodies.sync(depsgraph, self._solids, pads)
+        if edited or len(self._known_contacts) > MOST_KNOWN_CONTACTS:
+            self._known_contacts.clear()
+        moves = any(b.rigid and is_simulated(b.original) for b in self._bodies.by_key.values())
+        self._stale = _stale(depsgraph.scene, frame) if moves else ""
+        state = FrameState(frame, depsgraph, self._bodies, self._solids, metres, last)
+        self._states = [*self._states[1 - FRAMES_NEEDED :], state]
+        self._newest = state
+        parts = self._solids, self._surfaces, self._bodies
+        around = Surroundings(depsgraph, *parts, state.up, metres)
+        for pad in due:
+            for key in _reachable(self._bodies.pads[pad], state, self._bodies, state.up):
+                original = self._bodies.by_key[key].original
+                state.settings[key] = read_settings(original.evaluated_get(depsgraph))
+                if key in state.posed and key not in state.supports:
+                    body, posed = self._bodies.by_key[key], state.posed[key]
+                    state.supports[key] = find_supports(around, body, posed)
+        missing_mass = MissingMass(around, state)
+        for key in (self._bodies.pads[pad] for pad in due):
+            state.missing_mass[key] = missing_mass.problem(key)
+
+    def forces(self, pad: Uid, frame: int) -> PadForces:
+        """The forces on a pad at a frame that `look` read; call it once `look` has read the next
+        frame too. Where the frame before or after is unknown, bodies count as at rest."""
+        key = self._bodies.pads.get(pad, ())
+        at = next((i for i, state in enumerate(self._states) if state.frame == frame), None)
+        if at is None or key not in self._states[at].row:
+            return PadForces(problem="the pad has just appeared", usable=False)
+        state = self._states[at]
+        body = self._bodies.by_key[key]
+        if not np.isfinite(state.lo[state.row[key]]).all():
+            return PadForces(problem=f"'{body.original.name}' has no place (NaN)", usable=False)
+        scale = state.scales[state.row[key]]
+        if body.collider(self._depsgraph, scale, self._metres).empty:
+            return PadForces(problem=f"'{body.original.name}' has no surface", usable=False)
+        known = 0 < at < len(self._states) - 1
+        states = self._states[at - 1 : at + 2] if known else [state] * FRAMES_NEEDED
+        if self._world is None or self._world.frame != frame:
+            self._world = FrameWorld(
+                self._depsgraph, self._bodies, states, self._metres, self._known_contacts
+            )
+        found = pad_forces(key, self._world)
+        doubt = self._stale or state.missing_mass.get(key, "") or ("" if known else NOT_YET)
+        return replace(found, problem=found.problem or doubt)
+
+
+def _stale(scene: Any, frame: int) -> str:
+    """Why the simulated poses at a frame cannot be trusted, or empty."""
+    world = scene.rigidbody_world
+    cache = world.point_cache
+    if frame < cache.frame_start:
+        return f"the rigid-body cache starts at frame {cache.frame_start}"
+    if cache.is_outdated:
+        return "the rigid-body cache is out of date: play from its start"
+    if frame > cache.frame_end:
+        return f"the rigid-body cache ends at frame {cache.frame_end}"
+    return ""
+
+
+def _reachable(pad: Key, state: FrameState, bodies: ContactBodies, up: Array) -> set[Key]:
+    """Keys of every body with a weight beside or above the pad, and of those that overlapping
+    bounds connect with them: at least the pad's contact island."""
+    seen, waiting = {pad}, [pad]
+    near = state.overlapping(pad, BESIDE, up * ABOVE)
+    while waiting:
+        near += state.overlapping(waiting.pop(), NEARBY)
+        for key in near:
+            body = bodies.by_key[key]
+            if key not in seen and (body.animated or body.pad or is_simulated(body.original)):
+                seen.add(key)
+                waiting.append(key)
+        near = []
+    return seen

@@ -12,7 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.advice.sensing import without_surface
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
-from ..sensor_logic.wording import uncapped
+from ..sensor_logic.wording import uncapitalized
 from .add import KIND_ITEMS
 
 
@@ -37,9 +37,9 @@ class ANGEN_OT_sensor_assign(Operator):
     def execute(self, context: Context) -> set[str]:
         obj, kind = context.object, KINDS[self.kind]
         obj.angen_sensor.kind = self.kind
-        problem = without_surface(obj) if kind.asks_for(FORCES) else None
+        problem = without_surface(obj) if kind.requires(FORCES) else None
         if problem:
-            self.report({"WARNING"}, f"'{obj.name}': {uncapped(problem.text)}")
+            self.report({"WARNING"}, f"'{obj.name}': {uncapitalized(problem.text)}")
         else:
             self.report({"INFO"}, f"'{obj.name}' is a sensor: {kind.label}")
         return {"FINISHED"}

@@ -45,7 +45,7 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
             with Outputs() as outputs:
                 for text in exports.add_to(outputs, log):
                     self.report({"WARNING"}, text)
-                outputs.land()
+                outputs.commit()
         except OutputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

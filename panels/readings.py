@@ -109,7 +109,7 @@ def _words(sensor: Sensor, quantity: Field, told: Told, lengths: Any) -> tuple[s
         return "No reading", UNKNOWN, NOTHING
     text = state_text(sensor.kind, quantity, reading, lengths)
     brief = text.partition(",")[0]
-    if sensor.kind.measures:
+    if sensor.kind.has_analog_reading:
         brief = quantity.short(reading.value, lengths)
     if told.origin == playhead.BAKED:
         return f"Baked: {text}", BAKED, f"Baked: {brief}"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When a sensor samples: exact rational arithmetic, so that every way of running agrees.
+"""The times at which a sensor samples, in exact rational arithmetic, so that playback, bake and
+headless runs agree.
 
 A sensor with rate r publishes at t = k/r, with t = 0 at the scene's start frame; it samples at
 the first frame (or sub-frame, with `substeps` of them a frame) at or after k/r.
@@ -15,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-# Finds 1/3 Hz, 29.97 fps and the like.
+# Enough for 1/3 Hz, 29.97 fps and the like.
 LARGEST_DENOMINATOR = 1000
 
 
@@ -23,8 +24,8 @@ def exact(value: float) -> Fraction:
     """The number that a user meant, from the single precision that Blender stores.
 
     Blender keeps 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
-    frame late. Of the fractions that are stored as this very number, the simplest is taken;
-    failing that, its seven digits, which are what single precision holds.
+    frame late. This returns the simplest fraction that is stored as this very number, or else its
+    seven significant digits, as many as single precision holds.
     """
     simple = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
     if np.float32(float(simple)) == np.float32(value):
@@ -57,7 +58,7 @@ class Clock:
     def times_and_frames(
         self, steps: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The same of steps (n,), and their frames."""
+        """Seconds since the start frame (n,) and frame numbers (n,) of steps (n,)."""
         count, seconds = self._steps_over_seconds
         return steps * seconds / count, self.frame_start + steps / self.substeps
 
@@ -66,7 +67,7 @@ class Clock:
         return self.frame_start + step / self.substeps
 
     def frame_and_subframe(self, step: int) -> tuple[int, float]:
-        """What `Scene.frame_set` takes."""
+        """The arguments of `Scene.frame_set` for a step."""
         whole, part = divmod(step, self.substeps)
         return self.frame_start + whole, part / self.substeps
 
@@ -79,7 +80,7 @@ class Clock:
 class Schedule:
     """The steps at which a sensor of one rate samples, numbered 0, 1, 2, … from t = 0.
 
-    A rate above the steps per second samples once a step: there is nothing new in between.
+    A rate above the steps per second samples once a step: nothing changes in between.
     """
 
     clock: Clock
@@ -105,7 +106,7 @@ class Schedule:
         yield from zip(numbers.tolist(), steps.tolist(), strict=True)
 
     def between(self, first: int, last: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The numbers (n,) and the steps (n,) of the same updates."""
+        """The numbers (n,) and steps (n,) of every update with first ≤ step ≤ last."""
         begin = max(0, self.last_update(first - 1) + 1)
         numbers = np.arange(begin, max(begin, self.last_update(last) + 1), dtype=np.int64)
         spacing = self.steps_per_update

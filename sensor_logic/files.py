@@ -9,13 +9,11 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from .parts import Parts
+from .temporary_files import TemporaryFiles
 
-# What Windows takes for a device, whatever follows after a dot.
+# Names that Windows reserves for devices, with any suffix.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
-
-
-# What is in a file; pieces of text are gone through once, when it is written.
+# A file's content; an iterable of texts is read once, while the file is written.
 Content = str | bytes | Iterable[str]
 
 
@@ -24,7 +22,7 @@ class OutputError(Exception):
 
 
 def check_folder(folder: Path, what: str) -> None:
-    """Raises OutputError where `folder` cannot take a file, before any work is done."""
+    """Raises OutputError where no file can be written in `folder`, before a long run."""
     if not folder.exists():
         raise OutputError(f"{what}: the folder {folder} does not exist; make it first")
     if not folder.is_dir():
@@ -41,20 +39,20 @@ def write_files(texts: Mapping[Path, Content]) -> None:
 
     Links are followed; a device or a pipe is written to, not replaced.
     """
-    with Parts() as parts:
-        stage(texts, parts)
-        land(texts, parts)
+    with TemporaryFiles() as files:
+        stage(texts, files)
+        commit(texts, files)
 
 
-def stage(texts: Mapping[Path, Content], parts: Parts) -> None:
-    """Writes `texts` as parts of the files that they are to be. Raises OutputError."""
+def stage(texts: Mapping[Path, Content], files: TemporaryFiles) -> None:
+    """Writes `texts` into temporary files beside their targets. Raises OutputError."""
     for path, text in texts.items():
         try:
             if path.is_dir():
                 raise OutputError(f"cannot write {path}: it is a folder")
             if _is_special(path):
                 continue
-            with open(parts.new(path), "xb") as file:
+            with open(files.new(path), "xb") as file:
                 file.writelines(_encoded(text))
                 file.flush()
                 os.fsync(file.fileno())
@@ -64,16 +62,16 @@ def stage(texts: Mapping[Path, Content], parts: Parts) -> None:
             raise OutputError(f"cannot write {path}: {error.strerror}") from None
 
 
-def land(texts: Mapping[Path, Content], parts: Parts) -> None:
-    """Writes those of `texts` that go into pipes and devices, and puts the parts in place. Raises
-    OutputError."""
+def commit(texts: Mapping[Path, Content], files: TemporaryFiles) -> None:
+    """Writes those of `texts` that go into pipes and devices, then puts the temporary files in
+    place. Raises OutputError."""
     path = Path()
     try:
         for path in filter(_is_special, texts):
             with open(path, "wb") as file:
                 file.writelines(_encoded(texts[path]))
         path = Path()
-        parts.land()
+        files.commit()
     except OSError as error:
         what = path if path.name else error.filename
         raise OutputError(f"cannot write {what}: {error.strerror}") from None
@@ -88,15 +86,15 @@ def _encoded(content: Content) -> Iterator[bytes]:
 
 
 def _is_special(path: Path) -> bool:
-    """Whether there is something that is no plain file, such as /dev/null."""
+    """Whether the path exists and is not a plain file: a device or a pipe such as /dev/null."""
     return path.exists() and not path.is_file()
 
 
 def file_names(sensors: Iterable[str]) -> dict[str, str]:
-    """Sensor → its sample file: its own name without what file systems do not take.
+    """Sensor → its sample file: its name, with `_` for characters that file systems reject.
 
-    Where that gives two sensors the same file, on a system that ignores case too, the later one
-    by name gets a number; sensors whose name can stay as it is come first.
+    Where two sensors would get the same file (ignoring case), the later one by name gets a number;
+    sensors whose name needs no change come first.
     """
     sensors = list(sensors)
     found: dict[str, str] = {}

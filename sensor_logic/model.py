@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every sensor model shares: how it asks the scene, and answers with readings."""
+"""The interface of sensor models: updates come in, readings go out."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 FIRST: Index = np.zeros(1, np.intp)
-# The problem of a reading that the frames to come will make sure of.
+P = TypeVar("P")
+T = TypeVar("T")
+# The problem of a pressure reading until the frames beside its own have been evaluated.
 NOT_YET = "three frames in a row are not known"
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a sensor stands: origin (3,) in metres, axes (3, 3) whose columns are x, y, z.
+    """A sensor's position and orientation: origin (3,) in metres, axes (3, 3) with columns x, y, z.
 
     The axes are orthonormal and right-handed: scale, shear and mirroring of the object and its
     parents change its housing only.
@@ -35,9 +37,8 @@ class Pose:
 
 @dataclass(frozen=True)
 class Emission:
-    """What rays meet, as a source of heat: `temperature` in K and `emissivity` (n,) of the
-    surfaces, and the temperature of what is around, `ambient` in K. A ray that meets nothing sees
-    the ambient."""
+    """Thermal radiation sources that n rays hit: `temperature` in K and `emissivity` (n,) of the
+    surfaces, and the `ambient` temperature in K, which also stands where a ray hits nothing."""
 
     temperature: Array
     emissivity: Array
@@ -46,8 +47,8 @@ class Emission:
 
 @dataclass(frozen=True)
 class PadContact:
-    """The contacts of a pressure pad: the `forces` at the update's frame, the pad's
-    own weight (3,) in N, and session uids of the objects to measure alone (None: all)."""
+    """The contacts of a pressure pad: the `forces` at the update's frame, the pad's own weight (3,)
+    in N, and session uids of the only objects to measure (None: all)."""
 
     forces: PadForces
     weight: Array
@@ -56,8 +57,8 @@ class PadContact:
 
 @dataclass(frozen=True)
 class LightSample:
-    """What the scene sends to a sensor: one of the two, as its method asks; and what there is to
-    say of it. Not noisy, not quantised by the part."""
+    """Light at a sensor, before noise and quantisation: the one of the two quantities that its
+    method measures. `note`: a remark for the reader, such as an estimate's."""
 
     luminance_percent: float | None = None
     illuminance_lux: float | None = None
@@ -66,8 +67,8 @@ class LightSample:
 
 @dataclass(frozen=True)
 class Answers:
-    """What a scene answers at n updates: `table[rows[i]]` at the i-th; where nothing changed from
-    one update to the next, both have the same row (n,) of the table."""
+    """The scene's answers at n updates: `table[rows[i]]` is that of update i. Updates between which
+    nothing changed share a row."""
 
     table: Sequence[Any] | Array
     rows: Index
@@ -76,41 +77,43 @@ class Answers:
         return self.table[int(self.rows[i])]
 
 
-# What a model asks, by the names in `kind.py`, and what it gets at each update:
-#   RAYS (bundle, origins, directions, length): ranges (n,) in m of unit vectors (n, 3) from origins
-#       (n, 3); nothing within `length` (n,) reads `length`. `bundle` numbers the rays of a sensor
-#       that are cast together: normally the same rays under the same number.
-#   WARMTH (the same): the `Emission` of what the rays meet.
-#   CROSSINGS (origins, directions, length): `Passes`, what rays met on the way since the step of
-#       the clock before, while they and rigid things moved; None: nobody looked then.
+# The questions of a model, by the names in `kind.py`, and the answer at each update:
+#   RAYS (bundle, origins, directions, length): ranges (n,) in m along unit vectors (n, 3) from
+#       origins (n, 3); a ray that hits nothing within `length` (n,) reads `length`. `bundle` is a
+#       number for rays that are cast together, the same at each update.
+#   WARMTH (as RAYS): the `Emission` where the rays hit.
+#   REFLECTANCE (as RAYS): the reflectance (n,), 0 to 1, where the rays hit.
+#   CROSSINGS (origins, directions, length): `RayCrossings` of rigid solids and these rays since the
+#       step before; None where the sensor did not observe that step.
 #   FORCES (): `PadContact`.     LIGHT (): `LightSample`.
+#   POSES (parameter): the `Pose` of the object that the pointer parameter names; None without one.
 Ask = Callable[..., Any]
 
 
 @dataclass(frozen=True)
 class Update:
-    """One update of a sensor: its number, its time in s, where the sensor stands, and what answers
-    the model's questions about the scene. `noise` makes the update's random generator, `part` that
-    of the device, the same each time."""
+    """One update of a sensor: its number, its time in s, the sensor's pose, and the functions that
+    answer the model's questions about the `scene`. `noise` makes the update's random generator,
+    `device_noise` the device's, which gives the same numbers at each update."""
 
     number: int
     time: float
     pose: Pose
     scene: Mapping[str, Ask] = field(default_factory=dict)
     noise: Callable[[], np.random.Generator] = np.random.default_rng
-    part: Callable[[], np.random.Generator] = np.random.default_rng
+    device_noise: Callable[[], np.random.Generator] = np.random.default_rng
 
     def ask(self, need: str, *question: Any) -> Any:
-        """The answer at this update."""
+        """The scene's answer at this update."""
         return self.scene[need](*question)
 
 
 @dataclass(frozen=True)
 class Updates:
-    """Updates of one sensor that follow each other without a gap, at one pose with one set of
-    parameters: `numbers` (n,) and `times` (n,) in s. At one that is not `due` (n,), a step between
-    two updates, a sensor looks and publishes nothing. `noise` makes the random generator of an
-    update by its number."""
+    """Consecutive updates of one sensor, at one pose with one set of parameters: `numbers` (n,) and
+    `times` (n,) in s. One that is not `due` (n,) is a step between two updates, which a sensor
+    observes without publishing a reading. `noise` makes an update's random generator by its
+    number."""
 
     numbers: Index
     times: Array
@@ -118,12 +121,12 @@ class Updates:
     pose: Pose
     scene: Mapping[str, Ask]
     noise: Callable[[int], np.random.Generator]
-    part: Callable[[], np.random.Generator]
-    _asked: dict[Any, tuple[Any, Answers]] = field(default_factory=dict)
+    device_noise: Callable[[], np.random.Generator]
+    _answered: dict[Any, tuple[Any, Answers]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, update: Update, due: bool = True) -> Updates:
-        """One update alone, or a step between two."""
+        """A single update, or, where it is not `due`, a step between two."""
 
         def alone(ask: Ask) -> Ask:
             return lambda *question, which=None: Answers([ask(*question)], FIRST)
@@ -135,19 +138,19 @@ class Updates:
             update.pose,
             {need: alone(ask) for need, ask in update.scene.items()},
             lambda _: update.noise(),
-            update.part,
+            update.device_noise,
         )
 
     def __len__(self) -> int:
         return len(self.numbers)
 
     def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
-        """The answers at all updates, or at those that are listed in `which`."""
+        """The scene's answers at all updates, or at those whose indices are in `which`."""
         found: Answers = self.scene[need](*question, which=which)
         return found
 
     def __getitem__(self, i: int) -> Update:
-        """One of them; what it asks is asked once for all of them."""
+        """Update i; the first to ask a question asks it for all of them."""
 
         def one(need: str) -> Ask:
             return lambda *question: self._once(need, question)[i]
@@ -155,20 +158,20 @@ class Updates:
         number = int(self.numbers[i])
         scene = {need: one(need) for need in self.scene}
         noise = partial(self.noise, number)
-        return Update(number, float(self.times[i]), self.pose, scene, noise, self.part)
+        return Update(number, float(self.times[i]), self.pose, scene, noise, self.device_noise)
 
     def _once(self, need: str, question: tuple[Any, ...]) -> Answers:
-        # Where the bundle has a number, other rays take the place of those before.
+        # Other rays under the same bundle number replace the earlier ones.
         key = need, question[0] if question and isinstance(question[0], int) else None
-        known = self._asked.get(key)
+        known = self._answered.get(key)
         if known is None or not all(map(_same, known[0], question)):
-            known = self._asked[key] = question, self.ask(need, *question)
+            known = self._answered[key] = question, self.ask(need, *question)
         return known[1]
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One update's result: `active` and `value` as shown, `fields` as published."""
+    """The result of one update: the outputs `active` and `value`, and the published `fields`."""
 
     active: bool
     value: float
@@ -177,8 +180,8 @@ class Reading:
 
 @dataclass(frozen=True)
 class Readings:
-    """The results of n updates: arrays (n,) `active` and `value`, and by the field's name an array
-    or list; None where none of them measured it."""
+    """The results of n updates: arrays (n,) `active` and `value`, and an array or list for each
+    field; None for a field that no update measured."""
 
     active: NDArray[np.bool_]
     value: Array
@@ -206,17 +209,32 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _plain(column: Any, i: int) -> Any:
-    """A value as Python has it."""
+    """A value of a column as a Python object, not a numpy scalar."""
     value = None if column is None else column[i]
     return value.item() if isinstance(value, np.generic) else value
 
 
+class PerPose(Generic[P, T]):
+    """Keeps what `compute(parameters, pose)` returned until either is another object. A sensor at
+    rest then asks with the same arrays, and the ray caster recognises them by identity."""
+
+    def __init__(self, compute: Callable[[P, Pose], T]) -> None:
+        self._compute = compute
+        self._last: tuple[P, Pose, T] | None = None
+
+    def __call__(self, parameters: P, pose: Pose) -> T:
+        last = self._last
+        if last is None or last[0] is not parameters or last[1] is not pose:
+            last = self._last = parameters, pose, self._compute(parameters, pose)
+        return last[2]
+
+
 class Model:
-    """What senses for one sensor. A kind's own model says how by `update`, one update at a time;
-    one that has many updates to answer for says it by `sense`, for all of them in numpy."""
+    """Computes the readings of one sensor and holds its state. A kind overrides `update` (one at a
+    time) or `sense` (many updates at once, in numpy)."""
 
     def sense(self, parameters: Any, updates: Updates) -> Readings:
-        """The readings at those of the updates that are due."""
+        """The readings at the updates that are due."""
         due = np.flatnonzero(updates.due).tolist()
         return Readings.of([self.update(parameters, updates[i]) for i in due])
 
@@ -225,12 +243,12 @@ class Model:
         return self.sense(parameters, Updates.of(update))[0]
 
     def watch(self, parameters: Any, update: Update) -> None:
-        """Looks at a step between two updates."""
+        """Observes a step between two updates, without a reading."""
         self.sense(parameters, Updates.of(update, due=False))
 
 
 def pose_from_matrix(matrix: Array, unit_scale: float = 1.0) -> Pose:
-    """The pose that a 4 × 4 world matrix gives, `unit_scale` metres a unit.
+    """The pose of an object with this 4 × 4 world matrix; `unit_scale` is metres per Blender unit.
 
     Raises ValueError where the matrix does not define the −Z and +Y directions.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Noise: one generator a sensor, so that no sensor's noise depends on the others."""
+"""Noise: one generator for each sensor, so that no sensor's noise depends on another sensor."""
 
 from __future__ import annotations
 

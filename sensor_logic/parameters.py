@@ -13,9 +13,9 @@ from typing import Any
 
 from .quantities import METRES, Lengths, typed
 
-# The unit of a parameter that is counted in whatever its sensor reads.
+# The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"
-# Pairs of a parameter and the choice of it, all of which must be made.
+# Pairs of a parameter's name and a choice; the condition holds where all these choices are made.
 UsedWhen = tuple[tuple[str, Any], ...]
 # Blender stores angles in single precision, in which 180° is a little more than π.
 SINGLE_PRECISION = 1e-6
@@ -33,10 +33,9 @@ class Choice:
 
 @dataclass(frozen=True)
 class Spec:
-    """What is known of a parameter besides its default. Units are SI, angles radians; READING: that
-    of what the sensor reads with the chosen method. A number is 0 or more where no minimum is
-    told; `positive`: above 0. `used_when`: with which choices of other parameters it is looked at.
-    `short`: the label where there is little room."""
+    """The facts about a parameter besides its default. `unit`: SI, angles in radians, or READING.
+    The default `minimum` of a number is 0; `positive`: it must be above 0. `used_when`: the choices
+    of other parameters with which the model uses it. `short`: the label for narrow places."""
 
     label: str
     tip: str
@@ -60,11 +59,12 @@ class Parameters:
     """Base of every kind's parameter dataclass (all frozen, all with defaults)."""
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """What is wrong between parameters that are each in range; overridden by kinds."""
+        """Sentences about parameters that are each in range but contradict each other. Kinds
+        override this."""
         return []
 
     def must_be_smaller(self, low: str, high: str, lengths: Lengths) -> list[str]:
-        """What is wrong where the parameter `low` is not below the parameter `high`."""
+        """A sentence where the parameter `low` is not below the parameter `high`; else nothing."""
         if getattr(self, low) < getattr(self, high):
             return []
         unit = specs(type(self))[low].unit
@@ -72,7 +72,7 @@ class Parameters:
         return [f"{low} ({one}) must be smaller than {high} ({two})"]
 
     def problems(self, lengths: Lengths = METRES) -> list[str]:
-        """Every reason why a sensor with these parameters cannot be simulated, in words."""
+        """The reasons why a sensor with these parameters cannot be simulated, as sentences."""
         found = []
         for name, spec in specs(type(self)).items():
             problem = _out_of_range(getattr(self, name), spec, lengths)
@@ -92,12 +92,12 @@ def defaults(kind: type[Parameters]) -> dict[str, Any]:
 
 
 def used(parameters: Any, name: str, spec: Spec) -> bool:
-    """Whether the chosen model or method looks at the parameter `name` at all."""
+    """Whether the chosen model or method uses the parameter."""
     return is_chosen(parameters, spec.used_when)
 
 
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
-    """Whether parameters are as a `used_when` says."""
+    """Whether the parameters fulfil the condition `used_when`."""
     return all(getattr(parameters, name) == choice for name, choice in used_when)
 
 
@@ -121,12 +121,12 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
 
 
 def format_quantity(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """A parameter's value with its unit as people write it: angles in degrees."""
+    """A parameter's value with its unit; angles in degrees."""
     return typed(value, "" if unit == READING else unit, lengths)
 
 
 def value_text(value: Any, spec: Spec, unit: str, lengths: Lengths = METRES) -> str:
-    """What a parameter is set to, in words."""
+    """A parameter's value as text: on or off, a number with its unit, or the choice's label."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, (int, float)):

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers with their units as people read them: the one place that makes such texts.
+"""Texts of numbers with their units: the only place that makes them.
 
-Values are SI, angles in radians. What is measured is rounded to what is worth reading, what
-somebody typed is written as it was typed. Neither is ever written with an exponent where a person
-would not.
+Values are SI, angles in radians. A measured value is rounded to the digits that matter, a typed one
+is written as it was typed. Neither has an exponent where a person would write none.
 """
 
 from __future__ import annotations
@@ -13,16 +12,16 @@ from typing import NamedTuple
 
 NOTHING = "–"
 ZERO_CELSIUS = 273.15
-# A value against the one that raises an alarm: shown in percent of it, without its sign.
+# The unit of a signal as a share of its threshold: shown in percent, without its sign.
 OF_THRESHOLD = "of threshold"
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""))
-# From here on a short text has no decimals.
+# A short text has no decimals from this value on.
 SHORT_FROM = 99.95
 SIGNIFICANT = 3
 
 
 class Lengths(NamedTuple):
-    """What lengths are written in: the unit's name and how many metres it is."""
+    """The unit that lengths are written in: its name, and how many metres it is."""
 
     unit: str = "m"
     metres: float = 1.0
@@ -32,7 +31,7 @@ class Lengths(NamedTuple):
         return measured(length, "m", 3, self)
 
     def typed(self, length: float) -> str:
-        """A length (m) that somebody set."""
+        """A length (m) that a user typed."""
         return typed(length, "m", self)
 
 
@@ -42,8 +41,8 @@ METRES = Lengths()
 def measured(
     value: float, unit: str, decimals: int | None = None, lengths: Lengths = METRES
 ) -> str:
-    """A reading in full. `decimals` are those of the SI unit, of degrees or of percent; without
-    them three digits are shown, or all that stand before the point."""
+    """A reading with its unit. `decimals` counts those of the SI unit, of degrees or of percent;
+    None: three significant digits, or all digits before the point."""
     if not math.isfinite(value):
         return NOTHING
     value, unit, decimals = _as_shown(value, unit, decimals, lengths)
@@ -55,24 +54,24 @@ def measured(
 
 
 def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """A reading in three or four digits, where there is little room."""
+    """A reading in three or four digits, for narrow places."""
     if not math.isfinite(value):
         return NOTHING
     value, shown, _ = _as_shown(value, unit, None, lengths)
     if shown == "Ω":
         return _with_prefix(value, shown, SIGNIFICANT)
-    # Of what is less than a unit, such as a range in metres, one decimal would tell nothing.
+    # One decimal is too coarse for lengths below 1 m.
     fine = unit == "m" and abs(value) < 1.0
     decimals = 0 if abs(value) >= SHORT_FROM or shown == "°" else 2 if fine else 1
     return _joined(_fixed(value, decimals), shown)
 
 
 def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """A parameter as somebody set it: to six digits, without zeros at the end."""
+    """A parameter's value as a user typed it: six digits, without trailing zeros."""
     if not math.isfinite(value):
         return _joined(f"{value}", unit)
     if unit == "m":
-        # Lengths come from centimetres or feet by way of single precision.
+        # Blender stores lengths in single precision, also those typed in centimetres or feet.
         value, unit = value / lengths.metres, lengths.unit
     if unit == "Ω":
         return _with_prefix(value, unit, 6)
@@ -85,7 +84,7 @@ def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
 def _as_shown(
     value: float, unit: str, decimals: int | None, lengths: Lengths
 ) -> tuple[float, str, int | None]:
-    """Value, unit and decimals in what people count it in."""
+    """Value, unit and decimals in the unit that is shown: degrees, percent or the length unit."""
     if unit == "rad":
         return math.degrees(value), "°", 0 if decimals is None else decimals
     if unit == OF_THRESHOLD:
@@ -99,7 +98,7 @@ def _as_shown(
 
 
 def _decimals_of(value: float) -> int:
-    """So many that three digits are shown, at most three."""
+    """How many decimals show three significant digits: at most three."""
     size = abs(value)
     if size < 1.0:
         return SIGNIFICANT if 0.0 < size < 0.1 else SIGNIFICANT - 1 if size else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What may have been meant by a name that does not exist."""
+"""Suggestions for a misspelt name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SHOWN = 5
 
 
 def hint(name: str, known: Iterable[str]) -> str:
-    """What to tell of a name that is none of those `known`: the nearest of them, or the first."""
+    """A hint for a `name` that is not among the `known` ones: the most similar, else the first."""
     known = list(known)
     lower = {other.lower(): other for other in known}
     close = [other for text, other in lower.items() if name and name.lower() in text]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names and sentences as messages have them."""
+"""Names and sentences in messages."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ MOST_NAMES = 4
 
 
 class Advice(NamedTuple):
-    """`wrong`: what is wrong; `mend`: the way to mend it. A sentence each, without its stop."""
+    """A problem and how to solve it, each a sentence without its full stop."""
 
-    wrong: str
+    problem: str
     mend: str
 
     @property
     def text(self) -> str:
-        return f"{self.wrong}. {self.mend}"
+        return f"{self.problem}. {self.mend}"
 
 
 def quoted(name: str) -> str:
@@ -25,21 +25,21 @@ def quoted(name: str) -> str:
 
 
 def capital(text: str) -> str:
-    """The text with a capital at its beginning."""
+    """The text with its first letter in upper case."""
     return text[:1].upper() + text[1:]
 
 
-def uncapped(text: str) -> str:
-    """The text without a capital at its beginning, as it stands after a name and a colon."""
+def uncapitalized(text: str) -> str:
+    """The text with its first letter in lower case, to follow a name and a colon."""
     return text[:1].lower() + text[1:]
 
 
 def named(names: Iterable[str], most: int = MOST_NAMES) -> str:
-    """Names in quotes, each once and in their order: the first of them and how many more."""
+    """Names in quotes, without repetitions: the first ones, and how many more there are."""
     return listed(list(dict.fromkeys(map(quoted, names))), most)
 
 
 def listed(texts: list[str], most: int = MOST_NAMES) -> str:
-    """The first of some texts, and how many more there are."""
+    """The first of the texts, and how many more there are."""
     more = len(texts) - most
     return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")

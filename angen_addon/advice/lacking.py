@@ -48,7 +48,7 @@ def look(view_layer: Any) -> None:
     sensors = simulated(all_sensors(view_layer))
     if sensors:
         view_layer.update()
-    state.CACHE.lacks = lacking(view_layer, any(s.kind.asks_for(LIGHT) for s in sensors))
+    state.CACHE.lacks = lacking(view_layer, any(s.kind.requires(LIGHT) for s in sensors))
 
 
 def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ...sensor_logic.wording import Advice, named, uncapped
+from ...sensor_logic.wording import Advice, named, uncapitalized
 from ..scene.animation import is_animated
 from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
@@ -93,7 +93,7 @@ def of_several(told: dict[str, Advice]) -> str:
     """One line for the same advice to several pads, by their names: how many there are, the first
     of their names, and the text; where the texts differ, that of the first."""
     names = list(told)
-    text = uncapped(told[names[0]].text)
+    text = uncapitalized(told[names[0]].text)
     if len(names) == 1:
         return f"'{names[0]}': {text}"
     of_first = "of the first: " if len(set(told.values())) > 1 else ""

@@ -98,7 +98,7 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
 
 def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
     """Those of the sensors that feel warmth."""
-    return [s for s in sensors if s.kind.asks_for(WARMTH, s.parameters)]
+    return [s for s in sensors if s.kind.requires(WARMTH, s.parameters)]
 
 
 def nothing_warm(view_layer: Any) -> Advice | None:

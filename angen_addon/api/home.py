@@ -255,7 +255,7 @@ class Home:
             check_outputs({"path": Path(path)})
             with Outputs() as outputs:
                 outputs.save_blend(Path(path))
-                outputs.land()
+                outputs.commit()
 
     def all_sensors(self) -> list[Sensor]:
         """Those of the open file, as the add-on has them. Raises AngenError."""

@@ -97,7 +97,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
             options.interrupt.check()
             if outputs.said and sys.stdout is None and options.verb != "check":
                 raise OutputError("standard output is closed")
-            outputs.land()
+            outputs.commit()
             return status
     except (BadInput, NoSuchSensor, LayoutError, AddressError, days.DayError) as error:
         note(str(error))
@@ -185,7 +185,7 @@ def _run(
 
 def _tell_of_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
     """Says what the file needs and does not have, each once."""
-    light = any(sensor.kind.asks_for(LIGHT) for sensor in simulated(sensors))
+    light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
     for text in lacking(bpy.context.view_layer, light):
         if text not in options.lacks:
             options.lacks.append(text)

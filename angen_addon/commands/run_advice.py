@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ...sensor_logic.kind import FORCES
-from ...sensor_logic.wording import uncapped
+from ...sensor_logic.wording import uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
 from ..scene.sensors import Sensor, simulated
@@ -35,11 +35,11 @@ def _tell_of_warmth(sensors: list[Sensor]) -> None:
     found = warmth.pyroelectric(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
-        note(uncapped(cold.text))
+        note(uncapitalized(cold.text))
     for sensor in found:
         slow = warmth.too_slow(sensor)
         if slow:
-            note(f"'{sensor.name}': {uncapped(slow.text)}")
+            note(f"'{sensor.name}': {uncapitalized(slow.text)}")
 
 
 def _tell_of_warm_up(sensors: list[Sensor]) -> None:
@@ -47,13 +47,13 @@ def _tell_of_warm_up(sensors: list[Sensor]) -> None:
     for sensor in simulated(sensors):
         late = advice.warm_up(sensor, bpy.context.scene)
         if late:
-            note(f"'{sensor.name}': {uncapped(late.text)}")
+            note(f"'{sensor.name}': {uncapitalized(late.text)}")
 
 
 def _tell_of_pads(sensors: list[Sensor]) -> None:
     """Says what keeps pressure pads from reading what their user expects."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
-    pads = [s for s in simulated(sensors) if s.kind.asks_for(FORCES)]
+    pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
     for ask in (
         lambda pad: advice.without_surface(pad.object),
         lambda pad: advice.sinks(pad.object, scene),

@@ -65,7 +65,7 @@ class Causes:
     def _because(self, event: Event) -> str:
         sensor, track = self._sensors[event.sensor], self._recording.tracks[event.sensor]
         index = track.at(event.frame)
-        if index is None or (sensor.kind.tells_of("motion") and not track.active[index]):
+        if index is None or (sensor.kind.publishes("motion") and not track.active[index]):
             # That nothing moves any more, nobody does.
             return ""
         replay = Replay(self._scene, sensor, self._recording, self._probes)

@@ -37,7 +37,7 @@ class Daylight:
     def __init__(self, scene: Any, sensors: Sequence[Sensor], day: date) -> None:
         self._scene, self._day = scene, day
         self._site = site_of(scene)
-        looked = any(s.kind.asks_for(LIGHT) for s in sensors)
+        looked = any(s.kind.requires(LIGHT) for s in sensors)
         found = [obj for obj in scene.objects if obj.type == "LIGHT" and obj.data.type == "SUN"]
         free = [obj for obj in found if not _driven(obj) and not _driven(obj.data)]
         self._sun: Any = free[0] if free and looked and self._site else None

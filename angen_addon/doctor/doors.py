@@ -65,7 +65,7 @@ def standing_still(home: Examined) -> Iterator[Found]:
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
         for s in home.sensors
-        if s.kind.tells_of("opening")
+        if s.kind.publishes("opening")
     ]
     watched = [
         leaf

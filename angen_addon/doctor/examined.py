@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What checks are given, and what they find."""
+"""The scene that the doctor's checks examine, and their findings."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from ..view.plan.home import Home
 
 
 class Finding(NamedTuple):
-    """`check` names the check that found it; `text` what is wrong, in a sentence; `mend` the way
-    to mend it."""
+    """A problem: the `check` that found it, a sentence about it, and how to `mend` it."""
 
     check: str
     text: str
@@ -37,9 +36,9 @@ class Examined:
     def sensors(self) -> list[Sensor]:
         return simulated(all_sensors(self.view_layer))
 
-    def asking_for(self, *needs: str) -> list[Sensor]:
-        """Those whose models ask for one of these things (kind.RAYS …) of the scene."""
-        return [s for s in self.sensors if any(s.kind.asks_for(need) for need in needs)]
+    def requiring(self, *needs: str) -> list[Sensor]:
+        """The sensors whose models require one of these quantities (kind.RAYS …)."""
+        return [s for s in self.sensors if any(s.kind.requires(need) for need in needs)]
 
     @cached_property
     def home(self) -> Home:

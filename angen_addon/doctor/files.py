@@ -14,7 +14,7 @@ from .examined import Examined, Found
 
 def lacks(home: Examined) -> Iterator[Found]:
     """Missing libraries and files, drivers that stand still, sensors of unknown kinds."""
-    for text, mend in lacking.lacks(home.view_layer, bool(home.asking_for(LIGHT))):
+    for text, mend in lacking.lacks(home.view_layer, bool(home.requiring(LIGHT))):
         yield capital(text), capital(mend)
 
 

@@ -22,7 +22,7 @@ USUAL_LUMENS = 800
 
 def electrical_watts(home: Examined) -> Iterator[Found]:
     """Lamps that are given what they draw, not what they shine."""
-    if not home.asking_for(LIGHT):
+    if not home.requiring(LIGHT):
         return
     efficacy = home.scene.angen_luminous_efficacy
     for lamp in _lamps(home):
@@ -43,7 +43,7 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
 
 def none_lit(home: Examined) -> Iterator[Found]:
     """Light sensors in a scene that nothing lights."""
-    sensors = home.asking_for(LIGHT)
+    sensors = home.requiring(LIGHT)
     lit = any(lamp.data.energy > 0 or _is_switched(lamp.data) for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
         return
@@ -55,7 +55,7 @@ def none_lit(home: Examined) -> Iterator[Found]:
 
 def eevee_cannot_run(home: Examined) -> Iterator[Found]:
     """Light sensors that ask for EEVEE where there is none."""
-    sensors = [s for s in home.asking_for(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
+    sensors = [s for s in home.requiring(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
     reason = why_no_eevee() if sensors else ""
     if reason:
         yield f"{named(s.name for s in sensors)}: {reason}", "Set Engine to Cycles"

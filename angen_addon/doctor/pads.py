@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...sensor_logic.kind import FORCES
-from ...sensor_logic.wording import uncapped
+from ...sensor_logic.wording import uncapitalized
 from ..advice import sensing as advice
 from ..scene.rays.caster import NOTHING
 from .examined import Examined, Found
@@ -20,19 +20,19 @@ GAP = 0.05
 
 def advised(home: Examined) -> Iterator[Found]:
     """Pads that nothing can press on, or that sink."""
-    for pad in home.asking_for(FORCES):
+    for pad in home.requiring(FORCES):
         for told in (
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
             advice.weightless(pad.object, home.scene, home.view_layer),
         ):
             if told:
-                yield f"'{pad.name}': {uncapped(told.wrong)}", told.mend
+                yield f"'{pad.name}': {uncapitalized(told.problem)}", told.mend
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
     """Pads that lie on nothing and are fixed to nothing."""
-    for pad in home.asking_for(FORCES):
+    for pad in home.requiring(FORCES):
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
         solids = home.home.caster.solids
@@ -55,5 +55,5 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 def caches(home: Examined) -> Iterator[Found]:
     """A rigid-body cache that is too short, or of the scene before an edit."""
-    if home.asking_for(FORCES):
+    if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))

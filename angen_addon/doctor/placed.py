@@ -37,7 +37,7 @@ ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
     """A scene in which no detector of movement can ever find any."""
-    sensors = home.asking_for(RAYS, WARMTH, POSES)
+    sensors = home.requiring(RAYS, WARMTH, POSES)
     if sensors and not _moves(home):
         yield (
             f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
@@ -78,7 +78,7 @@ def _reads_time(modifier: Any) -> bool:
 
 def inside_walls(home: Examined) -> Iterator[Found]:
     """Sensors that stand inside something solid."""
-    for sensor in home.asking_for(RAYS, WARMTH, LIGHT):
+    for sensor in home.requiring(RAYS, WARMTH, LIGHT):
         inside = _surrounded_by(home, sensor)
         if inside:
             yield (
@@ -127,7 +127,7 @@ def _crossings(home: Examined, solid: Solid, origin: Array, way: Array) -> int:
 
 def looks_into_something(home: Examined) -> Iterator[Found]:
     """Sensors whose rays begin behind something: nearer than their range min they see nothing."""
-    for sensor in home.asking_for(RAYS):
+    for sensor in home.requiring(RAYS):
         try:
             sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
         except SensorError as error:
@@ -154,7 +154,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
 
 def names_nothing(home: Examined) -> Iterator[Found]:
     """Sensors that are to follow an object and have none, such as contacts without a magnet."""
-    for sensor in home.asking_for(POSES):
+    for sensor in home.requiring(POSES):
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
                 yield (
@@ -168,4 +168,4 @@ def nothing_warm(home: Examined) -> Iterator[Found]:
     found = warmth.pyroelectric(home.sensors)
     told = warmth.nothing_warm(home.view_layer) if found else None
     if told:
-        yield f"{told.wrong} ({named(s.name for s in found)})", told.mend
+        yield f"{told.problem} ({named(s.name for s in found)})", told.mend

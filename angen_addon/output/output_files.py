@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a command writes: checked before a long run; whole, together and last, or not at all."""
+"""The output files of a command: paths are checked before a long run, and at its end all files are
+written together, or none."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ...sensor_logic.files import Content, OutputError, check_folder, land, stage
-from ...sensor_logic.parts import Parts
+from ...sensor_logic.files import Content, OutputError, check_folder, commit, stage
+from ...sensor_logic.temporary_files import TemporaryFiles
 
 MIB = 2**20
 
@@ -22,8 +23,8 @@ MIB = 2**20
 def check_outputs(
     files: Mapping[str, Path | None], samples: Path | None = None, names: Iterable[str] = ()
 ) -> None:
-    """Raises OutputError where results could not be written, or would take the place of what is
-    read or of one another. `files`: what each option names; `names`: those in the folder `samples`.
+    """Raises OutputError where a result could not be written, or would overwrite a file that is
+    read or another result. `files`: option → path; `names`: the files in the folder `samples`.
     """
     asked = {flag: path for flag, path in files.items() if path is not None}
     for flag, path in asked.items():
@@ -44,7 +45,7 @@ def check_outputs(
 
 
 def check_not_read(paths: Iterable[Path]) -> None:
-    """Raises OutputError where a path is the open file, or another that this one reads."""
+    """Raises OutputError where a path is the open file, or a file that the open file reads."""
     known = _inputs()
     for path in paths:
         _check_apart(path, "", known)
@@ -64,7 +65,7 @@ def _check_file(path: Path, flag: str) -> None:
 
 
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
-    """Raises OutputError where `path` is one of those that are `known`."""
+    """Raises OutputError where `path` is in `known`."""
     for other in (known[key] for key in _keys(path) if key in known):
         if not other.startswith("--"):
             named = f"{flag}: " if flag else ""
@@ -73,7 +74,7 @@ def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
 
 
 def _inputs() -> dict[Any, str]:
-    """What the open file is made of, by what tells files apart."""
+    """The files that the open file consists of: key (see `_keys`) → what it is."""
     paths = dict.fromkeys(bpy.utils.blend_paths(absolute=True), "read by the open file")
     libraries = [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
     paths |= dict.fromkeys(libraries, "a linked library of the open file")
@@ -84,7 +85,7 @@ def _inputs() -> dict[Any, str]:
 
 
 def _keys(path: Path) -> list[Any]:
-    """What tells a file from all others, however it is spelt or linked; nothing for a device."""
+    """Keys that identify a file, however its path is spelt or linked; none for a device."""
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
             return []
@@ -98,7 +99,8 @@ def _keys(path: Path) -> list[Any]:
 
 
 def _is_whole(saved: BinaryIO) -> bool:
-    """Whether a blend file has its end: plain ones a block for it, packed ones a table of parts."""
+    """Whether a blend file is complete: a plain one ends with the block ENDB, a compressed one with
+    its seek table."""
     packed = saved.read(4) != b"BLEN"
     saved.seek(-min(64, os.fstat(saved.fileno()).st_size), os.SEEK_END)
     end = saved.read()
@@ -106,8 +108,8 @@ def _is_whole(saved: BinaryIO) -> bool:
 
 
 def _why_unsaved(part: Path, error: Exception) -> str:
-    """Why a file could not be saved: Blender says that there is no such file where in truth there
-    is no space, which writing as much to the same place brings to light."""
+    """Why a file could not be saved. On a full disk Blender reports a missing file, so this writes
+    as much data to the same path to find the true reason."""
     try:
         with open(part, "wb") as file:
             for _ in range(1 + os.path.getsize(bpy.data.filepath) // MIB):
@@ -126,34 +128,34 @@ def write(texts: Mapping[Path, Content], folder: Path | None) -> None:
     outputs.texts.update(texts)
     outputs.folders = [folder] if folder else []
     with outputs:
-        outputs.land()
+        outputs.commit()
 
 
 class Outputs:
-    """What a command will write: `texts` by path, perhaps into new `folders`, a saved blend file,
-    and what it says on standard output. As a context, whose end removes what did not land."""
+    """The outputs of a command: `texts` by path, new `folders`, a saved blend file, and `said`, the
+    text for standard output. Leaving the context removes what was not committed."""
 
     def __init__(self) -> None:
         self.texts: dict[Path, Content] = {}
         self.folders: list[Path] = []
         self.said = ""
-        self._parts = Parts()
+        self._files = TemporaryFiles()
         self._new_folders: list[Path] = []
 
     def __enter__(self) -> Outputs:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._parts.__exit__()
+        self._files.__exit__()
         for folder in self._new_folders:
             with contextlib.suppress(OSError):
                 folder.rmdir()
 
     def save_blend(self, path: Path) -> None:
-        """Saves a copy of the open file, which lands with the rest. Raises OutputError."""
+        """Saves a copy of the open file, which `commit` puts in place. Raises OutputError."""
         try:
             # Beside the target, so that relative paths in the file come out right.
-            part = self._parts.new(path, ".blend")
+            part = self._files.new(path, ".blend")
         except OSError as error:
             raise OutputError(f"cannot save {path}: {error.strerror}") from None
         try:
@@ -166,9 +168,9 @@ class Outputs:
         except (RuntimeError, OSError) as error:
             raise OutputError(f"cannot save {path}: {_why_unsaved(part, error)}") from None
 
-    def land(self) -> None:
-        """Puts all in place; nothing where one of them fails. Raises OutputError; OSError of
-        standard output."""
+    def commit(self) -> None:
+        """Puts all outputs in place, or none where one fails. Raises OutputError, or OSError where
+        standard output fails."""
         check_not_read(self.texts)
         for folder in self.folders:
             if not folder.exists():
@@ -177,9 +179,9 @@ class Outputs:
                 except OSError as error:
                     raise OutputError(f"cannot make {folder}: {error.strerror}") from None
                 self._new_folders.append(folder)
-        stage(self.texts, self._parts)
+        stage(self.texts, self._files)
         if self.said and sys.stdout is not None:
             sys.stdout.write(self.said)
             sys.stdout.flush()
-        land(self.texts, self._parts)
+        commit(self.texts, self._files)
         self._new_folders = []

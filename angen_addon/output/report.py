@@ -80,10 +80,10 @@ def _facts(
     ]
     if start is not None:
         found.append(("Time 0 is", start.isoformat(" ")))
-    if any(sensor.kind.asks_for(LIGHT) for sensor in sensors):
+    if any(sensor.kind.requires(LIGHT) for sensor in sensors):
         efficacy = shown_number(decimal(scene.angen_luminous_efficacy))
         found.append(("Luminous efficacy", f"{efficacy} lm/W"))
-    light = any(sensor.kind.asks_for(LIGHT) for sensor in simulated(sensors))
+    light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
     found += [("Lacking", text) for text in lacking(bpy.context.view_layer, light)]
     return found
 

@@ -215,7 +215,7 @@ class StoredRecording:
 def keep(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
     """The recording of a run that has just ended, with the scene as it is."""
     kinds = [KINDS[track.kind_name] for track in recording.tracks.values()]
-    light = any(kind.asks_for(LIGHT) or kind.asks_for(REFLECTANCE) for kind in kinds)
+    light = any(kind.requires(LIGHT) or kind.requires(REFLECTANCE) for kind in kinds)
     made = take(scene, depsgraph, light)
     made.portable = portable(scene, depsgraph)
     return StoredRecording(recording, made)

@@ -74,7 +74,7 @@ class Agenda:
     def allows_batches(self) -> bool:
         """Whether frames may be kept: any may be gone back to, and no pad must be read at its
         own."""
-        pads = any(runner.sensor.kind.asks_forces for runner in self._runners)
+        pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
         return self._from is None and (not pads or FORCES in self.kept)
 
     def windows(self, cuts: Iterable[int] = ()) -> Iterator[Window]:
@@ -82,7 +82,7 @@ class Agenda:
         its first step is looked at anew."""
         substeps = self._substeps
         begin, end = self._first - self._first % substeps, self._last + 1
-        if any(runner.sensor.kind.asks_forces for runner in self._runners):
+        if any(runner.sensor.kind.requires_forces for runner in self._runners):
             begin, end = begin - substeps, end + 2 * substeps
         if self._from is not None:
             begin = min(begin, self._from)
@@ -110,7 +110,7 @@ class Agenda:
         pads: dict[SensorRunner, Index] = {}
         read: dict[int, list[SensorRunner]] = {}
         for runner, own in zip(self._runners, dates, strict=True):
-            if runner.sensor.kind.asks_forces:
+            if runner.sensor.kind.requires_forces:
                 frames = pads[runner] = self._frames_moved(runner, begin, end)
                 motion += [frames - self._substeps, frames, frames + self._substeps]
             if not (runner.steady and set(runner.sensor.kind.needs) <= self.kept):

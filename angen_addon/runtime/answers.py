@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...sensor_logic.geometry.sweep import Passes
+from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose, pose_from_matrix
 from ...sensor_logic.parameters import specs
@@ -112,7 +112,7 @@ def crossings(
 
 def _swept_at(
     asked: Question, step: int, frame: int, rays: tuple[Array, Array, Array]
-) -> Passes | None:
+) -> RayCrossings | None:
     before, (origins, directions, length) = asked.runner.swept, rays
     pose, metres = asked.read.pose, asked.read.metres
     if before is not None and before.pose is pose and before.origins is origins:
@@ -167,10 +167,10 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
 def beside_of(sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float) -> Beside:
     """What a sensor's model asks of the scene at this very step."""
     found: dict[str, Any] = {}
-    if sensor.kind.asks_for(FORCES):
+    if sensor.kind.requires(FORCES):
         weight = _own_weight(evaluated, depsgraph.scene, metres)
         found[FORCES] = weight, _partners(sensor.parameters_in(evaluated))
-    if sensor.kind.asks_for(POSES):
+    if sensor.kind.requires(POSES):
         found[POSES] = _named_poses(sensor, sensor.parameters_in(evaluated), depsgraph, metres)
     return found or None
 

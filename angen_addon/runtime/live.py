@@ -77,7 +77,7 @@ class Live:
             self._forget()
             return
         due = [(s, *update) for s in self._runners if (update := self._due(s, step))]
-        pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.asks_forces]
+        pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.requires_forces]
         frame = scene.frame_current if pads or self._motion_matters(step) else None
         self.told = self._probes.caster.solids.told_of(self._objects)
         if self.told:
@@ -163,7 +163,7 @@ class Live:
             else:
                 runner = SensorRunner(sensor, clock)
                 self._runners.append(runner)
-                if sensor.kind.asks_light and sensor.name in before:
+                if sensor.kind.requires_light and sensor.name in before:
                     # It is told as old until the light is measured.
                     self.readings[sensor.name] = before[sensor.name]
         self._probes.serve(runner.sensor for runner in self._runners)
@@ -196,7 +196,7 @@ class Live:
 
     def _motion_matters(self, step: int) -> bool:
         """Whether a sensor that needs the motion has an update at this step or beside it."""
-        schedules = [s.schedule for s in self._runners if s.sensor.kind.asks_forces]
+        schedules = [s.schedule for s in self._runners if s.sensor.kind.requires_forces]
         return any(
             schedule.step(schedule.last_update(beside)) == beside
             for schedule in schedules
@@ -231,7 +231,7 @@ class Live:
         if taken.request is not None:
             self._lit[name] = taken
             return False
-        if runner.sensor.kind.asks_forces and follows:
+        if runner.sensor.kind.requires_forces and follows:
             # After a jump the frames beside are not known anyway.
             self._waiting[uid] = taken
             return False

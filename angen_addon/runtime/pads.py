@@ -84,7 +84,7 @@ class Pads:
     def __init__(
         self, scene: Any, runners: Sequence[SensorRunner], clock: Clock, probes: Probes
     ) -> None:
-        self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.asks_forces}
+        self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.requires_forces}
         self._probes = probes
         self._scene, self._clock = scene, clock
         self._stay = bool(self._pads) and weights_stay(scene)

@@ -69,7 +69,7 @@ class Probes:
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
         """From now on the probes look at what these sensors need."""
-        self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.asks_forces]
+        self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
 
     @property
     def edits(self) -> int:

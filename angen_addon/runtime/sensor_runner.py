@@ -220,7 +220,7 @@ class SensorRunner:
             partial(generator, scene.angen_seed, f"{name}, part", 0),
         )
         request = None
-        if self.sensor.kind.asks_light:
+        if self.sensor.kind.requires_light:
             request = light_request(
                 self.sensor, read.parameters, read.pose, read.metres, self.steady
             )

@@ -75,8 +75,8 @@ class Stage:
         self.probes.serve(runner.sensor for runner in runners)
         self.lit: list[PendingUpdates] = []
         sensors = [runner.sensor for runner in runners]
-        warm = any(sensor.kind.asks_for(WARMTH, sensor.parameters) for sensor in sensors)
-        coloured = any(sensor.kind.asks_for(REFLECTANCE, sensor.parameters) for sensor in sensors)
+        warm = any(sensor.kind.requires(WARMTH, sensor.parameters) for sensor in sensors)
+        coloured = any(sensor.kind.requires(REFLECTANCE, sensor.parameters) for sensor in sensors)
         changes = (warm and changes_by_itself(scene)) or (coloured and colours_change())
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
@@ -160,7 +160,7 @@ class Stage:
         for runner in {r: None for step in looked for r in window.read.get(step, ())}:
             read = runner.read(depsgraph, self.probes.edits)
             self._kept.reads[runner, frame] = read
-            if runner.sensor.kind.asks_light:
+            if runner.sensor.kind.requires_light:
                 dates = window.dates[runner].between(looked[0], looked[-1])
                 frames = self._kept.frames(dates.steps)
                 self.lit.extend(runner.pending(dates, frames, [read], depsgraph, self.probes))
@@ -174,13 +174,13 @@ class Stage:
         self.probes.develop(depsgraph)
         for runner, dates in window.dates.items():
             kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.last)
-            if kind.asks_light or not len(due.steps):
+            if kind.requires_light or not len(due.steps):
                 continue
             frames = kept.frames(due.steps)
             reads = kept.reads_of(runner, frames)
             if reads is None:
                 reads = [runner.read(depsgraph, self.probes.edits)]
-            if kind.asks_forces:
+            if kind.requires_forces:
                 self._pads.wait(runner, due, reads)
             else:
                 yield from runner.pending(due, frames, reads, depsgraph, self.probes)

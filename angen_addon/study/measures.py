@@ -110,7 +110,7 @@ def _light_error(
     that."""
     from .home_run import readings_of
 
-    lights = [sensor for sensor in sensors if sensor.kind.asks_for(LIGHT)]
+    lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
         raise AngenError("light_error: no light sensor is switched on")
     for sensor in lights:

@@ -80,7 +80,7 @@ def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
     if taken is None:
         return None
     parameters, pose = taken.parameters, taken.update.pose
-    if not runner.sensor.kind.asks_for(RAYS, parameters):
+    if not runner.sensor.kind.requires(RAYS, parameters):
         return Sight(parameters, pose, NO_RAYS, taken.request)
     rows = getattr(parameters, "tilt_count", 1)
     every = {name: value for name, value in EVERYTHING.items() if hasattr(parameters, name)}

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import Array
-from .detectors import LOOK_EVERY, Response, filtered
+from .detectors import SAMPLE_EVERY, Response, filtered
 from .motions import Hits, Motion, Rays, Start, hits
 
 # Bodies times rays that are looked at at once, to bound the memory.
@@ -157,7 +157,7 @@ class WarmView:
         powers = [self._power(motion, start, k * self.interval) for k in range(moving)]
         powers += [powers[-1]] * still
         # The detector, too, takes its power to change linearly and looks between its updates.
-        parts = max(1, math.ceil(self.interval / LOOK_EVERY - 1e-9))
+        parts = max(1, math.ceil(self.interval / SAMPLE_EVERY - 1e-9))
         steps = [powers[0]]
         for one, two in pairwise(powers):
             steps += [one + (two - one) * (k / parts) for k in range(1, parts + 1)]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from ..kinds import KINDS
 from ..kinds.pir.pyroelectric.detector import SIGHT, response_of, threshold_of, zones_of
-from ..kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
-from ..kinds.pir.pyroelectric.response import LOOK_EVERY, Response, filtered
+from ..kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, radiosity
+from ..kinds.pir.pyroelectric.response import SAMPLE_EVERY, Response, filtered
 from ..kinds.pir.pyroelectric.zones import zone_rays
 from ..kinds.pir.range_scan import PirParameters, fan_directions
 
@@ -30,7 +30,7 @@ class Walker:
 
 __all__ = [
     "DETECTOR",
-    "LOOK_EVERY",
+    "SAMPLE_EVERY",
     "SIGHT",
     "STEFAN_BOLTZMANN",
     "PirParameters",
@@ -38,7 +38,7 @@ __all__ = [
     "Walker",
     "fan_directions",
     "filtered",
-    "leaving",
+    "radiosity",
     "response_of",
     "threshold_of",
     "zone_rays",

@@ -113,7 +113,7 @@ def _of_change(log: Log, topics: Mapping[str, str], change: Change) -> Iterator[
     topic = f"/angen/{frame}/{channel.field}"
     schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
     yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change), channel)
-    if channel.quantity == "opening" and KINDS[channel.sensor.kind].asks_for(RAYS):
+    if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
         data = ros2.beam_message(time, frame, bool(change.value), _fact(channel, "range_max"))
         yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data)
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays and bodies that move, in numpy."""
+"""Moving rays and moving bodies, in numpy."""

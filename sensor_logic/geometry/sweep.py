@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When rays that move meet triangles: exactly, for rays whose ends go straight.
+"""The times at which moving rays intersect triangles: exact for rays whose ends move in straight
+lines.
 
-A ray meets a triangle as long as it passes its three edges on the same side. That side is the sign
+A ray intersects a triangle while it passes the three edges on the same side. That side is the sign
 of det(W, p, e), with W from the ray's start to its end, p from its start to a corner, and e along
-the edge [1]: where the ray's ends go straight, a quadratic in time. Its roots, and the moments at
-which an end goes through the triangle's plane, are the only ones at which it can begin or cease to
-meet it; between them one look tells.
+the edge [1]: a quadratic function of time where the ray's ends move in straight lines. Only at its
+roots, and at the times at which an end crosses the triangle's plane, can the intersection begin or
+end; one test between two such times decides for the whole interval.
 
 [1] C. Ericson, Real-Time Collision Detection (2005), 5.3.4: a line against a triangle.
 """
@@ -20,72 +21,59 @@ from numpy.typing import NDArray
 from ..model import Array
 from .triangle_tree import Index, TriangleTree
 
-# Share of the time: what is shorter than this is rounding.
+# Share of the time: a shorter interval is a rounding error.
 NO_TIME = 1e-9
 
 
 @dataclass(frozen=True)
-class Passes:
-    """Times during which a ray meets something, (p,) each: which `ray`; from the share `begin` of
-    a movement's time, 0 to 1, to its share `end`; how far from the ray's start then, `near` and
-    `far`; and the number of what it meets. What is met in between is as far as in between."""
+class RayCrossings:
+    """Intersections (p,) of rays with moving solids: the index of the `ray`; the shares `begin` and
+    `end` of the step's time, 0 to 1; the distances from the ray's start at these times, `near` and
+    `far`, which change linearly in between; and the number of the `solid`."""
 
     ray: Index
     begin: Array
     end: Array
     near: Array
     far: Array
-    thing: NDArray[np.int64]
+    solid: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.ray)
 
-    def __getitem__(self, which: Index) -> Passes:
-        """Some of them, in this order."""
-        return Passes(
-            self.ray[which],
-            self.begin[which],
-            self.end[which],
-            self.near[which],
-            self.far[which],
-            self.thing[which],
-        )
+    def __getitem__(self, which: Index) -> RayCrossings:
+        """The crossings with these indices, in this order."""
+        return RayCrossings(*(column[which] for column in vars(self).values()))
 
 
-def no_passes() -> Passes:
+def no_crossings() -> RayCrossings:
     none = np.zeros(0)
-    return Passes(np.zeros(0, np.intp), none, none, none, none, np.zeros(0, np.int64))
+    return RayCrossings(np.zeros(0, np.intp), none, none, none, none, np.zeros(0, np.int64))
 
 
-def joined(parts: list[Passes]) -> Passes:
-    """All of them as one."""
+def joined(parts: list[RayCrossings]) -> RayCrossings:
+    """The crossings of all `parts`."""
     if not parts:
-        return no_passes()
-    return Passes(
-        np.concatenate([p.ray for p in parts]),
-        np.concatenate([p.begin for p in parts]),
-        np.concatenate([p.end for p in parts]),
-        np.concatenate([p.near for p in parts]),
-        np.concatenate([p.far for p in parts]),
-        np.concatenate([p.thing for p in parts]),
-    )
+        return no_crossings()
+    columns = zip(*(vars(part).values() for part in parts), strict=True)
+    return RayCrossings(*map(np.concatenate, columns))
 
 
-def passes(ways: Array, lengths: Array, triangles: TriangleTree, number: int) -> Passes:
-    """When rays meet the triangles of the thing `number`.
+def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int) -> RayCrossings:
+    """The crossings of rays and the triangles of the solid `number`.
 
-    `ways` (n + 1, k, 2, 3): both ends of k rays at the bounds of n equal times, between which they
-    go straight; `lengths` (k,) what a ray is long, at which unit the passes tell how far.
+    `paths` (n + 1, k, 2, 3): both ends of k rays at the bounds of n equal time intervals, in which
+    they move in straight lines; `lengths` (k,): the rays' lengths, in the unit of `near` and `far`.
     """
-    pieces = len(ways) - 1
+    pieces = len(paths) - 1
     found, order = [], []
-    for piece, ray, triangle in triangles.near(ways[:-1], ways[1:]):
-        pair, begin, end, near, far = _meetings(
-            ways[piece, ray], ways[piece + 1, ray], triangles.corners[triangle]
+    for piece, ray, triangle in triangles.near(paths[:-1], paths[1:]):
+        pair, begin, end, near, far = _intersections(
+            paths[piece, ray], paths[piece + 1, ray], triangles.corners[triangle]
         )
         piece, ray, triangle = piece[pair], ray[pair], triangle[pair]
         found.append(
-            Passes(
+            RayCrossings(
                 ray,
                 (piece + begin) / pieces,
                 (piece + end) / pieces,
@@ -94,14 +82,14 @@ def passes(ways: Array, lengths: Array, triangles: TriangleTree, number: int) ->
                 np.full(len(ray), number, np.int64),
             )
         )
-        order.append((piece * ways.shape[1] + ray) * len(triangles.corners) + triangle)
+        order.append((piece * paths.shape[1] + ray) * len(triangles.corners) + triangle)
     if not found:
-        return no_passes()
-    # One after the other as rays and triangles are, however these are found.
+        return no_crossings()
+    # Ordered by piece, ray and triangle, whatever the order in which the tree found them.
     return joined(found)[np.argsort(np.concatenate(order), kind="stable")]
 
 
-def _meetings(
+def _intersections(
     before: Array, after: Array, corners: Array
 ) -> tuple[Index, Array, Array, Array, Array]:
     """Of pairs (q) of a ray, its ends `before` and `after` (q, 2, 3), and a triangle (q, 3, 3):

@@ -13,7 +13,7 @@ import math
 def voltage(supply: float, load_resistor: float, resistance: float) -> float:
     """Output in volts; `supply` in volts, the fixed and the sensing resistor in ohms (may be inf).
 
-    The output is not loaded by what reads it.
+    The circuit that reads the output draws no current.
     """
     return supply * load_resistor / (load_resistor + resistance)
 

@@ -18,8 +18,8 @@ TIME_TOLERANCE_S = 1e-9
 
 
 def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
-    """Why movement would not be reported at a time (s), and for how long not; empty where it would
-    be. `fell`: when the output went off last."""
+    """Why the detector ignores movement at `time` (s), and for how much longer; "" where it reports
+    movement. `fell`: when the output last went off (s)."""
     left = warm_up - time
     if left > TIME_TOLERANCE_S:
         return f"warming up, {_seconds(left)} left"
@@ -72,8 +72,8 @@ class OutputTiming:
         retrigger: bool = True,
         onsets: bool = False,
     ) -> NDArray[np.bool_]:
-        """The output (n,) at `times` (n,), given at which of them motion was seen: stepped only
-        where there is some, or the output is on. `onsets`: only where motion begins it triggers."""
+        """The output (n,) at `times` (n,), given where motion was seen; it steps only through
+        times with motion or with the output on. `onsets`: only the beginning of motion triggers."""
         if onsets and len(triggered):
             before = np.concatenate([[self._seen], triggered[:-1]])
             self._seen = bool(triggered[-1])

@@ -362,7 +362,7 @@ def test_nothing_warm_is_told(world, addon_part):
     assert warmth.nothing_warm(view_layer) is None
     body.angen_warmth.use_temperature = False
     told = warmth.nothing_warm(view_layer)
-    assert told.wrong.startswith("Nothing in the scene has a temperature: ")
+    assert told.problem.startswith("Nothing in the scene has a temperature: ")
     collection = world.bpy.data.collections.new("heaters")
     world.scene.collection.children.link(collection)
     collection.objects.link(body)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sensor_logic.files import OutputError, check_folder, file_names, write_files
-from sensor_logic.parts import sweep
+from sensor_logic.temporary_files import sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -153,8 +153,8 @@ def test_no_two_sensors_share_a_file(sensors):
 WRITER = """
 import sys, time
 from pathlib import Path
-from sensor_logic.parts import Parts
-with Parts() as parts:
+from sensor_logic.temporary_files import TemporaryFiles
+with TemporaryFiles() as parts:
     for name in "abc":
         parts.new(Path(sys.argv[1], name)).write_text(name)
     print("written", flush=True)

@@ -8,10 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensor_logic.kinds.light.model import LightParameters
-from sensor_logic.kinds.light.parts import PARTS
-from sensor_logic.kinds.light.photoresistor import conductance, divided, equivalent_lux, follow
-from sensor_logic.parameters import specs
+from sensor_logic.kinds.light.photoresistor import conductance, equivalent_lux, follow
+from sensor_logic.physics.divider import voltage
 from sensor_logic.physics.photometry import counts, illuminance, luminance, luminance_percent
 
 GL5528 = (14_000.0, 0.7, 1e6)
@@ -65,7 +63,7 @@ def test_four_walls_are_percent_of_white():
 def test_gl5528_over_the_decades(lux, ohm, volt):
     resistance = 1 / conductance(lux, *GL5528)
     assert resistance == pytest.approx(ohm, rel=1e-4)
-    assert divided(5.0, 10_000.0, resistance) == pytest.approx(volt, abs=1e-4)
+    assert voltage(5.0, 10_000.0, resistance) == pytest.approx(volt, abs=1e-4)
 
 
 @given(LUX, st.floats(1e3, 2e5), st.floats(0.4, 1.2), st.floats(1e5, 1e8))
@@ -89,14 +87,3 @@ def test_after_one_time_constant_63_percent_is_there():
     assert follow(0.0, 1.0, 0.02, 0.02, 0.03) == pytest.approx(1 - math.exp(-1))
     assert follow(1.0, 0.0, 0.03, 0.02, 0.03) == pytest.approx(math.exp(-1))
     assert follow(0.0, 1.0, 0.0, 0.0, 0.0) == 1.0
-
-
-@pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
-def test_parts_set_known_parameters_to_valid_values(part):
-    assert set(part.values) <= set(specs(LightParameters))
-    assert LightParameters(**part.values).problems() == []
-    assert part.source
-
-
-def test_parts_are_named_once():
-    assert len({part.name for part in PARTS}) == len(PARTS)

@@ -8,7 +8,6 @@ import pytest
 
 from sensor_logic.kind import RAYS
 from sensor_logic.kinds import KINDS
-from sensor_logic.kinds.light.parts import PARTS
 from sensor_logic.kinds.optical_switch.model import SlottedSwitch
 from sensor_logic.kinds.pressure.force_resistor import ForceResistor
 from sensor_logic.model import Pose, Update
@@ -141,12 +140,6 @@ def test_a_slotted_switch_closes_by_what_is_in_its_gap(preset):
         seen.append(switch.update(parameters, update).active)
     expected = [True, True, False, False, False, True]
     assert seen == (expected if parameters.aperture else [True, True, False, False, True, True])
-
-
-def test_light_parts_are_presets_under_their_names():
-    for part in PARTS:
-        preset = named("LIGHT")[part.name.upper().replace("-", "_")]
-        assert (preset.values, preset.source) == (part.values, part.source)
 
 
 def test_a_larger_load_resistor_reads_higher():

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
-from sensor_logic.geometry.sweep import Passes, _meetings, passes
+from sensor_logic.geometry.sweep import RayCrossings, _intersections, crossings
 from sensor_logic.geometry.triangle_tree import TriangleTree
 from sensor_logic.kinds.optical_switch.breaks import light_between
 
@@ -154,7 +154,8 @@ def test_a_flag_passes_as_long_as_it_is_wide(width, far):
     """It goes from 1 m before the beam to 1 m behind it: in the ray's eyes, the ray does."""
     shift = np.array([far, 0, 0])
     ways = ray_way([(1 + width, 0, 0.3), (1 + width, 0, -0.7)], [(-1, 0, 0.3), (-1, 0, -0.7)])
-    found = passes(ways + shift, np.array([1.0]), TriangleTree(SQUARE * (width, 1, 1) + shift), 7)
+    tree = TriangleTree(SQUARE * (width, 1, 1) + shift)
+    found = crossings(ways + shift, np.array([1.0]), tree, 7)
     way = 2 + width
     # The diagonal's two triangles come one after the other.
     ((begin, end),) = union(found)
@@ -162,7 +163,7 @@ def test_a_flag_passes_as_long_as_it_is_wide(width, far):
     assert (begin, end) == pytest.approx((1 / way, (1 + width) / way), abs=rounding)
     assert found.near == pytest.approx(0.3, abs=1e-9)
     assert found.far == pytest.approx(0.3, abs=1e-9)
-    assert set(found.thing.tolist()) == {7}
+    assert set(found.solid.tolist()) == {7}
 
 
 @pytest.mark.parametrize(
@@ -176,7 +177,7 @@ def test_a_flag_passes_as_long_as_it_is_wide(width, far):
     ids=["stops before", "too short", "starts behind", "passes beside"],
 )
 def test_what_just_misses(before, after):
-    assert len(passes(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) == 0
+    assert len(crossings(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) == 0
 
 
 @pytest.mark.parametrize(
@@ -189,12 +190,12 @@ def test_what_just_misses(before, after):
     ids=["just in", "just long enough", "along an edge"],
 )
 def test_what_just_hits(before, after):
-    assert len(passes(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) > 0
+    assert len(crossings(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) > 0
 
 
 def test_a_ray_that_does_not_move_is_met_all_the_time():
     ray = [(0.5, 0.2, 0.3), (0.5, 0.2, -0.7)]
-    assert union(passes(ray_way(ray, ray), np.ones(1), TriangleTree(SQUARE), 1)) == [[0.0, 1.0]]
+    assert union(crossings(ray_way(ray, ray), np.ones(1), TriangleTree(SQUARE), 1)) == [[0.0, 1.0]]
 
 
 def test_triangles_that_are_none_are_never_met():
@@ -204,7 +205,7 @@ def test_triangles_that_are_none_are_never_met():
     broken[:, 0] = math.nan
     with np.errstate(all="raise"):
         for corners in (flat, broken, np.zeros((0, 3, 3))):
-            assert len(passes(ways, np.ones(1), TriangleTree(corners), 1)) == 0
+            assert len(crossings(ways, np.ones(1), TriangleTree(corners), 1)) == 0
 
 
 def met(start, end, triangle):
@@ -227,7 +228,7 @@ def test_as_many_looks_in_between_find(seed):
     ways = chance.normal(size=(3, 2, 2, 3))
     triangles = chance.normal(size=(2, 3, 3)) * 0.7
     lengths = np.array([1.0, 2.0])
-    found = passes(ways, lengths, TriangleTree(triangles), 1)
+    found = crossings(ways, lengths, TriangleTree(triangles), 1)
     assert ((found.begin >= 0) & (found.end <= 1) & (found.begin < found.end)).all()
     for ray in range(2):
         mine = found.ray == ray
@@ -284,11 +285,11 @@ def test_what_boxes_leave_out_is_never_met(seed, rays, at):
     corners = np.concatenate([corners, corners[:1] * math.nan, sphere(2, rng) * 40.0]) + at
     ways = turning_past(rng.uniform(0.0, 3.0), rays, rng, at)
     tree = TriangleTree(corners)
-    found = passes(ways, np.full(rays, 2.0), tree, 1)
+    found = crossings(ways, np.full(rays, 2.0), tree, 1)
     assert len(found) > 5
     pairs = np.indices((12, rays, len(corners))).reshape(3, -1)
     piece, ray, triangle = pairs
-    pair, begin, end, near, far = _meetings(
+    pair, begin, end, near, far = _intersections(
         ways[piece, ray], ways[piece + 1, ray], corners[triangle]
     )
     piece, ray = piece[pair], ray[pair]
@@ -313,9 +314,9 @@ def test_only_triangles_near_the_rays_are_asked(angle):
 def test_where_they_are_found_does_not_depend_on_how_many_are_compared_at_once(monkeypatch):
     rng = np.random.default_rng(2)
     ways, tree = turning_past(1.0, 3, rng), TriangleTree(sphere(20, rng))
-    whole = passes(ways, np.ones(3), tree, 1)
+    whole = crossings(ways, np.ones(3), tree, 1)
     monkeypatch.setattr("sensor_logic.geometry.triangle_tree.PAIRS_AT_ONCE", 7)
-    np.testing.assert_array_equal(columns(passes(ways, np.ones(3), tree, 1)), columns(whole))
+    np.testing.assert_array_equal(columns(crossings(ways, np.ones(3), tree, 1)), columns(whole))
 
 
 # The light in between
@@ -325,7 +326,7 @@ def made(*rows):
     """Passes of (ray, begin, end, near, far)."""
     table = np.array(rows, float).reshape(-1, 5)
     thing = np.ones(len(table), np.int64)
-    return Passes(table[:, 0].astype(np.intp), *table[:, 1:].T, thing)
+    return RayCrossings(table[:, 0].astype(np.intp), *table[:, 1:].T, thing)
 
 
 def light(rays, *rows, threshold=0.5):

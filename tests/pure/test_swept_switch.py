@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sensor_logic.geometry.sweep import Passes
+from sensor_logic.geometry.sweep import RayCrossings
 from sensor_logic.kind import CROSSINGS
 from sensor_logic.kinds.optical_switch.model import OpticalSwitchParameters, SlottedSwitch
 
@@ -20,7 +20,7 @@ def passed(*rows, thing=3):
     flat = [(ray, b, e, d, d) for rays, b, e, d in rows for ray in rays]
     table = np.array(flat, float).reshape(-1, 5)
     things = np.full(len(table), thing, np.int64)
-    return Passes(table[:, 0].astype(np.intp), *table[:, 1:].T, things)
+    return RayCrossings(table[:, 0].astype(np.intp), *table[:, 1:].T, things)
 
 
 def none():
@@ -123,11 +123,11 @@ def test_what_was_caught_is_known(lived):
     model = SlottedSwitch()
     steps = [(FREE, none()), (FREE, passed(([0], 0.25, 0.5, 0.024), thing=9)), (FREE, none())]
     lived(ONE, (FREE, None), steps, model=model)
-    assert model.caught.thing == 9
-    assert model.caught.range == pytest.approx(0.025)
-    assert model.caught.steps == pytest.approx(1.75)
+    assert model.latched_break.solid == 9
+    assert model.latched_break.range == pytest.approx(0.025)
+    assert model.latched_break.steps == pytest.approx(1.75)
     lived(ONE, (BROKEN, none()), model=model)
-    assert model.caught is None
+    assert model.latched_break is None
 
 
 @pytest.mark.parametrize("gap", [None, "off"])

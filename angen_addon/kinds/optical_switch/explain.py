@@ -143,9 +143,9 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
         float(np.mean(ranges >= parameters.threshold)),
         len(ranges),
     )
-    caught = replay.runner.model.caught
+    caught = replay.runner.model.latched_break
     if caught is not None:
-        name = replay.probes.caster.solids.name_of(caught.thing)
+        name = replay.probes.caster.solids.name_of(caught.solid)
         seconds = caught.steps / float(replay.runner.clock.steps_per_second)
         return parameters, replace(beam, name=name, ago=seconds)
     return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")

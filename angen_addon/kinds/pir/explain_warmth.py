@@ -11,7 +11,7 @@ import numpy as np
 
 from ....sensor_logic.kind import RAYS, WARMTH
 from ....sensor_logic.kinds.pir.pyroelectric.detector import threshold_of, zones_of
-from ....sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, leaving
+from ....sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, radiosity
 from ....sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.model import Array, Emission
@@ -126,7 +126,7 @@ def _look(replay: Replay, index: int) -> tuple[PirParameters, _Look] | None:
     emission, seen = told[-1], replay.witness.seen
     weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
     surroundings = STEFAN_BOLTZMANN * emission.ambient**4
-    power = weights * (leaving(emission) - surroundings) / math.pi
+    power = weights * (radiosity(emission) - surroundings) / math.pi
     look = _Look(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
     return parameters, look
 

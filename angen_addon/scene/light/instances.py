@@ -19,7 +19,7 @@ def light_housings(view_layer: Any) -> frozenset[Uid]:
     return frozenset(
         sensor.uid
         for sensor in all_sensors(view_layer)
-        if sensor.kind.asks_light and sensor.handle.visible_get(view_layer=view_layer)
+        if sensor.kind.requires_light and sensor.handle.visible_get(view_layer=view_layer)
     )
 
 

@@ -241,7 +241,7 @@ class Housings:
         uid = obj.session_uid
         if uid not in self._known:
             kind = KINDS.get(obj.angen_sensor.kind)
-            self._known[uid] = (kind is not None and kind.asks_for(LIGHT)) or (
+            self._known[uid] = (kind is not None and kind.requires(LIGHT)) or (
                 obj.parent is not None and self._is_part(obj.parent)
             )
         return self._known[uid]

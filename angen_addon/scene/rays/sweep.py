@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
-from ....sensor_logic.geometry.sweep import Passes, joined, no_passes, passes
+from ....sensor_logic.geometry.sweep import RayCrossings, crossings, joined, no_crossings
 from ....sensor_logic.geometry.triangle_tree import TriangleTree
 from ..instances import Uid
 from .caster import RayCaster
@@ -118,7 +118,7 @@ class Sweeper:
         start: Beam,
         beam: Beam,
         tolerance: float,
-    ) -> Passes:
+    ) -> RayCrossings:
         """What the rays met from the moment `before`, when the beam was that of the `start`, to
         `now`; in Blender units, the `tolerance` too.
 
@@ -127,7 +127,7 @@ class Sweeper:
         moves = self._moves_since(before, now)
         stands = start is beam or bool(np.array_equal(start.matrix, beam.matrix))
         if stands and not _overlap(moves, moves.moved, *beam.bounds).any():
-            return no_passes()
+            return no_crossings()
         # Seen from the beam, numbers are small wherever in the world it is.
         centre = beam.origins[0]
         points = beam.ends - centre
@@ -136,7 +136,7 @@ class Sweeper:
         everything = np.arange(len(moves.before))
         near = np.flatnonzero(_overlap(moves, everything, lo + centre, hi + centre))
         standing = moves.before[near] == STANDS if stands else np.zeros(len(near), bool)
-        found: list[Passes] = []
+        found: list[RayCrossings] = []
         for row in [*near[~standing].tolist(), *near[standing].tolist()]:
             solid = self._caster.solids.solids[row]
             earlier = int(moves.before[row])
@@ -149,7 +149,7 @@ class Sweeper:
             first = matrix if earlier == STANDS else _about(centre, before.matrix[earlier])
             triangles = self._triangles_of(depsgraph, solid.geometry, now.shapes[row])
             ways = _ways(Movement(first, matrix), move, points, tolerance)
-            found.append(passes(ways, beam.length, triangles, solid.number))
+            found.append(crossings(ways, beam.length, triangles, solid.number))
         return joined(found)
 
     def _moves_since(self, before: Moment, now: Moment) -> Moves:

@@ -32,7 +32,7 @@ class ExplainedTime:
         self.last = clock.frame_and_subframe(step)[0]
         self._limit = clock.step_frame(step)
         self.first = scene.frame_start
-        if sensor.kind.asks_for(LIGHT):
+        if sensor.kind.requires(LIGHT):
             # Light does not depend on the frames before, and rendering them all takes long.
             schedule = Schedule(clock, decimal(sensor.settings.update_rate))
             earlier = max(schedule.last_update(step) - 1, 0)
@@ -54,7 +54,7 @@ class ExplainedTime:
         lines; after `run`. Raises SensorError."""
         track = self._recording.tracks[self._sensor.name]
         # Which readings of light are events is not known without the time before.
-        every = now or self._sensor.kind.asks_for(LIGHT)
+        every = now or self._sensor.kind.requires(LIGHT)
         indices = range(len(track)) if every else log_indices(track).tolist()
         told = [i for i in indices if track.frames[i] <= self._limit + 1e-6]
         if not told:

@@ -135,7 +135,7 @@ class Replay:
             if track is None:
                 continue
             # What needs the motion is known a frame later.
-            until = frame - 1.0 if sensor.kind.asks_forces else frame
+            until = frame - 1.0 if sensor.kind.requires_forces else frame
             last = bisect_left(track.frames, until) - 1
             if last < 0:
                 outputs.show(sensor, False, 0.0)

@@ -81,7 +81,7 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> Row:
         off = Spans(np.array([start]), np.array([end]), np.array([OFF], np.int8))
         return Row(sensor.name, sensor.room, sensor.uid, kind, off, nothing, nothing)
     frames = np.array(track.frames, np.float64)
-    curve = sensor.kind.measures
+    curve = sensor.kind.has_analog_reading
     return Row(
         sensor.name,
         sensor.room,

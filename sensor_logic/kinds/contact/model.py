@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Door contact: a reed switch closes where its magnet comes near, and opens where it is farther.
+"""Door contact: a reed switch that closes where its magnet comes near.
 
-The blades of a reed pull in at more ampere turns than they let go at, so that the distance at which
-it opens is the greater of two. In between it stays as it was.
+The blades of a reed close at more ampere turns than they open at. So the distance at which it opens
+is the larger one; between the two distances it keeps its state.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ class ContactParameters(Parameters):
     magnet: str | None = parameter(
         None,
         "Magnet",
-        "The object that holds the contact closed, by its origin; without one it is always open",
+        "The object whose origin is the magnet; without one the contact is always open",
         pointer="Object",
     )
     close_distance: float = parameter(
         0.015,
         "Close distance",
-        "It closes where the magnet is nearer than this. Data sheets: operate, make or pull-in",
+        "The contact closes where the magnet is nearer. Data sheets: operate, make or pull-in",
         unit="m",
         positive=True,
         short="Closes At",
@@ -37,7 +37,7 @@ class ContactParameters(Parameters):
     open_distance: float = parameter(
         0.02,
         "Open distance",
-        "It opens where the magnet is farther than this. Data sheets: release, break or drop-out",
+        "The contact opens where the magnet is farther. Data sheets: release, break or drop-out",
         unit="m",
         positive=True,
         short="Opens At",
@@ -53,7 +53,7 @@ class ContactParameters(Parameters):
 
 
 class DoorContact(Model):
-    """One contact; open at first, unless its magnet is near."""
+    """One contact. It is open at first, unless its magnet is near."""
 
     def __init__(self) -> None:
         self._closed = False

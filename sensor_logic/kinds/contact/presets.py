@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Door contacts that can be bought, each with the magnet that its maker names."""
+"""Presets of commercial door contacts, each with the magnet that its maker specifies."""
 
 from __future__ import annotations
 

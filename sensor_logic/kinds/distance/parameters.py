@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is set on a distance sensor."""
+"""Parameters of the distance sensor."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ SEVERAL = "VL53L5CX data sheet DS13754: 8 × 8 zones"
 @dataclass(frozen=True)
 class DistanceParameters(Parameters):
     threshold: float = parameter(
-        1.0, "Threshold", "Something is near that is nearer than this", unit="m"
+        1.0, "Threshold", "Near is on where a target is closer than this", unit="m"
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "It is near until it is this much farther away than the threshold",
+        "Near goes off where the distance exceeds the threshold by this much",
         unit="m",
     )
     report_step: float = parameter(
         0.05,
         "Report step",
-        "The event log tells of the distance when it changed by this much",
+        "Least change of the distance that the event log records",
         unit="m",
         short="Report by",
     )
-    range_min: float = parameter(0.04, "Range min", "What is nearer reads this", unit="m")
+    range_min: float = parameter(0.04, "Range min", "Closer targets read this distance", unit="m")
     range_max: float = parameter(
         3.6,
         "Range max",
-        "How far a white target is seen that fills a zone; reads this where there is none",
+        "Greatest distance of a white target that fills a zone; the reading without a target",
         unit="m",
         positive=True,
     )
     range_grey: float = parameter(
         1.7,
         "Range of grey",
-        "How far a target is seen that reflects 17 %; ultrasound: as far as a white one",
+        "Greatest distance of a target that reflects 17 %; ultrasound: the same as of a white one",
         unit="m",
         positive=True,
         short="Of grey",
@@ -54,19 +54,19 @@ class DistanceParameters(Parameters):
     target: str = parameter(
         "MATERIAL",
         "Target",
-        "How much of the light that it sends is thrown back",
+        "Where the reflectance of targets comes from",
         choices=(
-            Choice("MATERIAL", "Materials", "As much as the colours of materials say", 0),
-            Choice("FIXED", "Fixed", "The same of everything", 1),
+            Choice("MATERIAL", "Materials", "The colours of their materials", 0),
+            Choice("FIXED", "Fixed", "One value for all targets", 1),
         ),
     )
     reflectance: float = parameter(
-        WHITE, "Reflectance", "What everything reflects, 0 to 1", minimum=0.01, maximum=1.0, **FIXED
+        WHITE, "Reflectance", "Share that targets reflect", minimum=0.01, maximum=1.0, **FIXED
     )
     horizontal_fov: float = parameter(
         math.radians(19.3),
         "Horizontal FOV",
-        "Angle from side to side that all zones together take",
+        "Horizontal angle of all zones together",
         unit="rad",
         maximum=math.radians(120),
         short="FOV Across",
@@ -74,7 +74,7 @@ class DistanceParameters(Parameters):
     vertical_fov: float = parameter(
         math.radians(19.3),
         "Vertical FOV",
-        "Angle from top to bottom that all zones together take",
+        "Vertical angle of all zones together",
         unit="rad",
         maximum=math.radians(120),
         short="FOV Up",
@@ -86,29 +86,29 @@ class DistanceParameters(Parameters):
     rays: int = parameter(
         5,
         "Rays",
-        "Rays from side to side, and from top to bottom, of each zone",
+        "Rays of each zone horizontally, and as many vertically",
         minimum=1,
         maximum=32,
     )
     echo: str = parameter(
         "MEAN",
         "Echo",
-        "What a zone reads where its rays meet several things",
+        "Which distance a zone reads where its rays hit several targets",
         choices=(
-            Choice("MEAN", "Mean", "The mean of all, by how much each throws back", 0),
-            Choice("STRONGEST", "Strongest", "What throws back most, apart from the others", 1),
-            Choice("FIRST", "First", "What is nearest of that which can be told", 2),
+            Choice("MEAN", "Mean", "The mean, weighted by the signal that each returns", 0),
+            Choice("STRONGEST", "Strongest", "The target that returns the strongest signal", 1),
+            Choice("FIRST", "First", "The nearest at which enough signal has returned", 2),
         ),
     )
     separation: float = parameter(
         0.6,
         "Separation",
-        "Things nearer together than this are one echo",
+        "Targets closer together than this give one echo",
         unit="m",
         used_when=(("echo", "STRONGEST"),),
     )
     noise_sigma: float = parameter(
-        0.0, "Noise", "Standard deviation of a reading at no distance", unit="m"
+        0.0, "Noise", "Standard deviation of a reading at distance 0", unit="m"
     )
     noise_growth: float = parameter(
         0.0, "Noise growth", "How much the standard deviation grows with each metre, in metres"

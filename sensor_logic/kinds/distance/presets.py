@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distance sensors that can be bought.
+"""Presets of commercial distance sensors.
 
-Data sheets bound the error of a reading; a third of such a bound is taken as a standard deviation.
+Data sheets give bounds of a reading's error; a third of a bound serves as the standard deviation.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0)
 
 
 def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """All set the same parameters, so that one replaces another."""
+    """A preset. All set the same parameters, so that each fully replaces another."""
     common = {
         "target": "MATERIAL",
         "zones_across": 1,

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light sensor: luminance of four views in percent, or illuminance in lux, and what is behind it.
+"""Light sensor: luminance of four views in percent, or illuminance in lux, and its circuit.
 
-The scene gives the light (`LightSample`); the model adds noise and what the part itself does: the
-slowness of a photoresistor, its divider, or the counts of a digital part; a comparator with
-hysteresis then says whether it is lit.
+The scene gives the light (`LightSample`); the model adds noise and the circuit: the time constants
+of a photoresistor and its voltage divider, or the counts of a digital part; a comparator with
+hysteresis then decides whether the sensor is lit.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from typing import Any
 from ...kind import LIGHT
 from ...model import LightSample, Model, Reading, Update
 from ...parameters import READING, Choice, Parameters, parameter
+from ...physics import divider
 from ...quantities import METRES, Lengths
-from .photoresistor import conductance, divided, equivalent_lux, follow
+from .photoresistor import conductance, equivalent_lux, follow
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
 GL5528 = "GL5528 data sheet"
@@ -34,7 +35,7 @@ class LightParameters(Parameters):
     method: str = parameter(
         "FOUR_WALL",
         "Method",
-        "What is measured",
+        "Which quantity the sensor measures",
         choices=(
             Choice("FOUR_WALL", "Four walls", "Luminance of four views, in percent", 0),
             Choice("ILLUMINANCE", "Illuminance", "Light on the sensor's face, in lux", 1),
@@ -43,21 +44,23 @@ class LightParameters(Parameters):
     engine: str = parameter(
         "CYCLES",
         "Engine",
-        "What computes the light",
+        "How the light is computed",
         choices=(
             Choice("CYCLES", "Cycles", "Path tracing", 0),
             Choice("EEVEE", "EEVEE", "Rasterising; needs a GPU", 1),
             Choice("DIRECT", "Direct", "Closed-form direct light, a fast preview", 2),
         ),
     )
-    samples: int = parameter(1024, "Samples", "Light paths a reading", minimum=1, maximum=1_000_000)
+    samples: int = parameter(
+        1024, "Samples", "Light paths per reading", minimum=1, maximum=1_000_000
+    )
     clip_start: float = parameter(
-        0.5, "Clip start", "Nearer than this is not seen", unit="m", source=THESIS, **FOUR_WALL
+        0.5, "Clip start", "Views do not show what is nearer", unit="m", source=THESIS, **FOUR_WALL
     )
     clip_end: float = parameter(
         5.0,
         "Clip end",
-        "How far the views see",
+        "Views do not show what is farther",
         unit="m",
         positive=True,
         source=THESIS,
@@ -74,31 +77,31 @@ class LightParameters(Parameters):
         **FOUR_WALL,
     )
     exposure: float = parameter(
-        1.0, "Exposure", "Radiance that reads 100 % is one over this", **FOUR_WALL
+        1.0, "Exposure", "A radiance of 1/exposure reads 100 %", **FOUR_WALL
     )
     threshold: float = parameter(
         50.0,
         "Threshold",
-        "Lit above this reading: percent, or lux, as the method reads",
+        "Lit is on above this reading, in percent or lux by the method",
         unit=READING,
     )
     report_step: float = parameter(
         1.0,
         "Report step",
-        "The event log tells of the reading when it changed by this much",
+        "Least change of the reading that the event log records",
         unit=READING,
         short="Report by",
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Difference of the readings at which it turns lit and dark, about the threshold",
+        "Difference between the readings at which lit goes on and off, around the threshold",
         unit=READING,
     )
     output: str = parameter(
         "RESISTOR",
         "Output",
-        "What stands behind the light-sensitive face",
+        "Which circuit is behind the light-sensitive face",
         choices=(
             Choice("RESISTOR", "Photoresistor", "A light-dependent resistor in a divider", 0),
             Choice("DIGITAL", "Digital", "A light-to-digital part that counts lux", 1),
@@ -108,7 +111,7 @@ class LightParameters(Parameters):
     gamma: float = parameter(
         0.7,
         "Gamma",
-        "Slope of the resistance over the light, both logarithmic",
+        "Slope of the resistance over illuminance, both logarithmic",
         positive=True,
         source="0.6 ± 0.1, GL55 series manual",
         **RESISTOR,
@@ -136,7 +139,7 @@ class LightParameters(Parameters):
     rise_time: float = parameter(
         0.02,
         "Rise time",
-        "Time constant with which it follows a light that grows",
+        "Time constant with which it follows rising light",
         unit="s",
         source="20 ms, " + GL5528,
         **RESISTOR,
@@ -144,7 +147,7 @@ class LightParameters(Parameters):
     fall_time: float = parameter(
         0.03,
         "Fall time",
-        "Time constant with which it follows a light that fades",
+        "Time constant with which it follows falling light",
         unit="s",
         source="30 ms, " + GL5528,
         **RESISTOR,
@@ -170,7 +173,7 @@ class LightParameters(Parameters):
     lux_max: float = parameter(
         65535.0 / 1.2,
         "Full scale",
-        "Most light that the digital part can tell",
+        "Highest illuminance that the digital part can report",
         unit="lx",
         positive=True,
         source=BH1750,
@@ -179,7 +182,7 @@ class LightParameters(Parameters):
     lux_step: float = parameter(
         1.0 / 1.2,
         "Step",
-        "Light of one count of the digital part; 0: no steps",
+        "Illuminance of one count of the digital part; 0: no steps",
         unit="lx",
         source=BH1750,
         **DIGITAL,
@@ -187,7 +190,7 @@ class LightParameters(Parameters):
     integration_time: float = parameter(
         0.12,
         "Integration time",
-        "The digital part tells the mean light of this long",
+        "The digital part reports the mean illuminance over this time",
         unit="s",
         source=BH1750,
         short="Integration",
@@ -203,7 +206,7 @@ class LightParameters(Parameters):
 
 
 class LightSensor(Model):
-    """The state of one sensor: its photoresistor or its integration, and its comparator."""
+    """One sensor. Its state is that of its photoresistor or integrator, and of its comparator."""
 
     def __init__(self) -> None:
         self._time: float | None = None
@@ -248,7 +251,8 @@ class LightSensor(Model):
     def _resistor(
         self, parameters: LightParameters, lux: float, dt: float, fields: dict[str, Any]
     ) -> float:
-        """The light that the photoresistor shows, in lux; it starts at rest."""
+        """The illuminance in lux that corresponds to the photoresistor's conductance, which starts
+        at its steady state."""
         curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
         target = conductance(lux, *curve)
         if self._time is None:
@@ -257,34 +261,33 @@ class LightSensor(Model):
             self._siemens, target, dt, parameters.rise_time, parameters.fall_time
         )
         fields["resistance_ohm"] = 1.0 / self._siemens
-        fields["voltage_v"] = divided(
+        fields["voltage_v"] = divider.voltage(
             parameters.supply_voltage, parameters.load_resistor, 1.0 / self._siemens
         )
-        # At rest it is the light itself, without the rounding of the way there and back.
+        # In the steady state this is `lux` itself, without rounding errors of the inverse.
         return lux if self._siemens == target else equivalent_lux(self._siemens, *curve)
 
     def _digital(self, parameters: LightParameters, lux: float, dt: float) -> float:
-        """The lux that the part tells: mean over its integration time, in whole counts.
-
-        Each light is taken to have held since the update before; the first one, for ever.
-        """
+        """The illuminance in lux that the digital part reports: the mean over its integration time,
+        in whole counts. Each sample counts for the time since the update before; the first one for
+        all time before."""
         span = parameters.integration_time
         self._window.append((dt if self._time is not None else math.inf, lux))
         left, total = span, 0.0
-        keep = 0
-        for held, light in reversed(self._window):
-            keep += 1
-            part = min(held, left)
+        used = 0
+        for duration, light in reversed(self._window):
+            used += 1
+            part = min(duration, left)
             total += part * light
             left -= part
             if left <= 0.0:
                 break
-        while len(self._window) > max(keep, 1):
+        while len(self._window) > used:
             self._window.popleft()
         mean = total / span if span > 0.0 else lux
         mean = min(mean, parameters.lux_max)
         if parameters.lux_step > 0.0:
-            # A hair, so that a whole count is not lost to rounding.
+            # The factor keeps rounding from losing a whole count.
             mean = math.floor(mean / parameters.lux_step * (1.0 + 1e-12)) * parameters.lux_step
         return mean
 

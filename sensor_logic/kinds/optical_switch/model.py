@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.sweep import Passes, no_passes
+from ...geometry.sweep import RayCrossings, no_crossings
 from ...kind import CROSSINGS, RAYS
-from ...model import Array, Model, Pose, Reading, Readings, Update, Updates
+from ...model import Array, Model, PerPose, Pose, Reading, Readings, Update, Updates
 from ...parameters import Parameters, parameter
 from ...quantities import METRES, Lengths
 from .breaks import light_between
@@ -33,7 +33,7 @@ NO_RANGES = np.zeros((0, 2))
 @dataclass(frozen=True)
 class OpticalSwitchParameters(Parameters):
     range_min: float = parameter(
-        0.001, "Range min", "Nearer than this is not seen", unit="m", source=THESIS
+        0.001, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         0.5, "Range max", "How far the beam reaches", unit="m", positive=True, source=THESIS
@@ -48,7 +48,7 @@ class OpticalSwitchParameters(Parameters):
     aperture_rays: int = parameter(
         1,
         "Aperture rays",
-        "Rays side by side in the aperture; their share that passes is the light",
+        "Rays side by side in the aperture; the share that reaches the receiver is the light",
         minimum=1,
         maximum=10_000,
     )
@@ -61,7 +61,7 @@ class OpticalSwitchParameters(Parameters):
     hysteresis: float = parameter(
         0.15,
         "Hysteresis",
-        "Difference of the light at which it opens and closes, as a share of the full light",
+        "Difference between the light at which it opens and closes, as a share of the full light",
         maximum=0.95,
         source="Schmitt trigger: opens at 0.60, closes below 0.45",
     )
@@ -71,9 +71,9 @@ class OpticalSwitchParameters(Parameters):
     swept: bool = parameter(
         False,
         "Swept",
-        "Miss nothing rigid that goes through the beam between two updates, however fast: the "
-        "beam is watched at every frame, and things are swept from each frame to the next. The "
-        "break is told at the later update",
+        "Detect every rigid object that crosses the beam between two updates, however fast: the "
+        "beam is checked at every frame and against paths from frame to frame. The later update "
+        "reports the break",
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
@@ -99,7 +99,7 @@ def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
 
 
 def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """The rays: starts (k, 3) at range_min, directions (k, 3), and how far they reach (k,)."""
+    """The rays: starts (k, 3) at range_min, unit directions (k, 3), and lengths (k,) in m."""
     ahead = -pose.axes[:, 2]
     starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
     reach = np.full(len(starts), parameters.range_max - parameters.range_min)
@@ -107,38 +107,38 @@ def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array,
 
 
 @dataclass(frozen=True)
-class Look:
-    """The beam at one step: `ranges` (k,) in m, and what went through it since the step before."""
+class BeamStep:
+    """The beam at one step: `ranges` (k,) in m, and the `crossings` since the step before."""
 
     ranges: Array
-    passes: Passes
+    crossings: RayCrossings
 
 
 @dataclass(frozen=True)
-class Caught:
-    """What broke the beam between two updates, at its nearest: `range` in m, how many `steps` of
-    the clock before the update, and the number of the `thing`, 0 where that is not known."""
+class LatchedBreak:
+    """A break of the beam between two updates, where it was nearest: `range` in m, how many `steps`
+    of the clock before the update, and the number of the `solid`, 0 where it is not known."""
 
     range: float
     steps: float
-    thing: int
+    solid: int
 
 
 class SlottedSwitch(Model):
-    """The state of one switch: what its comparator last said, and what was seen since.
+    """One switch. Its state is its comparator's output, and the steps since the last update.
 
-    `caught`: what alone made the last reading a closed one.
+    `latched_break`: the break that alone made the last reading a closed one.
     """
 
     def __init__(self) -> None:
-        self.caught: Caught | None = None
+        self.latched_break: LatchedBreak | None = None
         self._open: bool | None = None
-        self._looks: list[Look] = []
-        self._beam: tuple[OpticalSwitchParameters, Pose, tuple[Array, Array, Array]] | None = None
+        self._steps: list[BeamStep] = []
+        self._rays = PerPose(beam)
 
     def sense(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
         if not parameters.swept:
-            self._looks.clear()
+            self._steps.clear()
             if parameters.noise_sigma == 0.0:
                 return self._sense_plain(parameters, updates)
         found = []
@@ -146,52 +146,54 @@ class SlottedSwitch(Model):
             if due:
                 found.append(self._read(parameters, updates[i]))
             elif parameters.swept:
-                self._looks.append(self._look(parameters, updates[i]))
+                self._steps.append(self._step(parameters, updates[i]))
         return Readings.of(found)
 
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
-        """The same without noise, and of what is seen at the updates alone."""
-        self.caught = None
+        """The readings without noise and without steps between the updates."""
+        self.latched_break = None
         rays = self._rays(parameters, updates.pose)
-        seen = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
-        ranges = np.asarray(seen.table)
+        answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
+        ranges = np.asarray(answers.table)
         ranges = np.where(ranges >= rays[2], parameters.range_max, ranges + parameters.range_min)
         ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
-        light = (ranges >= parameters.threshold).mean(axis=1)[seen.rows]
+        light = (ranges >= parameters.threshold).mean(axis=1)[answers.rows]
         is_open = np.empty(len(light), bool)
         changes = np.append(True, light[1:] != light[:-1])
         for i in np.flatnonzero(changes).tolist():
-            self._open = is_open[i:] = self._compared(parameters, float(light[i]))
-        nearest = ranges.min(axis=1)[seen.rows]
+            self._open = is_open[i:] = self._compare(parameters, float(light[i]))
+        nearest = ranges.min(axis=1)[answers.rows]
         return Readings(is_open, nearest, {"open": is_open, "range_m": nearest})
 
     def _read(self, parameters: OpticalSwitchParameters, update: Update) -> Reading:
-        now = self._look(parameters, update)
-        # A look with another number of rays is none of this beam.
-        looks = [one for one in self._looks if len(one.ranges) == len(now.ranges)] + [now]
-        self._looks.clear()
+        now = self._step(parameters, update)
+        # Steps with another number of rays belong to another beam.
+        steps = [one for one in self._steps if len(one.ranges) == len(now.ranges)] + [now]
+        self._steps.clear()
         noise = np.zeros(len(now.ranges))
         if parameters.noise_sigma > 0.0:
             noise = update.noise().normal(0.0, parameters.noise_sigma, len(noise))
-        seen = [_with_noise(parameters, look, noise) for look in looks]
+        noisy = [_with_noise(parameters, step, noise) for step in steps]
         closed_meanwhile = False
-        for look, (ranges, of_passes) in zip(looks, seen, strict=True):
-            steps = [float(np.mean(ranges >= parameters.threshold))]
-            if len(of_passes):
-                before = light_between(look.passes, of_passes, parameters.threshold, len(ranges))
-                steps = before.tolist() + steps
-            for light in steps:
-                was_open, self._open = self._open, self._compared(parameters, light)
+        for step, (ranges, of_crossings) in zip(steps, noisy, strict=True):
+            lights = [float(np.mean(ranges >= parameters.threshold))]
+            if len(of_crossings):
+                between = light_between(
+                    step.crossings, of_crossings, parameters.threshold, len(ranges)
+                )
+                lights = between.tolist() + lights
+            for light in lights:
+                was_open, self._open = self._open, self._compare(parameters, light)
                 closed_meanwhile |= bool(was_open) and not self._open
-        is_open, nearest = bool(self._open), float(seen[-1][0].min())
-        self.caught = None
+        is_open, nearest = bool(self._open), float(noisy[-1][0].min())
+        self.latched_break = None
         if is_open and closed_meanwhile:
-            self.caught = _nearest(looks, seen)
-            is_open, nearest = False, self.caught.range
+            self.latched_break = _nearest(steps, noisy)
+            is_open, nearest = False, self.latched_break.range
         return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
 
-    def _compared(self, parameters: OpticalSwitchParameters, light: float) -> bool:
-        """What the comparator says of a share of the full light."""
+    def _compare(self, parameters: OpticalSwitchParameters, light: float) -> bool:
+        """The comparator's output (open) for `light`, a share of the full light."""
         half = parameters.hysteresis / 2
         if self._open is None:
             return light >= SWITCHING_LEVEL
@@ -199,51 +201,44 @@ class SlottedSwitch(Model):
             return True
         return self._open and light >= SWITCHING_LEVEL - half - LEVEL_TOLERANCE
 
-    def _rays(self, parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
-        """Its beam; the same arrays as long as neither changes."""
-        known = self._beam
-        if known is None or known[0] is not parameters or known[1] is not pose:
-            known = self._beam = parameters, pose, beam(parameters, pose)
-        return known[2]
-
-    def _look(self, parameters: OpticalSwitchParameters, update: Update) -> Look:
+    def _step(self, parameters: OpticalSwitchParameters, update: Update) -> BeamStep:
         rays = self._rays(parameters, update.pose)
         ranges, reach = update.ask(RAYS, 0, *rays), rays[2]
-        # What meets nothing reads range_max itself, not what rounding makes of the sum.
+        # A ray that hits nothing reads range_max itself, without the sum's rounding error.
         ranges = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
-        passes = update.ask(CROSSINGS, *rays) if parameters.swept else None
-        if passes is None:
-            # What was seen before is not of this interval, or no longer asked for.
-            self._looks.clear()
-            passes = no_passes()
-        return Look(ranges, passes)
+        crossings = update.ask(CROSSINGS, *rays) if parameters.swept else None
+        if crossings is None:
+            # Earlier steps do not belong to this interval, or the switch is no longer swept.
+            self._steps.clear()
+            crossings = no_crossings()
+        return BeamStep(ranges, crossings)
 
 
 def _with_noise(
-    parameters: OpticalSwitchParameters, look: Look, noise: Array
+    parameters: OpticalSwitchParameters, step: BeamStep, noise: Array
 ) -> tuple[Array, Array]:
-    """Ranges (k,) of a look and of its passes, at their begin and their end (p, 2), as the sensor
-    has them: with noise, within range_min … range_max."""
+    """The ranges (k,) in m of a step, and those of its crossings at their begin and end (p, 2):
+    with noise, within range_min … range_max."""
     lo, hi = parameters.range_min, parameters.range_max
-    ranges = np.clip(look.ranges + noise, lo, hi)
-    if not len(look.passes):
+    ranges = np.clip(step.ranges + noise, lo, hi)
+    if not len(step.crossings):
         return ranges, NO_RANGES
-    both = np.stack([look.passes.near, look.passes.far], axis=1) + lo
-    both += noise[look.passes.ray][:, None]
+    both = np.stack([step.crossings.near, step.crossings.far], axis=1) + lo
+    both += noise[step.crossings.ray][:, None]
     return ranges, np.clip(both, lo, hi)
 
 
-def _nearest(looks: list[Look], seen: list[tuple[Array, Array]]) -> Caught:
-    """What was nearest between two updates."""
+def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> LatchedBreak:
+    """The nearest break between two updates; `noisy`: the steps' ranges by `_with_noise`."""
     found = []
-    for back, (look, (ranges, of_passes)) in enumerate(
-        zip(reversed(looks), reversed(seen), strict=True)
+    for back, (step, (ranges, of_crossings)) in enumerate(
+        zip(reversed(steps), reversed(noisy), strict=True)
     ):
-        found.append(Caught(float(ranges.min()), float(back), 0))
-        if len(of_passes):
-            which, side = divmod(int(np.argmin(of_passes)), 2)
-            when = (look.passes.begin, look.passes.end)[side][which]
-            thing = int(look.passes.thing[which])
-            found.append(Caught(float(of_passes[which, side]), back + 1.0 - float(when), thing))
-    # A look at what is passing, of which the thing is not known, is no nearer than its pass.
-    return min(found, key=lambda one: (round(one.range, 6), one.thing == 0))
+        found.append(LatchedBreak(float(ranges.min()), float(back), 0))
+        if len(of_crossings):
+            which, side = divmod(int(np.argmin(of_crossings)), 2)
+            when = (step.crossings.begin, step.crossings.end)[side][which]
+            solid, nearest = int(step.crossings.solid[which]), float(of_crossings[which, side])
+            found.append(LatchedBreak(nearest, back + 1.0 - float(when), solid))
+    # Of a step and a crossing at the same range, the crossing knows the solid.
+    return min(found, key=lambda one: (round(one.range, 6), one.solid == 0))

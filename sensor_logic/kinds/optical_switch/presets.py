@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slotted switches that can be bought, and the thesis's."""
+"""Presets of commercial slotted switches, and the thesis's."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from ...kind import Preset
 
 
 def _slotted(identifier: str, label: str, gap_mm: float, aperture_mm: float, source: str) -> Preset:
-    """A slotted switch that can be bought: open where nothing is in its gap.
+    """A slotted switch that is open where its gap is empty.
 
-    Their hysteresis is a ratio of light of about 0.75 (Sharp), which the comparator's levels of
-    0.45 and 0.60 have. They answer within microseconds, far less than a frame.
+    Its hysteresis is a ratio of light of about 0.75 (Sharp), as of the comparator's levels 0.45 and
+    0.60. Its response time of microseconds, far less than a frame, is neglected.
     """
     values = {
         "range_min": 0.0,

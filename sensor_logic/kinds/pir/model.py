@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motion detector by whichever of its two models its parameters choose."""
+"""The motion detector: it senses by the one of its two models that its parameters choose."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .range_scan import PirParameters, RangeScan
 
 
 class MotionDetector(Model):
-    """One detector. Where the model is changed, it starts anew."""
+    """One detector. Its state starts anew where its model is changed."""
 
     def __init__(self) -> None:
         self._model = ""

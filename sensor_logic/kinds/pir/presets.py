@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motion detectors that can be bought, and the thesis's."""
+"""Presets of commercial motion detectors, and the thesis's."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ def _detector(
     block: float = 0.0,
     warm_up: float = 0.0,
 ) -> Preset:
-    """A motion detector that can be bought, as a range scan: metres, degrees, seconds.
+    """A commercial motion detector as a range scan: metres, degrees, seconds.
 
-    All set the same parameters, so that one replaces another; what a source does not give is as
-    by default. The fans look level and down to `below`: half of a vertical detection angle.
+    All set the same parameters, so that each fully replaces another; values that the source does
+    not give keep their defaults. The fans cover the angle from level down to `below`, half of the
+    vertical detection angle.
     """
     values = {
         "model": "RANGE_SCAN",
@@ -39,13 +40,13 @@ def _detector(
     if warm_up:
         source += (
             f". It reports nothing for the first {warm_up:g} s: set the warm-up time to 0 for "
-            "one that has long been on"
+            "one that was switched on long before"
         )
     return Preset(identifier, f"{label}, range scan", values, source)
 
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
-    """A detector whose output behaves as those of a real home do; docs/pir.md tells how much."""
+    """A detector fitted to those of a real home; docs/pir.md compares both."""
     values = {
         "model": "PYROELECTRIC",
         "lens": lens,

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passive infrared motion detector (PIR): the parameters of both its models, and the range scan.
 
-The range scan is the thesis's: a fan of rays, tilted a step further below the horizon at every
-update and back (a saw-tooth), each scan compared with the previous scan at the same tilt.
-Movement is any ray whose range changed by more than the threshold.
+The range scan is the thesis's: a fan of rays, tilted one step further below the horizon at every
+update and then back to level (a saw-tooth). Each scan is compared with the previous scan at the
+same tilt; a range that changed by more than the threshold is movement.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...kind import RAYS
-from ...model import Array, Index, Model, Pose, Readings, Updates
+from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...parameters import Choice, Parameters, parameter
 from ...physics.output_timing import OutputTiming
 from ...quantities import METRES, Lengths
@@ -35,16 +35,16 @@ class PirParameters(Parameters):
     model: str = parameter(
         "RANGE_SCAN",
         "Model",
-        "How motion is found",
+        "How motion is detected",
         choices=(
             Choice("RANGE_SCAN", "Range scan", "Compares the ranges of a fan of rays", 0),
-            Choice("PYROELECTRIC", "Pyroelectric", "Feels warm things move from zone to zone", 1),
+            Choice("PYROELECTRIC", "Pyroelectric", "Warm objects that move between zones", 1),
         ),
     )
     lens: str = parameter(
         "THREE_TIERS",
         "Lens",
-        "The zones that it sees. A preset sets the detection distance of the part too",
+        "The lens with its zones. A preset also sets the product's detection distance",
         choices=tuple(
             Choice(
                 lens.identifier, lens.label, f"{lens.source}. Assumed: {lens.assumed}", lens.number
@@ -64,8 +64,8 @@ class PirParameters(Parameters):
     zone_rays: int = parameter(
         12,
         "Rays a zone",
-        "Rays in what one element sees through one lenslet. More feel small and far things more "
-        "smoothly and cost more time",
+        "Rays in each zone (one element behind one lenslet). More rays resolve small and distant "
+        "objects better and take more time",
         minimum=1,
         maximum=1000,
         **PYRO,
@@ -83,20 +83,20 @@ class PirParameters(Parameters):
     rays: int = parameter(
         120,
         "Rays",
-        "Rays in the fan. More find smaller movements and cost more time",
+        "Rays in the fan. More rays detect smaller movements and take more time",
         minimum=1,
         maximum=MAX_RAYS,
         source=THESIS,
         **SCAN,
     )
     range_min: float = parameter(
-        0.05, "Range min", "Nearer than this is not seen", unit="m", source=THESIS
+        0.05, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         4.0,
         "Range max",
-        "How far the sensor sees: a ray that meets nothing reads this; a pyroelectric detector "
-        "just notices the standard target there. Datasheets: detection distance",
+        "A ray that hits nothing within this distance reads it; a pyroelectric detector just "
+        "detects the standard target there. Datasheets: detection distance",
         unit="m",
         positive=True,
         source=THESIS,
@@ -104,7 +104,7 @@ class PirParameters(Parameters):
     vertical_fov: float = parameter(
         math.radians(90),
         "Vertical field of view",
-        "Angle below the sensor's horizon that the tilts sweep. "
+        "Angle below the sensor's horizon that the tilts cover. "
         "Datasheets: vertical detection angle",
         unit="rad",
         maximum=math.pi,
@@ -129,7 +129,7 @@ class PirParameters(Parameters):
         "Which tilts are scanned at an update",
         choices=(
             Choice("SAWTOOTH", "Saw-tooth", "One tilt an update, each in turn", 0),
-            Choice("ALL", "All tilts", "Every tilt at every update: quicker to notice", 1),
+            Choice("ALL", "All tilts", "Every tilt at every update: detects sooner", 1),
         ),
         source=THESIS,
         **SCAN,
@@ -148,8 +148,8 @@ class PirParameters(Parameters):
     target_contrast: float = parameter(
         4.0,
         "Target contrast",
-        "How much warmer than the room the standard target is that is just noticed at the "
-        "detection distance (a plate of 0.7 m by 0.25 m that passes at 1 m/s). "
+        "How much warmer than the room the standard target is (a plate of 0.7 m by 0.25 m that "
+        "passes at 1 m/s), which is just detected at the detection distance. "
         "Datasheets: temperature difference",
         unit="K",
         positive=True,
@@ -166,7 +166,7 @@ class PirParameters(Parameters):
     thermal_time: float = parameter(
         0.15,
         "Thermal time constant",
-        "How long the elements take to warm up; slows the signal",
+        "Time in which the elements warm up; a longer one slows the signal",
         unit="s",
         positive=True,
         source=CHOSEN,
@@ -176,7 +176,7 @@ class PirParameters(Parameters):
     electrical_time: float = parameter(
         1.0,
         "Electrical time constant",
-        "How long the elements keep their charge; slow movement is lost",
+        "Time in which the elements lose their charge; a shorter one suppresses slow movement",
         unit="s",
         positive=True,
         source=CHOSEN,
@@ -186,7 +186,7 @@ class PirParameters(Parameters):
     low_cut: float = parameter(
         0.3,
         "Low cut",
-        "Lowest frequency that the amplifier lets pass",
+        "Lowest frequency that the amplifier passes",
         unit="Hz",
         positive=True,
         source=CHOSEN,
@@ -195,7 +195,7 @@ class PirParameters(Parameters):
     high_cut: float = parameter(
         8.0,
         "High cut",
-        "Highest frequency that the amplifier lets pass",
+        "Highest frequency that the amplifier passes",
         unit="Hz",
         positive=True,
         source=CHOSEN,
@@ -210,13 +210,13 @@ class PirParameters(Parameters):
     retrigger: bool = parameter(
         True,
         "Retrigger",
-        "Movement during the hold time starts it anew. Datasheets: repeatable trigger (H)",
+        "Movement during the hold time restarts it. Datasheets: repeatable trigger (H)",
     )
     hold_from_onset: bool = parameter(
         False,
         "Hold from Onset",
-        "The hold time begins where the signal passes the threshold, as in a circuit that an edge "
-        "triggers; else it begins anew for as long as the signal is above",
+        "The hold time starts when the signal crosses the threshold, as in an edge-triggered "
+        "circuit; otherwise it restarts as long as the signal is above",
         **PYRO,
     )
     blocking_time: float = parameter(
@@ -265,7 +265,7 @@ class PirParameters(Parameters):
         return []
 
 
-# One a set of parameters; without it 2.5 ms an update.
+# One entry per set of parameters; without the cache 2.5 ms more per update.
 @lru_cache(maxsize=256)
 def _local_directions(rays: int, fov: float, step: float, tilts: int) -> Array:
     """Unit vectors (tilts, rays, 3) in the sensor's frame; see `fan_directions`."""
@@ -293,32 +293,30 @@ def fan_directions(parameters: PirParameters) -> Array:
     )
 
 
-class _AimedRays(NamedTuple):
-    """Rays of one bundle in the world, kept while parameters and pose stay the same objects."""
+class _FanRays(NamedTuple):
+    """The rays of some tilts in the world: origins (n, 3), directions (n, 3), lengths (n,) in m."""
 
-    parameters: PirParameters
-    pose: Pose
     origins: Array
     directions: Array
     reach: Array
 
 
-class _LastSeen(NamedTuple):
-    """What a bundle's rays met last: their ranges, and what was made of them for its first tilt."""
+class _LastScan(NamedTuple):
+    """The last scan of a bundle: its rays, their ranges, and the scan of its first tilt."""
 
-    rays: _AimedRays
+    rays: _FanRays
     ranges: Array
     scan: Array
 
 
 class RangeScan(Model):
-    """The state of one detector: the last scan at each tilt, and its output stage."""
+    """One detector. Its state is the last scan at each tilt, and its output stage."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
         self._output = OutputTiming()
-        self._aimed: dict[int, _AimedRays] = {}
-        self._last: dict[int, _LastSeen] = {}
+        self._rays: dict[range, PerPose[PirParameters, _FanRays]] = {}
+        self._last: dict[int, _LastScan] = {}
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         fan = fan_directions(parameters)
@@ -349,19 +347,21 @@ class RangeScan(Model):
     def _changes(
         self, parameters: PirParameters, updates: Updates, bundle: int, tilts: range, which: Index
     ) -> Array:
-        """By update in `which` (k,) and tilt, (k, tilts): the largest |range − range of the
-        previous scan at that tilt|, 0 at the first. Ranges are in metres, within range_min …
-        range_max."""
-        rays = self._aim(parameters, updates.pose, bundle, tilts)
-        seen = updates.ask(RAYS, bundle, rays.origins, rays.directions, rays.reach, which=which)
+        """(k, tilts): at each update in `which` (k,) the largest |range − range of the previous
+        scan at that tilt| in m, 0 at a tilt's first scan. Ranges are within range_min … range_max.
+        """
+        rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
+            parameters, updates.pose
+        )
+        answers = updates.ask(RAYS, bundle, *rays, which=which)
         change = np.zeros((len(which), len(tilts)))
-        last, newest = self._last.get(bundle), seen.table[-1]
-        if last is not None and len(seen.table) == 1 and not parameters.noise_sigma:
+        last, newest = self._last.get(bundle), answers.table[-1]
+        if last is not None and len(answers.table) == 1 and not parameters.noise_sigma:
             same = last.rays is rays and last.ranges is newest and not newest.flags.writeable
             if same and self._previous.get(tilts.start) is last.scan:
                 return change
-        rows, ranges = seen.rows, np.asarray(seen.table)
-        # What meets nothing reads range_max itself, not what rounding makes of the sum.
+        rows, ranges = answers.rows, np.asarray(answers.table)
+        # A ray that hits nothing reads range_max itself, without the sum's rounding error.
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
             numbers = updates.numbers[which].tolist()
@@ -378,16 +378,13 @@ class RangeScan(Model):
             if before is not None and before.shape == first.shape:
                 change[0, i] = np.abs(first - before).max()
             self._previous[one] = scan[i]
-        self._last[bundle] = _LastSeen(rays, newest, scan[0])
+        self._last[bundle] = _LastScan(rays, newest, scan[0])
         return change
 
-    def _aim(self, parameters: PirParameters, pose: Pose, bundle: int, tilts: range) -> _AimedRays:
-        known = self._aimed.get(bundle)
-        if known is None or known.parameters is not parameters or known.pose is not pose:
-            fan = fan_directions(parameters)[tilts.start : tilts.stop]
-            directions = fan.reshape(-1, 3) @ pose.axes.T
-            origins = pose.origin + directions * parameters.range_min
-            reach = np.full(len(directions), parameters.range_max - parameters.range_min)
-            known = _AimedRays(parameters, pose, origins, directions, reach)
-            self._aimed[bundle] = known
-        return known
+
+def _fan_rays(tilts: range, parameters: PirParameters, pose: Pose) -> _FanRays:
+    fan = fan_directions(parameters)[tilts.start : tilts.stop]
+    directions = fan.reshape(-1, 3) @ pose.axes.T
+    origins = pose.origin + directions * parameters.range_min
+    reach = np.full(len(directions), parameters.range_max - parameters.range_min)
+    return _FanRays(origins, directions, reach)

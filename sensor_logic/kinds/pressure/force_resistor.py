@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Force-sensing resistor: what a force on it becomes behind its voltage divider.
+"""Force-sensing resistor: from a force on it to its resistance, voltage and converter code.
 
-A typical part's curve R(F), and on it, where asked for, what makes one part at one moment differ
-from it: hysteresis, drift under load, spread from part to part and from press to press.
+The curve R(F) of a typical part, and optionally the deviations of a single part from it:
+hysteresis, drift under load, spread from part to part and from press to press.
 docs/force_resistor.md has the equations with their sources.
 """
 
@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 
 from ...physics import divider
 
-if TYPE_CHECKING:  # pressure.py uses this file
+if TYPE_CHECKING:  # model.py imports this file
     from .model import PressureParameters
 
 GRAM_FORCE = 9.80665e-3
 # Grams-force and ohms, read off the typical curve in Interlink's FSR Integration Guide and data
-# sheet PDS-10004; those from 1000 g on are marked as interpolated where they were found.
+# sheet PDS-10004, which mark those from 1000 g on as interpolated.
 FSR_402_POINTS = (
     (20.0, 30_000.0),
     (50.0, 10_000.0),
@@ -36,13 +36,13 @@ LOG_RESISTANCES = tuple(math.log(ohms) for _, ohms in FSR_402_POINTS)
 
 # Interlink's guide has the contact settle in "the order of seconds"; drift counts from there.
 DRIFT_START = 1.0
-# A load that changes by less than this share counts as the same load, which goes on drifting.
+# A load that changes by less than this share counts as constant, and the drift goes on.
 SAME_LOAD = 0.1
 
 
 @dataclass(frozen=True)
 class FsrReading:
-    """Resistance in ohms, output of the divider in volts, code of the converter."""
+    """Resistance in ohms, output voltage of the divider in volts, code of the converter."""
 
     resistance_ohm: float
     voltage_v: float
@@ -52,7 +52,7 @@ class FsrReading:
 def _log_fsr_402(log_force: float) -> float:
     """ln of a typical FSR 402's resistance in ohms over ln of the force in newtons.
 
-    Straight lines between the points of the data sheet; the first and the last go on beyond them.
+    Straight lines between the points of the data sheet; the first and the last line are extended.
     """
     i = min(max(bisect(LOG_FORCES, log_force), 1), len(LOG_FORCES) - 1)
     slope = (LOG_RESISTANCES[i] - LOG_RESISTANCES[i - 1]) / (LOG_FORCES[i] - LOG_FORCES[i - 1])
@@ -60,14 +60,14 @@ def _log_fsr_402(log_force: float) -> float:
 
 
 def contact(parameters: PressureParameters, force: float) -> float:
-    """How far the film touches at `force` newtons: 0 without force, 1 from force_min on."""
+    """How much of the film is in contact at `force` newtons: 0 without force, 1 from force_min."""
     if force <= 0.0:
         return 0.0
     return min(force / parameters.force_min, 1.0) if parameters.force_min > 0.0 else 1.0
 
 
 def typical_resistance(parameters: PressureParameters, force: float) -> float:
-    """Resistance in ohms of an ideal part at `force` newtons, as the load first comes on.
+    """Resistance in ohms of an ideal part at `force` newtons, for a growing load.
 
     At force_max and above the film is saturated. Below force_min the logarithm of the resistance
     rises in proportion to the force that is missing, up to that of the unloaded part: steep as
@@ -97,8 +97,8 @@ def spread_factor(spread: float, unit_noise: float) -> float:
 
 
 class ForceResistor:
-    """The state of one part. `part_noise`, a standard normal number, is what part it is; `touched`
-    whether a press goes on."""
+    """One part with its state. `part_noise`, a standard normal number, is its deviation from the
+    typical part; `touched`: whether it is being pressed."""
 
     def __init__(self, part_noise: float = 0.0) -> None:
         self._part_noise = part_noise
@@ -112,7 +112,7 @@ class ForceResistor:
     def update(
         self, parameters: PressureParameters, force_n: float, time_s: float, unit_noise: float
     ) -> FsrReading:
-        """The reading at `force_n` newtons and `time_s` seconds, which never goes back.
+        """The reading at `force_n` newtons and `time_s` seconds, which must not decrease.
 
         `unit_noise` is a standard normal number of this update; it matters only at an update at
         which a press begins, because repeatability is the spread from press to press.
@@ -136,11 +136,11 @@ class ForceResistor:
     def _with_hysteresis(
         self, parameters: PressureParameters, force: float, touching: float
     ) -> float:
-        """Resistance in ohms: a play in the logarithm of the conductance.
+        """Resistance in ohms: a play operator on the logarithm of the conductance.
 
-        It follows the typical curve as the load grows, stays where it is as the load begins to
-        fall, and then keeps 1/(1 − hysteresis) above that curve. Rate-independent; a small swing
-        of the load inside the play changes nothing.
+        The conductance follows the typical curve for a growing load, stays constant as the load
+        begins to fall, and then keeps 1/(1 − hysteresis) above that curve. It does not depend on
+        the rate; a small change of the load inside the play changes nothing.
         """
         typical = typical_resistance(parameters, force)
         if parameters.hysteresis == 0.0:
@@ -148,22 +148,22 @@ class ForceResistor:
             return typical
         low = -math.log(typical)
         high = low - touching * math.log1p(-parameters.hysteresis)
-        kept = low if self._log_conductance is None else self._log_conductance
-        self._log_conductance = min(max(kept, low), high)
+        before = low if self._log_conductance is None else self._log_conductance
+        self._log_conductance = min(max(before, low), high)
         return math.exp(-self._log_conductance)
 
     def _drift_decades(self, touched: bool, load: float, time: float) -> float:
         """Decades of time, log10(1 + t/DRIFT_START), for which the load has been constant.
 
-        As a load grows, its conductance keeps what it had gained and the added part starts anew;
+        When a load grows, the drift of the old load stays and that of the added load starts at 0;
         conductance is about proportional to force, so the decades shrink by the ratio of loads.
         """
         if not touched:
             return 0.0
         if not self.touched:
             self._load, self._load_time, self._decades = load, time, 0.0
-        held = (time - self._load_time) / DRIFT_START
-        decades = math.log10(10.0**self._decades + held) * min(self._load / load, 1.0)
+        elapsed = (time - self._load_time) / DRIFT_START
+        decades = math.log10(10.0**self._decades + elapsed) * min(self._load / load, 1.0)
         if abs(load - self._load) > SAME_LOAD * self._load:
             self._load, self._load_time, self._decades = load, time, decades
         return decades

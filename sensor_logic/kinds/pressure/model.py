@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pressure sensor under furniture: the force on its pad, and the resistor that feels it."""
+"""Pressure sensor under furniture: the force on its pad, and its force-sensing resistor."""
 
 from __future__ import annotations
 
@@ -16,11 +16,9 @@ from ...parameters import Choice, Parameters, parameter
 from ...quantities import METRES, Lengths
 from .force_resistor import ForceResistor
 
-# A partner is named from this share of the force on.
+# A partner is listed if its share of the force is larger than this.
 LEAST_SHARE = 1e-3
-# What a force is not yet sure of: the frames beside it were not seen, as after a jump. It is that
-# of things at rest then.
-# N: less than this on its back is no use of a pad.
+# N: a smaller force on the back of a pad raises no warning.
 LEAST_BACKING = 0.1
 
 FSR_402 = "Interlink FSR 402 data sheet, PDS-10004"
@@ -28,25 +26,25 @@ FSR_402 = "Interlink FSR 402 data sheet, PDS-10004"
 
 @dataclass(frozen=True)
 class PressureParameters(Parameters):
-    threshold: float = parameter(1.0, "Threshold", "Pressed above this force", unit="N")
+    threshold: float = parameter(1.0, "Threshold", "Pressed is on above this force", unit="N")
     report_step: float = parameter(
         1.0,
         "Report step",
-        "The event log tells of the force when it changed by this much",
+        "Least change of the force that the event log records",
         unit="N",
         short="Report by",
     )
     partner_object: str | None = parameter(
         None,
         "Partner object",
-        "Measure this object alone; empty: everything",
+        "Measure only this object; empty: measure everything",
         pointer="Object",
         short="Object",
     )
     partner_collection: str | None = parameter(
         None,
         "Partner collection",
-        "Measure the objects of this collection alone; empty: everything",
+        "Measure only the objects of this collection; empty: measure everything",
         pointer="Collection",
         short="Collection",
     )
@@ -67,7 +65,7 @@ class PressureParameters(Parameters):
     force_min: float = parameter(
         0.2,
         "Force min",
-        "Least force that the resistor feels. Datasheets: actuation force",
+        "Least force that the resistor measures. Datasheets: actuation force",
         unit="N",
         source=FSR_402,
     )
@@ -121,7 +119,7 @@ class PressureParameters(Parameters):
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Share by which the resistance is lower as the load falls than as it grew. "
+        "Share by which the resistance is lower for a falling load than for a growing one. "
         "Datasheets: hysteresis, (RF+ − RF−)/RF+",
         maximum=0.9,
         source="0.10 on average, " + FSR_402,
@@ -173,44 +171,45 @@ class PressureParameters(Parameters):
 
 
 class PressurePad(Model):
-    """One pad with its memory: the last known reading and the state of its resistor."""
+    """One pad. Its state is the last valid reading, and that of its resistor."""
 
     def __init__(self) -> None:
         self._resistor: ForceResistor | None = None
         self._known = PadReading(0.0, "", (math.nan, math.nan))
-        # What that was made of.
-        self._asked: tuple[Any, ...] = (None, None, None)
+        # The arguments of `pad_reading` for the reading in `_known`, compared by identity: a pad at
+        # rest is not computed again.
+        self._arguments: tuple[Any, ...] = (None, None, None)
 
     def update(self, parameters: PressureParameters, update: Update) -> Reading:
-        """The force along the pad's −Z in N, from its partners, and what the resistor makes of it.
+        """The force along the pad's −Z in N, its partners, and the resistor's reading.
 
-        Where the forces are not known the last known ones stand, and `valid` is false.
+        Where the scene has no usable forces, the last valid ones stand, and `valid` is false.
         """
         contact: PadContact = update.ask(FORCES)
         problem = contact.forces.problem
         if contact.forces.usable:
-            asked = parameters, update.pose, contact
-            if not all(one is two for one, two in zip(asked, self._asked, strict=True)):
-                self._asked, self._known = asked, pad_reading(*asked)
+            arguments = parameters, update.pose, contact
+            if not all(one is two for one, two in zip(arguments, self._arguments, strict=True)):
+                self._arguments, self._known = arguments, pad_reading(*arguments)
             if not problem and self._known.on_its_back:
                 problem = "what touches the pad does so on its back: its +Z side senses; turn it"
         if self._resistor is None:
-            self._resistor = ForceResistor(float(update.part().standard_normal()))
+            self._resistor = ForceResistor(float(update.device_noise().standard_normal()))
         on_force = on_press = 0.0
-        # Numbers that nothing is made of need not be drawn.
+        # The draw is skipped where neither number is used.
         if parameters.noise_sigma or (self._known.force > 0.0 and not self._resistor.touched):
             on_force, on_press = update.noise().standard_normal(2)
         force = self._known.force + parameters.noise_sigma * float(on_force)
-        felt = self._resistor.update(parameters, max(force, 0.0), update.time, float(on_press))
+        resistor = self._resistor.update(parameters, max(force, 0.0), update.time, float(on_press))
         pressed = force > parameters.threshold
         fields = {
             "force_n": force,
             "pressed": pressed,
             "valid": not problem,
             "residual": contact.forces.residual,
-            "resistance_ohm": felt.resistance_ohm,
-            "voltage_v": felt.voltage_v,
-            "adc": felt.adc,
+            "resistance_ohm": resistor.resistance_ohm,
+            "voltage_v": resistor.voltage_v,
+            "adc": resistor.adc,
             "partners": self._known.partners,
             "cop_x_m": self._known.centre[0],
             "cop_y_m": self._known.centre[1],
@@ -221,9 +220,9 @@ class PressurePad(Model):
 
 @dataclass(frozen=True)
 class PadReading:
-    """Force in N, names of the partners as `partner_names.joined` has them, and the centre of
-    pressure (x, y) in m along the pad's axes from its origin; NaN where nothing presses.
-    `on_its_back`: only its −Z side is pressed, by more than its own weight."""
+    """Force in N, names of the partners joined by `partner_names.joined`, and the centre of
+    pressure (x, y) in m along the pad's axes from its origin; NaN without pressure. `on_its_back`:
+    only its −Z side is pressed, by more than its own weight."""
 
     force: float
     partners: str
@@ -232,7 +231,7 @@ class PadReading:
 
 
 def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
-    """What the pad feels of its contacts, and of its own weight where that is not left out."""
+    """The pad's reading from its contacts, with its own weight unless that is subtracted."""
     inward = -pose.axes[:, 2]
     pressing = 0.0
     holding = backing = 0.0
@@ -255,7 +254,7 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
     own = float(contact.weight @ inward)
     force = pressing
     if pressing == 0.0 and holding > 0.0:
-        # What holds the pad up feels the pad's weight along with its load.
+        # The partner holds the pad up: its force includes the pad's own weight.
         force = holding - own if parameters.subtract_own_weight else holding
     elif not parameters.subtract_own_weight:
         force = pressing + own

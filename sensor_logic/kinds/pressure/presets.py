@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Force-sensing resistors that can be bought, each with its load resistor."""
+"""Presets of commercial force-sensing resistors, each with its load resistor."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The threshold, from the distance that a data sheet gives.
+"""The comparator's threshold, from the detection distance in a data sheet.
 
-Data sheets tell at which distance a standard target is just detected: a plate of the size of a
-person's trunk, a few degrees warmer than what is around, that crosses the view at walking pace.
-The threshold is the largest signal of that crossing, so that lenslet area, transmission,
-responsivity and gain, which no data sheet gives together, need not be known.
+Data sheets give the distance at which a standard target is just detected: a plate of the size of a
+person's trunk, a few degrees warmer than its surroundings, that crosses the view at walking pace.
+The threshold is the largest signal of that crossing. So lenslet area, transmission, responsivity
+and gain, which no data sheet gives together, need not be known.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from .zones import Zone, Zones, zone_rays
 # Panasonic's standard target (m) and its speed (m/s), and the room's temperature (K).
 WIDTH, HEIGHT, SPEED = 0.25, 0.7, 1.0
 ROOM = ZERO_CELSIUS + 20.0
-# Rays in a zone, and s between two looks, of the crossing; s at rest before and after it.
+# Rays per zone, sampling interval (s), and the time at rest before and after the crossing (s).
 DENSE, INTERVAL, REST = 400, 0.01, 3.0
-# m: it walks this far to both sides of the middle, or as far as it is away.
+# m: the target moves this far to both sides of the middle, or as far as its distance if less.
 REACH = 3.0
 
 
-# One a set of parameters; without it 150 ms an update.
+# One entry per set of parameters; without the cache 150 ms more per update.
 @lru_cache(maxsize=256)
 def threshold(zones: Zones, response: Response, distance: float, contrast: float) -> float:
-    """W per m² of lenslet: the signal with which the standard target, `contrast` K warmer than
-    the room, is just detected at `distance` m, at the height where the lens sees it best."""
+    """The signal in W per m² of lenslet of the standard target, `contrast` K warmer than the room,
+    at `distance` m and the height at which the signal is largest."""
     return crossing_peak(zones, response, distance, contrast)
 
 
 def crossing_peak(
     zones: Zones, response: Response, distance: float, contrast: float, speed: float = SPEED
 ) -> float:
-    """W per m² of lenslet: the largest signal, either way, of the standard target that passes
-    across the lens's middle at `distance` m and `speed` m/s."""
+    """The largest size of the signal in W per m² of lenslet while the standard target crosses the
+    lens's middle at `distance` m and `speed` m/s."""
     heights = sorted({zone.elevation for zone in zones})
     powers = [_crossing(zones, distance, contrast, speed, height) for height in heights]
     return float(np.abs(filtered(response, np.stack(powers, axis=1), INTERVAL)).max())
@@ -50,7 +50,8 @@ def crossing_peak(
 def _crossing(
     zones: Zones, distance: float, contrast: float, speed: float, elevation: float
 ) -> Array:
-    """The power (k,) while the target crosses, upright to the line of sight at `elevation`."""
+    """The power (k,) during the crossing, for a target perpendicular to the line of sight at
+    `elevation` (rad)."""
     rays = zone_rays(zones, DENSE)
     ahead = Zone(0.0, elevation, 0.0, 0.0, 1)
     depth = rays.directions @ ahead.axis

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lenses as tables of zones, built from lenslets and the elements behind them.
 
-A lenslet whose middle lies in direction a, a focal length from the elements, shows the point e of
-the element plane (in focal lengths, the plane looks along −Z) in direction a − e. Hardly any maker
-publishes a zone table: what is known of each lens and what is assumed stands with it.
+A lenslet whose middle lies in direction a, a focal length from the elements, projects the point e
+of the element plane (in focal lengths, facing −Z) into direction a − e. Hardly any maker publishes
+a zone table: each lens here says what is published and what is assumed.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Element:
 
 @dataclass(frozen=True)
 class Lens:
-    """`detection_distance` in m; `source`: what is published of it; `assumed`: what is not.
-    `number` is what files store: it is never reused."""
+    """A lens with its zones. `detection_distance` in m; `source`: the published facts; `assumed`:
+    the others. Files store `number`: it is never reused."""
 
     identifier: str
     number: int
@@ -60,7 +60,7 @@ def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
 def seen_through(
     azimuth: float, elevation: float, elements: tuple[Element, ...], gain: float = 1.0
 ) -> Zones:
-    """The zones of one lenslet, whose middle is at these angles (radians)."""
+    """The zones of one lenslet whose middle is at these angles (radians)."""
     lenslet = Zone(azimuth, elevation, 0.0, 0.0, 1)
     zones = []
     for element in elements:
@@ -86,7 +86,7 @@ def tier(
     elements: tuple[Element, ...],
     gain: float = 1.0,
 ) -> Zones:
-    """Lenslets in a row: degrees."""
+    """The zones of `count` lenslets in a row at `elevation`, `spacing` apart (degrees)."""
     azimuths = [(i - (count - 1) / 2) * spacing for i in range(count)]
     parts = [
         seen_through(math.radians(azimuth), math.radians(elevation), elements, gain)
@@ -96,8 +96,8 @@ def tier(
 
 
 def ring(off_axis: float, count: int, elements: tuple[Element, ...], stretch: float = 1.0) -> Zones:
-    """Lenslets about the sensor's axis, `off_axis` degrees from it; `stretch`: this much wider
-    than high."""
+    """The zones of `count` lenslets in a ring around the sensor's axis, `off_axis` degrees from it;
+    the ring's width is `stretch` times its height."""
     zones: Zones = ()
     for i in range(count):
         roll = 2 * math.pi * i / count

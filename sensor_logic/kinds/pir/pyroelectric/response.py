@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the power on the elements to the signal at the comparator, exactly.
+"""From the power on the elements to the signal at the comparator, as an exact solution.
 
-The element and its two amplifier stages are a chain of first-order parts:
+The element and its two amplifier stages are a chain of first-order filters:
 
     V/P = [sτE/(1+sτE)] · [1/(1+sτT)] · [s/(s+ωh)] · [1/(1+s/ωl)]²
 
@@ -24,8 +24,8 @@ import numpy as np
 from ....model import Array
 
 STATES = 5
-# s: the signal is looked at this often between two updates, so that no peak hides between them.
-LOOK_EVERY = 0.02
+# s: the signal is sampled at least this often between two updates, so that no peak is missed.
+SAMPLE_EVERY = 0.02
 # Coefficients of the [13/13] Padé approximant, and the largest 1-norm for which it is exact to
 # double precision: Higham, "The scaling and squaring method for the matrix exponential
 # revisited", SIAM J. Matrix Anal. Appl. 26 (2005), table 2.3.
@@ -50,8 +50,8 @@ LARGEST_NORM = 5.371920351148152
 
 @dataclass(frozen=True)
 class Response:
-    """`electrical` and `thermal` time constants in s; the amplifier's pass band from `low_cut` to
-    `high_cut`, both in Hz and above 0."""
+    """The filter chain: `electrical` and `thermal` time constants in s; the amplifier's pass band
+    from `low_cut` to `high_cut` in Hz. All are above 0."""
 
     electrical: float
     thermal: float
@@ -83,8 +83,8 @@ class Response:
 
 
 class Step(NamedTuple):
-    """x after a step = `carry` (5, 5) x + `level` (5,) P before + `change` (5,) (P after − P
-    before)."""
+    """The matrices of one time step: x after = `carry` (5, 5) x before + `level` (5,) P before +
+    `change` (5,) (P after − P before)."""
 
     carry: Array
     level: Array
@@ -112,7 +112,7 @@ def expm(matrix: Array) -> Array:
 
 
 def step(response: Response, dt: float) -> Step:
-    """What a step of `dt` s does, for power that changes linearly in it."""
+    """The matrices of a step of `dt` s in which the power changes linearly."""
     a, b = response.matrices()
     augmented = np.zeros((STATES + 2, STATES + 2))
     augmented[:STATES, :STATES] = a * dt
@@ -123,7 +123,8 @@ def step(response: Response, dt: float) -> Step:
 
 
 def filtered(response: Response, power: Array, dt: float) -> Array:
-    """The signals (k, …) for powers (k, …) that are `dt` s apart, from rest at the first."""
+    """The signals (k, …) for powers (k, …) at intervals of `dt` s, from the steady state at the
+    first."""
     once, flat = step(response, dt), power.reshape(len(power), -1)
     state = np.zeros((STATES, flat.shape[1]))
     state[0] = flat[0]
@@ -138,16 +139,16 @@ def filtered(response: Response, power: Array, dt: float) -> Array:
 
 
 class Chain:
-    """One detector's element and amplifier. It starts at rest at the power that it first sees."""
+    """One detector's element and amplifier, which start in the steady state of the first power."""
 
     def __init__(self, response: Response) -> None:
         self.response = response
-        # x, the power then, and room for its change.
+        # x, the power at that time, and a place for its change.
         self._state: Array | None = None
 
     def advance(self, power: Array, dt: Array) -> Array:
-        """The signals (n,) of the largest size within the last `dt` (n,) s, over which the power
-        went linearly to `power` (n,)."""
+        """The signals (n,) of the largest size within the last `dt` (n,) s, in which the power
+        changed linearly to `power` (n,)."""
         peaks = np.zeros(len(power))
         state = np.zeros(STATES + 2) if self._state is None else self._state
         for k, (now, seconds) in enumerate(zip(power.tolist(), dt.tolist(), strict=True)):
@@ -157,20 +158,20 @@ class Chain:
                 self._state = state
             else:
                 state[STATES + 1] = now - state[STATES]
-                found = _looks(self.response, seconds) @ state
+                found = _samples(self.response, seconds) @ state
                 state[:STATES] = found[:STATES]
                 peaks[k] = max(found[STATES:].tolist(), key=abs)
             state[STATES] = now
         return peaks
 
 
-# One a response and interval, in which times err in the last digits; without it 0.3 ms an update.
+# One entry per response and interval; without the cache 0.3 ms more per update.
 @lru_cache(maxsize=256)
-def _looks(response: Response, dt: float) -> Array:
-    """(5 + n, 7): from x, the power before and its change over `dt` s, what x is after it, and the
-    signals at n moments until then."""
-    parts = max(1, math.ceil(dt / LOOK_EVERY - 1e-9))
-    # Frame times are rounded: without this each step would have an exponential of its own.
+def _samples(response: Response, dt: float) -> Array:
+    """(5 + n, 7): maps x, the power before and its change over `dt` s to x after it, and to the
+    signals at n times until then."""
+    parts = max(1, math.ceil(dt / SAMPLE_EVERY - 1e-9))
+    # Rounded, because the rounding errors of frame times would make every interval different.
     once = step(response, round(dt / parts, 12))
     state, signals = np.eye(STATES, STATES + 2), []
     level, change = np.eye(2, STATES + 2, STATES)

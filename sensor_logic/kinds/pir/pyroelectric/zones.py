@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a detector sees through its lens: zones, as a table that people can write, and as rays."""
+"""The detection zones of a lens: as a table that users can write, and as rays."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ COLUMNS = ("azimuth", "elevation", "width", "height", "polarity", "gain")
 POLARITIES = {"+": 1, "+1": 1, "1": 1, "-": -1, "−": -1, "-1": -1}
 WIDEST = math.radians(90.0)
 MAX_ZONES = 2000
-# Places in a zone: a lattice in which no two share a column or a row.
+# Rays in a zone form a lattice in which no two share a column or a row.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 class LensError(ValueError):
-    """A lens table cannot be used; the text names the row, what is wrong and what is right."""
+    """A lens table is invalid; the text names the row, the problem and the valid values."""
 
 
 @dataclass(frozen=True)
 class Zone:
-    """What one element sees through one lenslet: a rectangle of angles (radians).
+    """The field of view of one element behind one lenslet: a rectangle of angles (radians).
 
     `azimuth` of its middle is counter-clockwise seen from +Y, 0 along −Z; `elevation` is above
-    the sensor's horizon; `polarity` +1 or −1, that of the element; `gain` the area of the
-    lenslet against the lens's others.
+    the sensor's horizon; `polarity`, +1 or −1, is the element's; `gain` is the lenslet's area
+    relative to the others.
     """
 
     azimuth: float
@@ -57,12 +57,12 @@ class Zone:
 
     @property
     def right(self) -> Array:
-        """(3,) unit vector to its right, level."""
+        """(3,) horizontal unit vector to its right."""
         return np.array([math.cos(self.azimuth), 0.0, -math.sin(self.azimuth)])
 
     @property
     def solid_angle(self) -> float:
-        """sr, of a pyramid with these two angles at its apex."""
+        """Solid angle in sr of a pyramid with these two angles at its apex."""
         return 4.0 * math.asin(math.sin(self.width / 2) * math.sin(self.height / 2))
 
 
@@ -78,7 +78,7 @@ class ZoneRays(NamedTuple):
     zone: NDArray[np.intp]
 
 
-# One a lens and count of rays; without it 3 ms an update.
+# One entry per lens and number of rays; without the cache 3 ms more per update.
 @lru_cache(maxsize=64)
 def zone_rays(zones: Zones, count: int) -> ZoneRays:
     """`count` rays in each zone, spread evenly."""
@@ -100,11 +100,11 @@ def zone_rays(zones: Zones, count: int) -> ZoneRays:
     return made
 
 
-# One a text; without it 0.6 ms an update.
+# One entry per text; without the cache 0.6 ms more per update.
 @lru_cache(maxsize=64)
 def read_table(text: str) -> Zones:
-    """The zones of a table: a row each with azimuth, elevation, width, height (degrees), polarity
-    (+ or -) and, if it is not 1, gain. Empty rows, a header and what follows # do not count.
+    """The zones of a table: each row has azimuth, elevation, width, height (degrees), polarity
+    (+ or -) and, if it is not 1, gain. Empty rows, a header and text after # are ignored.
 
     Raises LensError.
     """

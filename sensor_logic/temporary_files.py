@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that are written apart, beside where they belong, and land there together at the end.
+"""Temporary files beside their targets, which replace the targets together at the end.
 
-In each folder a locked file says that the parts there are being written. A process that is killed
-loses the lock, so that the next one that writes there knows what it may remove.
+A lock file in each folder says that its temporary files are being written. A process that is killed
+loses the lock, so the next process that writes there knows which files it may remove.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ import secrets
 from pathlib import Path
 from typing import IO, Any
 
-# On Windows a file that is open cannot be removed, which is as good as a lock.
+# Windows has no `fcntl`; there an open file cannot be removed, which serves as the lock.
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 
-# Blender adds an @ while it saves; names of eight letters are those of earlier versions.
+# Blender adds an @ while it saves; earlier versions used names of eight letters.
 OURS = re.compile(r"\.angen-(\w{8,12})(?:-\d+)?\.(?:part|blend|lock)@?")
 
 
-class Parts:
-    """Parts of files: `new` names one for a target, `land` puts all in place; as a context, whose
-    end removes what did not land. Raises OSError."""
+class TemporaryFiles:
+    """Temporary files of one write: `new` names one for a target, `commit` replaces the targets by
+    them. Leaving the context removes those that were not committed. Raises OSError."""
 
     def __init__(self) -> None:
         self._claims: dict[Path, tuple[str, IO[bytes]]] = {}
         self._waiting: list[tuple[Path, Path]] = []
         self._count = 0
 
-    def __enter__(self) -> Parts:
+    def __enter__(self) -> TemporaryFiles:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -41,12 +41,12 @@ class Parts:
         for folder, (token, lock) in self._claims.items():
             _remove(_lock_path(folder, token))
             lock.close()
-            # Windows: not before.
+            # Windows cannot remove it while it is open.
             _remove(_lock_path(folder, token))
         self._claims.clear()
 
     def new(self, target: Path, suffix: str = ".part") -> Path:
-        """A path beside `target`, links followed, for what will take its place."""
+        """The path of a temporary file beside `target` (links are followed)."""
         target = target.resolve()
         if target.parent not in self._claims:
             sweep(target.parent)
@@ -57,8 +57,8 @@ class Parts:
         self._waiting.append((part, target))
         return part
 
-    def land(self) -> None:
-        """Puts all parts where they belong, in the order in which they were made."""
+    def commit(self) -> None:
+        """Replaces each target by its temporary file, in the order in which they were made."""
         mask = umask()
         for part, _target in self._waiting:
             part.chmod(0o666 & ~mask)
@@ -67,13 +67,13 @@ class Parts:
             try:
                 os.replace(part, target)
             except OSError as error:
-                # The part is there: it is the target that cannot be taken.
+                # The temporary file exists: it is the target that cannot be replaced.
                 raise OSError(error.errno, error.strerror, str(target)) from None
             self._waiting.pop(0)
 
 
 def sweep(folder: Path) -> None:
-    """Removes parts in `folder` that were left by processes which are no more."""
+    """Removes the temporary files in `folder` whose process has ended."""
     try:
         names = [name for name in os.listdir(folder) if OURS.fullmatch(name)]
     except OSError:
@@ -95,7 +95,7 @@ def _claim(folder: Path) -> tuple[str, IO[bytes]]:
     while True:
         token = secrets.token_hex(6)
         path = _lock_path(folder, token)
-        lock = open(path, "xb")  # noqa: SIM115  (it is open for as long as the parts are written)
+        lock = open(path, "xb")  # noqa: SIM115  (open as long as the temporary files are written)
         # Another process may sweep between these two steps.
         if _locked(lock, otherwise=True) and path.exists():
             return token, lock
@@ -103,7 +103,7 @@ def _claim(folder: Path) -> tuple[str, IO[bytes]]:
 
 
 def _is_left(path: Path) -> bool:
-    """Whether the process of this lock is no more; then the lock is removed."""
+    """Whether the process that made this lock has ended; if so, removes the lock."""
     try:
         lock = open(path, "rb")  # noqa: SIM115  (closed below)
     except FileNotFoundError:
@@ -115,12 +115,13 @@ def _is_left(path: Path) -> bool:
             return False
         if _remove(path):
             return True
-    # Windows: not before it is closed here, and not while it is open elsewhere.
+    # Windows cannot remove it before it is closed here, or while another process has it open.
     return _remove(path)
 
 
 def _locked(lock: IO[bytes], otherwise: bool) -> bool:
-    """Locks the file; False where another process has it. `otherwise`: where nothing can lock."""
+    """Locks the file; False where another process holds the lock. `otherwise` is the answer where
+    the system or the file system has no locks."""
     if fcntl is None:
         return otherwise
     try:
@@ -141,7 +142,7 @@ def _remove(path: Path) -> bool:
 
 
 def umask() -> int:
-    """The permissions that new files of this process do not get."""
+    """The permission bits that this process removes from new files."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

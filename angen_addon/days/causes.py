@@ -14,14 +14,16 @@ from ...sensor_logic.residents.acted import Acted
 from ..advice.weights import chain
 from ..kinds import appearance_of
 from ..runtime import state
+from ..runtime.notes import Notes, NotNoted
 from ..runtime.probes import Probes
 from ..scene.sensors import Sensor
-from ..view.explain.replay import Replay
+from ..view.explain.replay import Recalled, Replay
 
 
 class Causes:
-    """Of the events of a day's run, asked for while the keys of their time are in the home.
-    `residents`: by person, the object that acts."""
+    """Of the events of a day's run that takes `notes`, each told as soon as it was read.
+    `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
+    `told`: the events, each with person and object; those up to midnight have none."""
 
     def __init__(
         self,
@@ -30,47 +32,70 @@ class Causes:
         recording: Recording,
         acted: Acted,
         residents: Mapping[str, Any],
+        midnight: float,
     ) -> None:
         self._scene = scene
         self._sensors = {sensor.name: sensor for sensor in sensors}
         self._recording = recording
         self._new = NewEvents(recording)
         self._acted = acted
+        self._midnight = midnight
         self._persons = {obj.name: person for person, obj in residents.items()}
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
         # By sensor, who made the last event that somebody did.
         self._last: dict[str, str] = {}
+        self._left: list[Event] = []
+        self.notes = Notes(self._note)
+        self.told: list[tuple[Event, str, str]] = []
 
-    def take(self, since: float, midnight: float) -> list[tuple[Event, str, str]]:
-        """The events that came since the last time, each with person and object. Those up to
-        `since` s have none; the day begins at `midnight` s of the run."""
-        found, was_running = [], state.CACHE.running
+    def _note(self, name: str) -> None:
+        """The new events of a sensor, by what its rays met. Those for which one must look at the
+        scene are left."""
+        sensor = self._sensors[name]
+        because: dict[float, str] = {}
+        for event in self._new.take_of(name):
+            if event.time <= self._midnight:
+                self.told.append((event, "", ""))
+                continue
+            try:
+                if event.frame not in because:
+                    recalled = Recalled(self._scene, sensor, self._recording, self.notes)
+                    because[event.frame] = self._because(recalled, event)
+            except NotNoted:
+                self._left.append(event)
+            else:
+                self._tell(event, because[event.frame])
+
+    def take_left(self) -> None:
+        """The events that are left, while the keys of their time are in the home and nothing is
+        sensed."""
+        was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
-        state.CACHE.running = True
         try:
-            for event in self._new.take():
-                if event.time <= since:
-                    found.append((event, "", ""))
-                    continue
+            for event in sorted(self._left):
                 key = event.sensor, event.frame
                 if key not in because:
-                    because[key] = self._because(event)
-                name = because[key]
-                found.append((event, self._person(event, name, event.time - midnight), name))
+                    sensor = self._sensors[event.sensor]
+                    replay = Replay(self._scene, sensor, self._recording, self._probes)
+                    self._probes = replay.probes
+                    because[key] = self._because(replay, event)
+                self._tell(event, because[key])
         finally:
             state.CACHE.running = was_running
-        return found
+            self._left = []
 
-    def _because(self, event: Event) -> str:
-        sensor, track = self._sensors[event.sensor], self._recording.tracks[event.sensor]
+    def _because(self, replay: Replay, event: Event) -> str:
+        kind, track = replay.sensor.kind, replay.track
         index = track.at(event.frame)
-        if index is None or (sensor.kind.publishes("motion") and not track.active[index]):
+        if index is None or (kind.publishes("motion") and not track.active[index]):
             # That nothing moves any more, nobody does.
             return ""
-        replay = Replay(self._scene, sensor, self._recording, self._probes)
-        self._probes = replay.probes
-        return appearance_of(sensor.kind).explain(replay, index).because
+        return appearance_of(kind).explain(replay, index).because
+
+    def _tell(self, event: Event, because: str) -> None:
+        person = self._person(event, because, event.time - self._midnight)
+        self.told.append((event, person, because))
 
     def _person(self, event: Event, because: str, time: float) -> str:
         """Whose movement the event is of: what ends is of who began it."""

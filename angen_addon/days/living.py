@@ -53,14 +53,14 @@ class DayRun:
         self._clock = clock_of_day(number)
         self._midnight = LEAD_S + number * DAY_S
         self.recording = Recording()
-        self._causes = Causes(scene, sensors, self.recording, acted, residents)
+        what = self.recording, acted, residents, self._midnight
+        self._causes = Causes(scene, sensors, *what)
         begin, last = between or (0.0, DAY_S)
         first = begin - LEAD_S
         cuts = stretches(acted.spans(first, last), first, last, MOST_MOVEMENT)
         self._bounds = [first, *cuts, last]
         rates = [decimal(sensor.settings.update_rate) for sensor in sensors]
         self._before = max([TILTS_BACK / float(exact(rate)) for rate in rates] + [AFTER_S])
-        self._told: list[tuple[Event, str, str]] = []
         self.events: tuple[Happening, ...] = ()
 
     def progress(self) -> Iterator[Progress]:
@@ -78,14 +78,15 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
+                self._causes.notes,
             )
             yield from run
-            self._told += self._causes.take(self._midnight, self._midnight)
-        self.events = _events(self._told, self._midnight)
+            self._causes.take_left()
+        self.events = _events(self._causes.told, self._midnight)
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._told += self._causes.take(self._midnight, self._midnight)
+            self._causes.take_left()
             self._show(start, end)
 
         return exchange

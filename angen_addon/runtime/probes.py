@@ -25,6 +25,7 @@ from ..scene.reflectance import Reflectance
 from ..scene.sensors import Sensor, SensorError, unit_scale
 from ..scene.warmth import Warmth
 from . import state
+from .notes import Notes
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
@@ -44,7 +45,8 @@ def _key(request: LightRequest) -> Any:
 
 
 class Probes:
-    """The probes for the sensors of a scene."""
+    """The probes for the sensors of a scene. `notes`: where what they are asked is taken down, if
+    anywhere."""
 
     def __init__(self, scene: Any) -> None:
         self.caster = make_caster(scene)
@@ -55,6 +57,7 @@ class Probes:
         self._contacts = ContactTracker(self._solids)
         self._pads: list[Pad] = []
         self._told = 0
+        self.notes: Notes | None = None
         # Of the pad that is asked about, by whole frames.
         self.known_forces: dict[int, PadForces] = {}
         # The number of the frame that is looked at alone.

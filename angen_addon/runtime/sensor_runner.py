@@ -205,8 +205,9 @@ class SensorRunner:
     ) -> PendingUpdates:
         steps = dates.steps.tolist()
         scene_asked: dict[str, Ask] = {}
+        notes = None
         if probes is not None:
-            question = Question(self, read, steps, frames, depsgraph, probes)
+            notes, question = probes.notes, Question(self, read, steps, frames, depsgraph, probes)
             needs = self.sensor.kind.needs
             scene_asked = {need: partial(ANSWERS[need], question) for need in needs}
         scene, name = depsgraph.scene, self.sensor.name
@@ -219,6 +220,8 @@ class SensorRunner:
             partial(generator, scene.angen_seed, name),
             partial(generator, scene.angen_seed, f"{name}, part", 0),
         )
+        if notes is not None:
+            updates = notes.listen(question, updates)
         request = None
         if self.sensor.kind.requires_light:
             request = light_request(

@@ -23,6 +23,7 @@ from ..scene.sensors import Sensor, SensorError, check, check_names, report_step
 from . import busy_spans, handlers, outputs, state, stillness
 from .agenda import Agenda
 from .moving_scene import MovingScene, moving_scene
+from .notes import Notes
 from .sensor_runner import PendingUpdates, SensorRunner
 from .stage import Stage
 from .time_base import clock_of, evaluated_depsgraph
@@ -61,12 +62,13 @@ def simulate(
     recording: Recording,
     exchanges: Sequence[Exchange] = (),
     clock: Clock | None = None,
+    notes: Notes | None = None,
 ) -> Iterator[Progress]:
     """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
 
     `scene` is the scene of the present context; of `sensors`, those that can be sense. A run that
     is longer than what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock`
-    tells its time where that is not the scene's.
+    tells its time where that is not the scene's; `notes` are taken of what sensors meet.
     The frame is put back at the end, also after an error or when the generator is closed early;
     what was recorded until then stays. Raises SensorError.
     """
@@ -82,7 +84,7 @@ def simulate(
         kind, steps = sensor.kind.identifier, report_steps(sensor)
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
     recording.clock = clock
-    return _Run(scene, runners, first, last, frame_end, recording, exchanges).progress()
+    return _Run(scene, runners, first, last, frame_end, recording, exchanges, notes).progress()
 
 
 class _Run:
@@ -97,12 +99,13 @@ class _Run:
         frame_end: int,
         recording: Recording,
         exchanges: Sequence[Exchange],
+        notes: Notes | None,
     ) -> None:
         self._scene, self._runners = scene, runners
         self._first, self._last, self._frame_end = first, last, frame_end
         assert recording.clock is not None
         self._clock = recording.clock
-        self._recording = recording
+        self._recording, self._notes = recording, notes
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
         self._still = stillness.Stillness(busy_spans.NEVER)
         self._moving_scene: MovingScene | None = None
@@ -126,6 +129,7 @@ class _Run:
                 try:
                     self._find_what_moves(self._frame(self._first), alone, batches)
                     stage = Stage(scene, self._runners, batches, self._moving_scene)
+                    stage.probes.notes = self._notes
                     try:
                         yield from self._over_frames(stage, agenda, alone, driven, batches)
                     finally:
@@ -215,6 +219,8 @@ class _Run:
             return
         times, frames = clock.times_and_frames(np.array(pending.steps))
         self._recording.tracks[sensor.name].extend(frames, times, readings)
+        if self._notes is not None:
+            self._notes.read(sensor.name)
         if driven:
             outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 

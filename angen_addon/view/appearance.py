@@ -29,6 +29,10 @@ def no_figure(pose: Any, fields: Mapping[str, Any], metres: float) -> None:
     """Draws nothing of a reading."""
 
 
+def nothing_lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    return found
+
+
 def never(parameters: Any) -> bool:
     return False
 
@@ -45,7 +49,8 @@ class Appearance:
     `scans`: with which parameters it looks along one row of its rays after the other, and
     `scan_figure`: the row that is its turn; `lit_figure`: what moved there.
     `outlined`: the upper side of its body is what it senses with.
-    `explain`: why an update is as it is; else its fields and parameters.
+    `explain`: why an update is as it is; else its fields and parameters. `lacking`: that with what
+    would have to change for one that is not active to be so.
     `sections`: titles, and names of parameters, of what its panel has in sections of which the
     first is open. `details`: what its panel shows besides: warnings, the reading in full.
     """
@@ -62,5 +67,6 @@ class Appearance:
     lit_figure: Callable[[Any, float], Figure] = plain_figure
     outlined: bool = False
     explain: Callable[[Replay, int], Explanation] = explain_plainly
+    lacking: Callable[[Replay, int, Explanation], Explanation] = nothing_lacking
     sections: tuple[tuple[str, tuple[str, ...]], ...] = ()
     details: Callable[[Any, Any, Any, Any], None] = nothing

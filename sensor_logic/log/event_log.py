@@ -101,17 +101,21 @@ class NewEvents:
 
     def take(self) -> list[Event]:
         """Those of the updates since the last call, in log order."""
+        return sorted(event for name in self._recording.tracks for event in self.take_of(name))
+
+    def take_of(self, sensor: str) -> list[Event]:
+        """Those of one sensor alone."""
         found: list[Event] = []
-        for name, track in self._recording.tracks.items():
-            begin, self._begin[name] = self._begin.get(name, 0), len(track)
-            for published in track.kind.events:
-                key, step = (name, published.name), track.steps.get(published.name, 0.0)
-                column, last = track.columns[published.name], self._told.get(key)
-                for index in column.changes(begin).tolist():
-                    value = column[index]
-                    if value != last and _is_news(value, last, step):
-                        self._told[key] = last = value
-                        found.append(_event(track, published, index))
+        track = self._recording.tracks[sensor]
+        begin, self._begin[sensor] = self._begin.get(sensor, 0), len(track)
+        for published in track.kind.events:
+            key, step = (sensor, published.name), track.steps.get(published.name, 0.0)
+            column, last = track.columns[published.name], self._told.get(key)
+            for index in column.changes(begin).tolist():
+                value = column[index]
+                if value != last and _is_news(value, last, step):
+                    self._told[key] = last = value
+                    found.append(_event(track, published, index))
         return sorted(found)
 
 

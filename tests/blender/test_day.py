@@ -62,6 +62,29 @@ def test_a_day_reads_what_every_frame_of_it_does(
     assert {e.sensor for e in found.events if e.time} == set(found.recording.tracks)
 
 
+def test_each_event_has_the_cause_that_explain_names(
+    world: Any, short_days: float, addon_part: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the run met itself is what is found by going back."""
+    day_home.build(world)
+    living = addon_part("angen_addon.days.living")
+    lead = addon_part("sensor_logic.days.times").LEAD_S
+    monkeypatch.setattr(living, "MOST_MOVEMENT", 1e9)
+    day = run(world, day_home.acted(3, day=short_days))
+    explain = addon_part("angen_addon.view.explain").explain
+    compared: dict[str, set[str]] = {}
+    with living.at_ten_frames(world.scene):
+        for event in day.events:
+            track = day.recording.tracks[event.sensor]
+            index = int(np.argmin(np.abs(np.asarray(track.times) - event.time / 1e6 - lead)))
+            if event.time and (track.active[index] or event.field != "moved"):
+                sensor = next(s for s in world.sensors() if s.name == event.sensor)
+                found = explain(world.scene, sensor, day.recording, index)
+                assert event.because == found.because, (event, found.as_text())
+                compared.setdefault(event.sensor, set()).add(event.because)
+    assert set(compared) == set(day.recording.tracks) and "anna" in compared["scan"]
+
+
 def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) -> None:
     day_home.build(world)
     acted = day_home.acted(1, day=short_days)

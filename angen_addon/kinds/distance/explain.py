@@ -67,7 +67,7 @@ def _cause(
     if not targets:
         return DistanceCause(None, (), distance, 0)
     rays = parameters.rays**2
-    names = replay.witness.seen.names[nearest * rays : (nearest + 1) * rays]
+    names = replay.seen.names[nearest * rays : (nearest + 1) * rays]
     met = Counter(name for name in names if name)
     return DistanceCause(nearest, tuple(met.most_common()), distance, targets)
 

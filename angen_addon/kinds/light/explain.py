@@ -36,10 +36,9 @@ class LightCause:
         return changed[1].name if changed is not None else ""
 
 
-def explain_light(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a light sensor, and what keeps it from being lit. Raises SensorError."""
-    found = _why(replay, index)
-    if replay.track.active[index] or found.cause is None:
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """What keeps it from being lit, before what was found."""
+    if found.cause is None:
         return found
     light = replay.sensor.parameters
     level = light.threshold + light.hysteresis / 2
@@ -47,8 +46,8 @@ def explain_light(replay: Replay, index: int) -> Explanation:
     return found.after([("To be lit", more_needed(level, value, unit))])
 
 
-def _why(replay: Replay, index: int) -> Explanation:
-    """Its lamps by the closed forms."""
+def explain_light(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a light sensor: its lamps by the closed forms. Raises SensorError."""
     track, sensor = replay.track, replay.sensor
     before = _parts(replay, index - 1) if index > 0 else None
     now = _parts(replay, index)
@@ -82,7 +81,7 @@ def _parts(replay: Replay, index: int) -> LightParts | None:
         return None
     depsgraph = replay.go(replay.step(index))
     efficacy = replay.scene.angen_luminous_efficacy
-    return light_parts(replay.witness.solids, depsgraph, taken.request, efficacy)
+    return light_parts(replay.probes.caster.solids, depsgraph, taken.request, efficacy)
 
 
 def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from ...authoring.placing import beside_it
 from ...view.appearance import Appearance
-from .explain import explain_switch
+from .explain import explain_switch, lacking
 from .figure import figure
 from .housing import HOUSINGS
 
-APPEARANCE = Appearance(HOUSINGS, beside_it, figure=figure, explain=explain_switch)
+APPEARANCE = Appearance(HOUSINGS, beside_it, figure=figure, explain=explain_switch, lacking=lacking)

@@ -46,12 +46,9 @@ class BeamCause:
         return self.before.name if self.before and self.before.range < self.threshold else ""
 
 
-def explain_switch(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a switch, and what keeps it from being open. Raises SensorError."""
-    found = _why(replay, index)
-    if replay.track.active[index] or found.cause is None:
-        return found
-    return found.after(_missing(found.cause, replay.lengths))
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """What keeps it from being open, before what was found."""
+    return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
 
 
 def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
@@ -71,7 +68,8 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     ]
 
 
-def _why(replay: Replay, index: int) -> Explanation:
+def explain_switch(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a switch. Raises SensorError."""
     track = replay.track
     earlier = replay.index_of(replay.number(index) - 1, index)
     before = None if earlier is None else _look_since(replay, earlier)
@@ -129,7 +127,7 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
         return None
     parameters: OpticalSwitchParameters = taken.parameters
     reading = replay.runner.model.update(parameters, taken.update)
-    seen = replay.witness.seen
+    seen = replay.seen
     ahead = seen.ranges * replay.metres
     reach = parameters.range_max - parameters.range_min
     ranges = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
@@ -145,7 +143,7 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
     )
     caught = replay.runner.model.latched_break
     if caught is not None:
-        name = replay.probes.caster.solids.name_of(caught.solid)
+        name = replay.name_of(caught.solid)
         seconds = caught.steps / float(replay.runner.clock.steps_per_second)
         return parameters, replace(beam, name=name, ago=seconds)
     return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")

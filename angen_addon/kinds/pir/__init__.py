@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from ...authoring.placing import looking_level
 from ...view.appearance import Appearance
-from .explain import explain_motion
+from .explain import explain_motion, lacking
 from .figure import figure, lit_figure, rays, scanned_figure, scans
 from .housing import HOUSINGS
 from .panel import draw
@@ -21,5 +21,6 @@ APPEARANCE = Appearance(
     scan_figure=scanned_figure,
     lit_figure=lit_figure,
     explain=explain_motion,
+    lacking=lacking,
     details=draw,
 )

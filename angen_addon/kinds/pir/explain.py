@@ -23,9 +23,11 @@ SAME = 1e-6
 def explain_motion(replay: Replay, index: int) -> Explanation:
     """Update `index` of a motion detector of either model. Raises SensorError."""
     pyroelectric = replay.sensor.parameters.model == "PYROELECTRIC"
-    found = (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
-    if replay.track.active[index]:
-        return found
+    return (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
+
+
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """What would have to change for it to fire, before what was found."""
     headline, facts = found.headline, _missing(replay, index, found) if found.cause else []
     held = _waiting(replay, index)
     if held:

@@ -114,7 +114,7 @@ def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] 
     first = taken.update.number % len(fan)
     tilts = range(len(fan)) if parameters.sweep == "ALL" else range(first, first + 1)
     shape = len(tilts), parameters.rays
-    seen = replay.witness.seen
+    seen = replay.seen
     reach = parameters.range_max - parameters.range_min
     ahead = seen.ranges * replay.metres
     clean = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)

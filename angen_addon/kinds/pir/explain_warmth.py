@@ -6,10 +6,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.kind import RAYS, WARMTH
+from ....sensor_logic.kind import WARMTH
 from ....sensor_logic.kinds.pir.pyroelectric.detector import threshold_of, zones_of
 from ....sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, radiosity
 from ....sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
@@ -24,8 +25,6 @@ WINDOW = 0.5
 # s: that long after what moved has come to rest the signal may swing over the threshold once more.
 SWING_BACK = 2.0
 MOST_UPDATES = 12
-# A bundle of rays that no sensor uses for itself.
-BUNDLE = 1_000_000
 ZERO_CELSIUS = 273.15
 NAMES_SHOWN = 4
 
@@ -116,14 +115,12 @@ def _look(replay: Replay, index: int) -> tuple[PirParameters, _Look] | None:
     update = taken.update
     told: list[Emission] = []
 
-    def warmth(bundle: int, origins: Array, directions: Array, length: Array) -> Emission:
-        # The same rays once more, to learn what they meet.
-        update.ask(RAYS, BUNDLE, origins, directions, length)
-        told.append(update.ask(WARMTH, bundle, origins, directions, length))
+    def warmth(*asked: Any) -> Emission:
+        told.append(update.ask(WARMTH, *asked))
         return told[-1]
 
     replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
-    emission, seen = told[-1], replay.witness.seen
+    emission, seen = told[-1], replay.seen
     weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
     surroundings = STEFAN_BOLTZMANN * emission.ambient**4
     power = weights * (radiosity(emission) - surroundings) / math.pi

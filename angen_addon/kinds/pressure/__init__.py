@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from ...authoring.placing import lying
 from ...view.appearance import Appearance
-from .explain import explain_pad
+from .explain import explain_pad, lacking
 from .figure import FIELDS, figure, force_of_reading
 from .housing import HOUSINGS
 from .panel import SECTIONS, draw
@@ -18,6 +18,7 @@ APPEARANCE = Appearance(
     drawn_fields=FIELDS,
     outlined=True,
     explain=explain_pad,
+    lacking=lacking,
     sections=SECTIONS,
     details=draw,
 )

@@ -44,11 +44,10 @@ class PadCause:
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
-def explain_pad(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a pad, and what keeps it from being pressed. Raises SensorError."""
-    found = _why(replay, index)
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """What keeps it from being pressed, before what was found."""
     cause = found.cause
-    if replay.track.active[index] or cause is None:
+    if cause is None:
         return found
     facts = [("To be pressed", more_needed(cause.threshold, cause.force, "N"))]
     if not cause.partners:
@@ -74,21 +73,12 @@ def _nearest_above(replay: Replay, index: int) -> str:
     return f"{quoted(nearest)}, by {replay.lengths.text(gaps[nearest])}"
 
 
-def _why(replay: Replay, index: int) -> Explanation:
+def explain_pad(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a pad. Raises SensorError."""
     track, sensor = replay.track, replay.sensor
-    clock = replay.runner.clock
-    whole = clock.frame_and_subframe(replay.step(index))[0]
-    # The forces at a frame follow from the motion through it: from the frames beside it.
-    for beside in (whole - 1, whole):
-        if beside >= clock.frame_start and (beside < whole or replay.step(index) % clock.substeps):
-            depsgraph = replay.go((beside - clock.frame_start) * clock.substeps)
-            due = [sensor] if beside == whole else []
-            replay.probes.look(depsgraph, beside, due)
-    subframe = replay.step(index) % clock.substeps
-    taken = replay.take(index, None if subframe else whole)
+    taken = replay.take_moved(index)
     if taken is None:
         return replay.off(index)
-    replay.probes.look(replay.go((whole + 1 - clock.frame_start) * clock.substeps), whole + 1, [])
     contact = taken.update.ask(FORCES)
     reading = replay.runner.model.update(
         taken.parameters, replace(taken.update, scene={FORCES: lambda: contact})

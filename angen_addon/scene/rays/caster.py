@@ -53,6 +53,8 @@ class RayCaster:
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
         self.frames = Frames.present(self.solids)
+        # What the rays met that were cast last, as `see_at` has it.
+        self.seen = Answers([], np.zeros(0, np.intp))
         self._bundles: dict[tuple[Uid, int], Bundle] = {}
         self._own: dict[Uid, _Own] = {}
         self._depsgraph: Any = None
@@ -131,7 +133,8 @@ class RayCaster:
                 if self._renew(known, own.moving[changed[i]].tolist(), hits, int(frames[i])):
                     table.append(known.seen)
                 rows[i:] = len(table) - 1
-        return Answers(table, rows)
+        self.seen = Answers(table, rows)
+        return self.seen
 
     def _renew(
         self,

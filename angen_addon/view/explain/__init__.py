@@ -27,4 +27,8 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
     Raises SensorError.
     """
     with replaying(scene, sensor, recording) as replay:
-        return appearance_of(sensor.kind).explain(replay, index)
+        appearance = appearance_of(sensor.kind)
+        found = appearance.explain(replay, index)
+        if replay.track.active[index]:
+            return found
+        return appearance.lacking(replay, index, found)

@@ -37,7 +37,7 @@ def explain_plainly(replay: Replay, index: int) -> Explanation:
 
 def _nearest(replay: Replay) -> str:
     """What its rays met first."""
-    ranges, names = replay.witness.seen
+    ranges, names = replay.seen
     met = [(length, name) for length, name in zip(ranges.tolist(), names, strict=True) if name]
     if not met:
         return "nothing"

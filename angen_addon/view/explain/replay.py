@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Goes back to updates of a recording: the same frames, rays and noise as in the run."""
+"""Goes back to updates of a recording: the same frames, rays and noise as in the run; or takes what
+they were from the run's own notes."""
 
 from __future__ import annotations
 
@@ -14,23 +15,30 @@ import numpy as np
 from ....sensor_logic.model import Array, Pose
 from ....sensor_logic.recording.tracks import Recording, Track
 from ...runtime import handlers, outputs, state
+from ...runtime.notes import Met, Notes, NotNoted
 from ...runtime.probes import Probes
 from ...runtime.sensor_runner import PendingUpdates, SensorRunner
 from ...runtime.time_base import evaluated_depsgraph
 from ...scene.sensors import Sensor, all_sensors, read_pose, unit_scale
 from ...scene.units import lengths_of
 from .facts import Explanation
-from .witness import Witness
 
 
 class Replay:
     """One sensor at chosen updates of a recording. `runner` keeps its model's state between
-    them; `witness` says what its rays met at the last one; `lengths` is what to tell lengths in.
-    `probes`: those of another replay, which know the home already."""
+    them; `lengths` is what to tell lengths in. `probes`: those of another replay, which know the
+    home already."""
 
     def __init__(
         self, scene: Any, sensor: Sensor, recording: Recording, probes: Probes | None = None
     ) -> None:
+        self._begin(scene, sensor, recording, Notes())
+        self._probes = probes or Probes(scene)
+        self._probes.serve([sensor])
+        self._probes.notes = self._notes
+        self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []
+
+    def _begin(self, scene: Any, sensor: Sensor, recording: Recording, notes: Notes) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
         assert track is not None and clock is not None
         self.scene = scene
@@ -39,13 +47,22 @@ class Replay:
         self.runner = SensorRunner(sensor, clock)
         self.metres = unit_scale(scene)
         self.lengths = lengths_of(scene)
-        self.probes = probes or Probes(scene)
-        self.probes.serve([sensor])
-        caster: Any = self.probes.caster
-        self.witness = caster if isinstance(caster, Witness) else Witness(caster)
-        self.probes.caster = self.witness  # type: ignore[assignment]
-        self._recording = recording
-        self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []
+        self._recording, self._notes = recording, notes
+
+    @property
+    def probes(self) -> Probes:
+        """Those that look at the scene, as it is at the update that was taken last. Raises NotNoted
+        where there is no going back."""
+        return self._probes
+
+    @property
+    def seen(self) -> Met:
+        """What its rays met that were asked of last."""
+        return self._notes.met
+
+    def name_of(self, number: int) -> str:
+        """What people know the solid `number` by, which was met."""
+        return self._notes.name_of(number)
 
     def step(self, index: int) -> int:
         """The step of the clock at which update `index` of the track was made."""
@@ -79,6 +96,23 @@ class Replay:
         self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
         return self.runner.take(self.number(index), step, depsgraph, self.probes)
 
+    def take_moved(self, index: int) -> PendingUpdates | None:
+        """As `take`, of a sensor that feels the motion through the frame: that follows from the
+        frames beside it. Raises SensorError."""
+        clock = self.runner.clock
+        whole, subframe = clock.frame_and_subframe(self.step(index))[0], self.step(index)
+        subframe %= clock.substeps
+        for beside in (whole - 1, whole):
+            if beside >= clock.frame_start and (beside < whole or subframe):
+                depsgraph = self.go((beside - clock.frame_start) * clock.substeps)
+                due = [self.sensor] if beside == whole else []
+                self.probes.look(depsgraph, beside, due)
+        taken = self.take(index, None if subframe else whole)
+        if taken is not None:
+            after = self.go((whole + 1 - clock.frame_start) * clock.substeps)
+            self.probes.look(after, whole + 1, [])
+        return taken
+
     def watch(self, first: int, last: int) -> None:
         """Lets the sensor look at the steps between two updates of the track, where it does so."""
         if not self.runner.watches:
@@ -93,7 +127,7 @@ class Replay:
         `own`: the sensor's own too."""
         depsgraph = self.go(self.step(index))
         self.probes.look(depsgraph, None)
-        solids = self.witness.solids
+        solids = self.probes.caster.solids
         found: dict[str, Array] = {}
         for solid in solids.solids:
             box = np.stack([solids.lo[solid.row], solids.hi[solid.row]]) * self.metres
@@ -141,6 +175,35 @@ class Replay:
                 outputs.show(sensor, False, 0.0)
             else:
                 outputs.show(sensor, bool(track.active[last]), track.value[last])
+
+
+class Recalled(Replay):
+    """One sensor at the last updates of a run that is still going on, as the run itself met them:
+    the scene stays where it is. What the run did not ask raises NotNoted."""
+
+    def __init__(self, scene: Any, sensor: Sensor, recording: Recording, notes: Notes) -> None:
+        self._begin(scene, sensor, recording, notes)
+
+    @property
+    def probes(self) -> Probes:
+        raise NotNoted
+
+    def go(self, step: int) -> Any:
+        raise NotNoted
+
+    def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
+        step = self.step(index)
+        parameters, updates = self._notes.recall(self.runner, step)
+        return PendingUpdates(self.runner, [step], parameters, updates)
+
+    def take_moved(self, index: int) -> PendingUpdates | None:
+        return self.take(index)
+
+    def watch(self, first: int, last: int) -> None:
+        if self.runner.watches:
+            for step in range(self.step(first) + 1, self.step(last)):
+                parameters, updates = self._notes.recall(self.runner, step)
+                self.runner.model.sense(parameters, updates)
 
 
 @contextmanager

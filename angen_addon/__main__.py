@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from importlib import import_module
@@ -25,6 +26,9 @@ WITHOUT_BLENDER = ("convert", "compare", "replay", "study")
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
 TRUSTED = "--enable-autoexec"
+# Set before numpy is loaded: a thread of its algebra that waits for the next small matrix keeps a
+# whole core busy, in vain. The processes of `--jobs` use the cores instead.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
 
@@ -32,6 +36,8 @@ def main(arguments: list[str]) -> int:
     if len(arguments) == 1 and arguments[0] in {"-h", "--help"}:
         sys.stdout.write(USAGE + "Give --help after the verb for its options.\n")
         return 0
+    for name, value in ONE_THREAD.items():
+        os.environ.setdefault(name, value)
     verb, options = arguments[:1], arguments[1:]
     if verb and verb[0] in WITHOUT_BLENDER:
         load_extension()

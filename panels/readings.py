@@ -69,7 +69,16 @@ class Readings:
             return Shown("Simulating", UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         told = self._playhead.of(sensor, quantity)
-        return _shown(sensor, quantity, told, self._lengths, self._scene)
+        warming_up = _warming_up(sensor, told, self._scene)
+        ages = age_text(told, AGE_TOLD), age_text(told, AGE_TOLD_IN_SHORT)
+        said = quantity, told._replace(age=0.0), warming_up, ages, self._lengths
+        kept = state.CACHE.words.get(sensor.name)
+        if kept is None or kept[0] is not sensor.kind or kept[1] != said:
+            words = warming_up or _words(sensor.kind, quantity, told, ages[0], self._lengths)
+            shown = _shown(sensor.kind, quantity, told, words, ages[1], self._lengths)
+            kept = state.CACHE.words[sensor.name] = sensor.kind, said, shown
+        found: Shown = kept[2]
+        return found
 
 
 def shown(sensor: Sensor, scene: Any) -> Shown:
@@ -77,8 +86,9 @@ def shown(sensor: Sensor, scene: Any) -> Shown:
     return Readings(scene).of(sensor)
 
 
-def _shown(sensor: Sensor, quantity: Field, told: Told, lengths: Any, scene: Any) -> Shown:
-    words = _warming_up(sensor, told, scene) or _words(sensor, quantity, told, lengths)
+def _shown(
+    kind: Kind, quantity: Field, told: Told, words: tuple[str, str, str], age: str, lengths: Any
+) -> Shown:
     text, icon, brief = words
     return Shown(
         text,
@@ -89,12 +99,12 @@ def _shown(sensor: Sensor, quantity: Field, told: Told, lengths: Any, scene: Any
         brief,
         ORIGINS[told.origin].format(told.frame) if told.reading else "",
         told.old,
-        state_text(sensor.kind, quantity, told.keys, lengths) if told.keys else "",
-        "" if told.problem or not told.reading else age_text(told, AGE_TOLD_IN_SHORT),
+        state_text(kind, quantity, told.keys, lengths) if told.keys else "",
+        "" if told.problem or not told.reading else age,
     )
 
 
-def _words(sensor: Sensor, quantity: Field, told: Told, lengths: Any) -> tuple[str, str, str]:
+def _words(kind: Kind, quantity: Field, told: Told, age: str, lengths: Any) -> tuple[str, str, str]:
     """In full, the icon, and in short."""
     reading = told.reading
     if told.problem:
@@ -107,14 +117,14 @@ def _words(sensor: Sensor, quantity: Field, told: Told, lengths: Any) -> tuple[s
         return f"Invalid, {value}" if reading.value else "Invalid", DOUBTFUL, "Invalid"
     if reading is None:
         return "No reading", UNKNOWN, NOTHING
-    text = state_text(sensor.kind, quantity, reading, lengths)
+    text = state_text(kind, quantity, reading, lengths)
     brief = text.partition(",")[0]
-    if sensor.kind.has_analog_reading:
+    if kind.has_analog_reading:
         brief = quantity.short(reading.value, lengths)
     if told.origin == playhead.BAKED:
         return f"Baked: {text}", BAKED, f"Baked: {brief}"
     icon = OLD if told.old else ACTIVE if reading.active else IDLE
-    age = age_text(told, AGE_TOLD) or ("old" if told.old else "")
+    age = age or ("old" if told.old else "")
     return ", ".join(filter(None, (text, age))), icon, brief
 
 

@@ -214,7 +214,7 @@ def table_texts(sensor: Any) -> Iterator[tuple[str, str]]:
 def label_texts(sensor: Any, seen: Any) -> Iterator[tuple[str, str]]:
     texts = part("angen_addon.view.overlay.labels")._texts
     for place, full in (("label", False), ("full label", True)):
-        yield place, texts(bpy.context, (None, seen, sensor.name), full)[1]
+        yield place, texts(bpy.context, sensor.name, seen, full)[1]
 
 
 def panel_texts(module: str, panel: str) -> list[str]:

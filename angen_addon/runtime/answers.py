@@ -23,6 +23,7 @@ from ..scene.instances import shown_in
 from ..scene.light.probe import LightRequest
 from ..scene.rays.sweep import TOLERANCE, Beam, Moment
 from ..scene.sensors import Sensor
+from .last_rays import RaysMet
 from .probes import Probes
 
 if TYPE_CHECKING:
@@ -70,10 +71,21 @@ def ranges(
     frames = asked.frames if which is None else asked.frames[which]
     metres, cast = asked.read.metres, asked.probes.caster.cast_at
     if metres == 1.0:
-        return cast(asked.runner.uid, bundle, origins, directions, length, frames)
-    in_units = origins / metres, directions, length / metres
-    found = cast(asked.runner.uid, bundle, *in_units, frames)
-    return Answers([ranges * metres for ranges in found.table], found.rows)
+        found = cast(asked.runner.uid, bundle, origins, directions, length, frames)
+    else:
+        in_units = origins / metres, directions, length / metres
+        found = cast(asked.runner.uid, bundle, *in_units, frames)
+        found = Answers([ranges * metres for ranges in found.table], found.rows)
+    if len(frames):
+        _note(asked, bundle, RaysMet(origins, directions, length, found[-1]), which)
+    return found
+
+
+def _note(asked: Question, bundle: int, met: RaysMet, which: Index | None) -> None:
+    """Takes down for views what rays met at the last of the steps that were asked about."""
+    known = asked.runner.rays
+    known.aim(asked.read.parameters, asked.read.pose)
+    known.note(asked.steps[-1 if which is None else int(which[-1])], bundle, met)
 
 
 def surfaces(
@@ -90,6 +102,9 @@ def surfaces(
     metres, probe = asked.read.metres, getattr(asked.probes, name)
     rays = origins / metres, directions, length / metres
     found: Answers = probe.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+    if len(frames):
+        ranges = probe.ranges(asked.runner.uid, bundle) * metres
+        _note(asked, bundle, RaysMet(origins, directions, length, ranges), which)
     return found
 
 

@@ -22,8 +22,10 @@ from .live import live_of
 
 
 class View(Protocol):
-    """What shows the sensors, and is told after they have sensed."""
+    """What shows the sensors, and is told after they have sensed; `wants_rays`: also while what is
+    recorded is shown, it needs what their rays meet."""
 
+    def wants_rays(self, scene: Any) -> bool: ...
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None: ...
     def note_edit(self, scene: Any) -> None: ...
 
@@ -53,10 +55,11 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     kept = state.CACHE.kept(scene)
     if kept is not None:
         kept.note_frame(scene, depsgraph, state.CACHE.sensors(view_layer))
-    if not playhead.show_recorded(scene, view_layer) and scene.angen_live:
+    publish = not playhead.show_recorded(scene, view_layer) and scene.angen_live
+    if publish or any(view.wants_rays(scene) for view in _views):
         following = live_of(scene)
-        following.follow(scene, view_layer, depsgraph)
-        if following.left_to_do:
+        following.follow(scene, view_layer, depsgraph, publish)
+        if publish and following.left_to_do:
             resting.soon()
     for view in _views:
         view.follow(scene, view_layer, depsgraph)

@@ -18,6 +18,8 @@ from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, SensorError, all_sensors, check, simulated
 from . import outputs, state
+from .full_scan import full_scan
+from .last_rays import LastRays
 from .probes import Probes
 from .sensor_runner import PendingUpdates, SensorRunner
 
@@ -45,26 +47,30 @@ class Live:
         # What was published last, by the sensor's name.
         self.readings: dict[str, Published] = {}
         self.outdated = True
-        # The frame that was looked at last, until something else looked at it too.
-        self.looked_at: int | None = None
         # Whether sensors may be otherwise than at the frame before; what they are made of.
         self.told = True
         self._objects: set[int] = set()
-        # The frame that was followed last.
+        # The frame that was followed last; None where nothing of it was shown.
         self._frame: int | None = None
         self._held = False
+        # Whether what is sensed is shown: else it is for views, which draw what rays met.
+        self._publishes = True
+        self._looked_at: int | None = None
+        self._outputs: list[bool] = []
         self._probes = Probes(scene)
         self._waiting: dict[Uid, PendingUpdates] = {}
         self._lit: dict[str, PendingUpdates] = {}
         self._clock: Clock
         self._runners: list[SensorRunner] = []
+        self._by_uid: dict[Uid, SensorRunner] = {}
         self._last_update: dict[Uid, int] = {}
 
-    def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Senses at the present frame and shows it."""
-        self.looked_at = None
+    def follow(self, scene: Any, view_layer: Any, depsgraph: Any, publish: bool = True) -> None:
+        """Senses at the present frame and shows it; if it is not to `publish`, because what is
+        recorded is shown, only what rays meet."""
+        self._publishes, self._looked_at = publish, None
         played = self._frame == scene.frame_current - 1
-        self._frame, self._held = scene.frame_current, False
+        self._frame, self._held = scene.frame_current if publish else None, False
         # A handler cannot evaluate sub-frames: live values look at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
@@ -76,15 +82,21 @@ class Live:
             # Before time begins there is nothing to sense, and nothing to compare with later.
             self._forget()
             return
-        due = [(s, *update) for s in self._runners if (update := self._due(s, step))]
+        runners = [s for s in self._runners if publish or s.casts]
+        due = [(s, *update) for s in runners if (update := self._due(s, step))]
         pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.requires_forces]
-        frame = scene.frame_current if pads or self._motion_matters(step) else None
+        frame = scene.frame_current if pads or (publish and self._motion_matters(step)) else None
         self.told = self._probes.caster.solids.told_of(self._objects)
         if self.told:
             self._probes.note_edits()
         self._probes.look(depsgraph, frame, pads)
-        self.looked_at = scene.frame_current
+        self._looked_at = scene.frame_current
         self._watch([s for s, _, _ in due], step, depsgraph)
+        if not publish:
+            for one in due:
+                self._follow_one(*one, step, depsgraph)
+            self._forget_driven()
+            return
         changed = [self._finish(runner, step) for runner in self._runners]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
         changed += self._light(depsgraph, scene.frame_current)
@@ -93,6 +105,40 @@ class Live:
         if any(changed) and state.CACHE.outputs_are_driven():
             # What drivers make of it now, Blender tells nobody.
             self._probes.caster.solids.forget()
+
+    def _forget_driven(self) -> None:
+        """What drivers make of recorded readings, Blender tells nobody."""
+        values = [bool(runner.sensor.settings.active) for runner in self._runners]
+        if values != self._outputs:
+            self._outputs = values
+            if state.CACHE.outputs_are_driven():
+                self._probes.caster.solids.forget()
+
+    def look_around(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
+        """Casts all rays of all sensors at the present frame, for views; what was read stays. Not
+        in a handler."""
+        clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
+        if self.outdated or clock != self._clock or not self._sensors_are_the_same():
+            # The next update finds them anew once more, and reads them.
+            self._list(view_layer, clock)
+            self.outdated = True
+        self._probes.look(depsgraph, None)
+        self._looked_at = None
+        for runner in self._runners:
+            try:
+                found = full_scan(runner, depsgraph, self._probes)
+            except SensorError:
+                found = LastRays()
+            runner.rays.take_over(found)
+        self._forget_driven()
+
+    def places_are_kept(self, scene: Any) -> bool:
+        """Whether steady sensors are known to be where they were, at the present frame."""
+        return self._looked_at == scene.frame_current and not self.told
+
+    def runner(self, uid: Uid) -> SensorRunner | None:
+        """What senses for a sensor; None where it is off or cannot."""
+        return self._by_uid.get(uid)
 
     def is_old(self, scene: Any) -> bool:
         """Whether the present frame, or what was edited since, was not looked at."""
@@ -113,7 +159,6 @@ class Live:
             self._held = hold
             # What is shown must not be taken for an edit.
             view_layer.update()
-            self.looked_at = None
         finally:
             state.CACHE.running = False
 
@@ -136,9 +181,9 @@ class Live:
         return LIGHT_BEFORE if self._held else LIGHT_AT_REST
 
     @property
-    def caster(self) -> Any:
-        """What casts the sensors' rays; its solids are as they were when last looked at."""
-        return self._probes.caster
+    def edits(self) -> int:
+        """How often more than the frame may have changed."""
+        return self._probes.edits
 
     def _sensors_are_the_same(self) -> bool:
         """Whether every sensor still exists, under its name."""
@@ -148,24 +193,28 @@ class Live:
             return False
 
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
-        self._clock = clock
-        self.outdated = False
         before = dict(self.readings)
         self._forget()
-        self._runners.clear()
+        self._list(view_layer, clock)
+        # It is told as old until the light is measured.
+        lit = {runner.sensor.name for runner in self._runners if runner.sensor.kind.requires_light}
+        self.readings |= {name: known for name, known in before.items() if name in lit}
+
+    def _list(self, view_layer: Any, clock: Clock) -> None:
+        """The runners of the sensors that there are."""
+        self._clock = clock
+        self.outdated = False
         every = all_sensors(view_layer)
         self._objects = {o.session_uid for s in every for o in (s.object, *s.holders)}
+        self._runners = []
         for sensor in simulated(every):
             try:
                 check(sensor)
             except SensorError as error:
                 self.problems[sensor.name] = str(error)
             else:
-                runner = SensorRunner(sensor, clock)
-                self._runners.append(runner)
-                if sensor.kind.requires_light and sensor.name in before:
-                    # It is told as old until the light is measured.
-                    self.readings[sensor.name] = before[sensor.name]
+                self._runners.append(SensorRunner(sensor, clock))
+        self._by_uid = {runner.uid: runner for runner in self._runners}
         self._probes.serve(runner.sensor for runner in self._runners)
 
     def _forget(self) -> None:
@@ -320,7 +369,7 @@ class Live:
             self.problems[sensor.name] = f"'{sensor.name}': {problem}"
         else:
             self.problems.pop(sensor.name, None)
-        return outputs.show(sensor, reading.active, reading.value)
+        return self._publishes and outputs.show(sensor, reading.active, reading.value)
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:

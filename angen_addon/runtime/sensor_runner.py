@@ -20,6 +20,7 @@ from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
 from .answers import ANSWERS, Beside, Question, beside_of, light_request
+from .last_rays import LastRays
 from .probes import Probes
 
 
@@ -98,9 +99,16 @@ class SensorRunner:
         self.uid: Uid = sensor.uid
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self.watches = self._watches()
+        # What its rays met last.
+        self.rays = LastRays()
         self._edits = 0
         self._steady: bool | None = None
         self.reset()
+
+    @property
+    def casts(self) -> bool:
+        """Whether its reading waits for no light and no motion, as of what casts rays."""
+        return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
 
     @property
     def steady(self) -> bool:
@@ -128,6 +136,7 @@ class SensorRunner:
         self._read: Read | None = None
         # Where its beam was swept to last, for `answers.crossings`.
         self.swept: Any = None
+        self.rays.forget()
 
     def read(self, depsgraph: Any, edits: int) -> Read | None:
         """The parameters and the pose after so many `edits` of the scene; None while the sensor is

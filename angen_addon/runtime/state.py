@@ -28,7 +28,9 @@ class Cache:
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
     what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
     `findings` what the doctor found, None before it was asked; `places` what was said of the places
-    of residents, in short and line by line, and `arrows` what was last drawn of them.
+    of residents, in short and line by line, and `arrows` what was last drawn of them. `words`: by
+    its name, what was said last of a sensor, as what it was said of: without them the words of 22
+    sensors take 0.4 ms a frame.
     """
 
     def __init__(self) -> None:
@@ -42,6 +44,7 @@ class Cache:
         self.findings: tuple[Any, ...] | None = None
         self.places: tuple[str, tuple[str, ...]] | None = None
         self.arrows: Any = None
+        self.words: dict[str, tuple[Any, Any, Any]] = {}
         # How often the scene was changed by anything but the playhead.
         self._revision = 0
         # The sensors as they were found last: of which view layer, at which revision.
@@ -130,6 +133,7 @@ class Cache:
         self.running = False
         self.live = None
         self.overlay = self.arrows = None
+        self.words = {}
         self._revision += 1
         self._sensors = None, []
         self._watching = weakref.WeakSet()

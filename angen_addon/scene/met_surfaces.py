@@ -45,6 +45,10 @@ class MetSurfaces(ABC):
         found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
         return Answers([self._found(depsgraph, seen) for seen in found.table], found.rows)
 
+    def ranges(self, sensor: Uid, bundle: int) -> Array:
+        """How far (n,) the rays get that `see` was asked about last."""
+        return self._rays.last_ranges(sensor, bundle)
+
     @abstractmethod
     def _follow(self, depsgraph: Any) -> None:
         """Reads what changed since the last look."""

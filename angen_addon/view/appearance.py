@@ -9,10 +9,11 @@ from typing import Any
 
 from ..authoring.housing import Housing
 from ..authoring.placing import Stand, looking_out
+from ..runtime.last_rays import RaysMet
 from .explain.facts import Explanation
 from .explain.plain import explain_plainly
 from .explain.replay import Replay
-from .overlay.figures import Figure, plain_figure
+from .overlay.figures import Figure, beams, plain_figure
 from .sight import Rays, Sight
 
 
@@ -33,8 +34,12 @@ def nothing_lacking(replay: Replay, index: int, found: Explanation) -> Explanati
     return found
 
 
-def never(parameters: Any) -> bool:
-    return False
+def no_scan(seen: Any, number: int, met: RaysMet, metres: float) -> None:
+    """Draws nothing of the last update alone."""
+
+
+def nothing_lit(seen: Any, number: int, met: RaysMet, before: Any, metres: float) -> None:
+    """Draws nothing of what changed since the update before."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +48,12 @@ class Appearance:
 
     `housings`: what makes the body of a preset's part, of "" for all others; else a cube.
     `stand`: which way it looks on a surface; else out of it.
-    `rays`, `plan_rays`: what viewport and plan draw it to see with; else what it casts.
-    `figure`: these rays and what they met (a field.Seen) as lines; else beams, without rays a
-    cross. `reading_figure`: what a reading with the `drawn_fields` adds to that.
-    `scans`: with which parameters it looks along one row of its rays after the other, and
-    `scan_figure`: the row that is its turn; `lit_figure`: what moved there.
+    `plan_rays`: what the plan draws it to see with; else what it casts.
+    `figure`: the sensor (a field.Seen) as lines; else a cross where it casts no rays.
+    `rays_figure`: a bundle of its rays, by its number, and what they met; else beams.
+    `scan_figure`: a bundle that it cast at its last update; `lit_figure`: what moved there, seen
+    from the ranges (n,) that the bundle found before.
+    `reading_figure`: what a reading with the `drawn_fields` adds to these.
     `outlined`: the upper side of its body is what it senses with.
     `explain`: why an update is as it is; else its fields and parameters. `lacking`: that with what
     would have to change for one that is not active to be so.
@@ -57,14 +63,13 @@ class Appearance:
 
     housings: Mapping[str, Callable[[], Housing]] = field(default_factory=dict)
     stand: Stand = looking_out
-    rays: Callable[[Sight, float], Rays] = own_rays
     plan_rays: Callable[[Sight, float], Rays] = own_rays
     figure: Callable[[Any, float], Figure] = plain_figure
+    rays_figure: Callable[[Any, int, RaysMet, float], Figure] = beams
+    scan_figure: Callable[[Any, int, RaysMet, float], Figure | None] = no_scan
+    lit_figure: Callable[[Any, int, RaysMet, Any, float], Figure | None] = nothing_lit
     reading_figure: Callable[[Any, Mapping[str, Any], float], Figure | None] = no_figure
     drawn_fields: tuple[str, ...] = ()
-    scans: Callable[[Any], bool] = never
-    scan_figure: Callable[[Any, float], Figure] = plain_figure
-    lit_figure: Callable[[Any, float], Figure] = plain_figure
     outlined: bool = False
     explain: Callable[[Replay, int], Explanation] = explain_plainly
     lacking: Callable[[Replay, int, Explanation], Explanation] = nothing_lacking

@@ -104,7 +104,7 @@ def test_a_switch_that_breaks_does_not_make_the_scene_be_listed_anew(world):
     world.switch(range_max=0.5, threshold=0.4)
     world.scene.frame_set(1)
     world.scene.frame_set(2)
-    solids = state.CACHE.live.caster.solids
+    solids = state.CACHE.live._probes.caster.solids
     listed = solids.listing
     shown = played(world, range(3, 49))["switch"]
     assert len({reading.active for reading in shown.values()}) == 2

@@ -109,7 +109,7 @@ def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
     for frame in (1, 2, 9):
         home.scene.frame_set(frame)
         layer = bpy.context.view_layer
-        field.follow(home.scene, layer, layer.depsgraph, True)
+        field.follow(home.scene, layer, layer.depsgraph)
         assert evaluated(field) == []
 
 
@@ -222,10 +222,10 @@ def test_what_was_removed_a_moment_ago_is_not_looked_at(world, addon_part):
     world.switch()
     world.scene.frame_set(2)
     live = addon_part("angen_addon.runtime.live").live_of(world.scene)
-    assert "wall" in {solid.name for solid in live.caster.solids.solids}
+    assert "wall" in {solid.name for solid in live._probes.caster.solids.solids}
     walls = [world.wall(0.5 + n, f"later {n}") for n in range(8)]
     world.update()
     for wall in [bpy.data.objects["wall"], *walls]:
         bpy.data.objects.remove(wall)
     live.catch_up(world.scene, bpy.context.view_layer)
-    assert [solid.name for solid in live.caster.solids.solids] == []
+    assert [solid.name for solid in live._probes.caster.solids.solids] == []

@@ -4,38 +4,53 @@
 There is no GPU here: the drawing itself is seen in a real window (scripts/pictures).
 """
 
-import itertools
 import math
 
 import bpy
 import numpy as np
 import pytest
+from mathutils import Matrix
 
 
 @pytest.fixture
 def field(world, addon_part):
-    """The field of the scene; called, it follows it to the present frame."""
-    cache = addon_part("angen_addon.runtime.state").CACHE
-    made = cache.overlay = addon_part("angen_addon.view.overlay.field").Field(world.scene)
+    """The field of the scene; called, it follows it to a frame, as played if one is given, else as
+    when the playhead rests."""
+    state = addon_part("angen_addon.runtime.state").CACHE
+    live_of = addon_part("angen_addon.runtime.live").live_of
+    made = state.overlay = addon_part("angen_addon.view.overlay.field").Field(world.scene)
 
-    def follow(frame=None, in_handler=True):
-        if frame is not None:
-            world.scene.frame_set(frame)
+    def follow(frame=None, publish=True):
+        scene, layer = world.scene, bpy.context.view_layer
         world.update()
-        layer = bpy.context.view_layer
-        made.follow(world.scene, layer, layer.depsgraph, in_handler)
+        if frame is None:
+            live_of(scene).look_around(scene, layer, layer.depsgraph)
+        else:
+            world.scene.frame_set(frame)
+            if not publish:
+                live_of(scene).follow(scene, layer, layer.depsgraph, publish)
+        made.follow(scene, layer, layer.depsgraph)
         return made
 
     yield follow
-    cache.overlay = None
+    state.overlay = None
 
 
 def of(field, name):
     return next(seen for seen in field.seen if seen.sensor.name == name)
 
 
-def ends(seen):
-    return seen.rays.origins + seen.rays.directions * seen.ranges[:, None]
+def ends(seen, back=0.0):
+    """(n, 3) m: where its rays end, or so far before that."""
+    met = seen.rays.bundles.values()
+    return np.concatenate([m.origins + m.directions * (m.ranges - back)[:, None] for m in met])
+
+
+def drawn(seen, meaning, what="lines"):
+    """All lines, or fills, of a meaning."""
+    parts = [getattr(figure, what).get(meaning) for figure in seen.figures]
+    kept = [part for part in parts if part is not None and len(part)]
+    return np.concatenate(kept) if kept else np.empty((0, 2, 3))
 
 
 # Its rays
@@ -50,17 +65,15 @@ def test_the_rays_drawn_are_those_that_the_detector_casts(world, field, sweep, s
     sensor.location = (1.0 / scale, 2.0 / scale, 3.0 / scale)
     sensor.rotation_euler = (0.3, 1.0, -2.0)
     world.box((30 / scale, 0.1 / scale, 30 / scale), (0, 4 / scale, 0))
-    seen = of(field(in_handler=False), "pir")
-    rows = [seen.rays.bundle(number) for number in range(seen.rays.rows)]
-    assert len(rows) == 3
-    if sweep == "ALL":
-        rows = [slice(0, 21)]
-    for number, row in enumerate(rows):
+    found = of(field(), "pir").rays.bundles
+    assert list(found) == ([0] if sweep == "ALL" else [0, 1, 2])
+    for number, met in found.items():
         origins, directions, ranges = world.rays(sensor, number)
-        assert np.array_equal(seen.rays.origins[row] * scale, origins)
-        assert np.array_equal(seen.rays.directions[row], directions)
-        assert np.allclose(seen.ranges[row] * scale, ranges, rtol=0, atol=1e-12)
-    assert (seen.ranges < seen.rays.reach).any()
+        assert len(origins) == (21 if sweep == "ALL" else 7)
+        assert np.allclose(met.origins, origins, rtol=0, atol=1e-12)
+        assert np.array_equal(met.directions, directions)
+        assert np.allclose(met.ranges, ranges, rtol=0, atol=1e-12)
+    assert any((met.ranges < met.reach).any() for met in found.values())
 
 
 def off_lines(points, lines):
@@ -85,105 +98,109 @@ def test_what_is_straight_is_one_line_and_what_is_round_stays_so(world, field, r
         world.link("wall", world.mesh(points, faces))
     else:
         world.wall(3.0, size=40.0)
-    seen = of(field(in_handler=False), "pir")
-    lines = seen.figure.lines["outline"]
-    assert off_lines(ends(seen) - seen.rays.directions * 0.01, lines) < 0.005
+    seen = of(field(), "pir")
+    lines = drawn(seen, "outline")
+    assert off_lines(ends(seen, 0.01), lines) < 0.005
     assert len(lines) <= 2 * 12 if not round_wall else len(lines) > 2 * 40
 
 
 def test_rays_end_on_the_wall_and_the_tilts_are_sheets_apart(world, field):
     world.pir(rays=5, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
     world.wall(3.0, size=40.0)
-    seen = of(field(in_handler=False), "pir")
+    seen = of(field(), "pir")
     assert ends(seen)[:, 2] == pytest.approx(-3.0, abs=1e-5)
-    lines, fills = seen.figure.lines, seen.figure.fills
-    drawn_ends = ends(seen) - seen.rays.directions * 0.01
-    assert off_lines(drawn_ends, lines["outline"]) < 0.002
-    assert off_lines(drawn_ends, fills["sheet"][:, 1:]) < 0.002
-    assert "limit" not in lines or not len(lines["limit"])
+    assert off_lines(ends(seen, 0.01), drawn(seen, "outline")) < 0.002
+    assert off_lines(ends(seen, 0.01), drawn(seen, "sheet", "fills")[:, 1:]) < 0.002
+    assert not len(drawn(seen, "limit"))
     # A centimetre before the wall along each ray, nowhere behind it.
-    heights = lines["outline"][..., 2]
+    heights = drawn(seen, "outline")[..., 2]
     assert (heights > -3.0).all() and (heights < -2.98).all()
-    angles = np.arctan2(-lines["outline"][..., 1], -lines["outline"][..., 2]).reshape(2, -1)
+    lines = drawn(seen, "outline")
+    angles = np.arctan2(-lines[..., 1], -lines[..., 2]).reshape(2, -1)
     middle = np.degrees(angles.mean(axis=1))
     assert middle[0] == pytest.approx(0.0, abs=1e-3) and middle[1] > 15.0
 
 
 def test_what_meets_nothing_ends_at_range_max_and_is_drawn_apart(world, field):
     world.pir(rays=5, range_max=2.5)
-    seen = of(field(in_handler=False), "pir")
+    seen = of(field(), "pir")
     assert np.linalg.norm(ends(seen), axis=1) == pytest.approx(2.5)
-    assert len(seen.figure.lines["outline"]) == 0 and len(seen.figure.lines["limit"]) == 2
+    assert len(drawn(seen, "outline")) == 0 and len(drawn(seen, "limit")) == 2
 
 
 def test_a_switch_shows_where_its_beam_breaks(world, field):
     world.switch(range_max=0.5, threshold=0.2)
     wall = world.wall(0.3)
-    seen = of(field(in_handler=False), "switch")
+    seen = of(field(), "switch")
     assert ends(seen)[0] == pytest.approx([0, 0, -0.3], abs=1e-6)
-    lines = seen.figure.lines
-    assert lines["break"].mean(axis=(0, 1))[2] == pytest.approx(-0.29, abs=1e-6)
-    assert lines["dark"][-1, -1] == pytest.approx([0, 0, -0.5], abs=1e-6)
-    assert lines["gate"].mean(axis=(0, 1)) == pytest.approx([0, 0, -0.2], abs=1e-6)
+    assert drawn(seen, "break").mean(axis=(0, 1))[2] == pytest.approx(-0.29, abs=1e-6)
+    assert drawn(seen, "dark")[-1, -1] == pytest.approx([0, 0, -0.5], abs=1e-6)
+    assert drawn(seen, "gate").mean(axis=(0, 1)) == pytest.approx([0, 0, -0.2], abs=1e-6)
     wall.location.z = -0.6
-    world.update()
-    field().outdated = True
-    seen = of(field(in_handler=False), "switch")
+    seen = of(field(), "switch")
     assert ends(seen)[0] == pytest.approx([0, 0, -0.5], abs=1e-6)
-    assert "break" not in seen.figure.lines
+    assert not len(drawn(seen, "break"))
 
 
 def test_the_views_of_a_light_sensor_are_those_of_its_cameras(world, field):
-    turn = (0.4, -0.3, 2.0)
     sensor = world.sensor("LIGHT", "light", field_of_view=0.3, clip_start=0.5, clip_end=5.0)
-    sensor.rotation_euler, sensor.location = turn, (1, 2, 3)
-    seen = of(field(in_handler=False), "light")
-    assert seen.rays.rows == 4
+    sensor.rotation_euler, sensor.location = (0.4, -0.3, 2.0), (1, 2, 3)
+    found = of(field(), "light").rays.bundles
     data = bpy.data.cameras.new("camera")
     data.sensor_fit, data.angle, data.clip_start, data.clip_end = "HORIZONTAL", 0.3, 0.5, 5.0
     world.scene.render.resolution_x = world.scene.render.resolution_y = 4
     frame = np.array([tuple(corner) for corner in data.view_frame(scene=world.scene)])
-    ways = frame / -frame[:, 2:]
+    ahead = frame / -frame[:, 2:]
     axes = np.array(sensor.matrix_world, float)[:3, :3]
+    assert list(found) == [0, 1, 2, 3]
     for wall, about in enumerate(([0, 0, -1], [-1, 0, 0], [0, 0, 1], [1, 0, 0])):
-        row = slice(5 * wall, 5 * wall + 5)
-        assert seen.rays.directions[row][0] == pytest.approx(axes @ about, abs=1e-6)
-        quarter = np.array(
-            __import__("mathutils").Matrix.Rotation(wall * math.pi / 2, 3, "Y"), float
-        )
-        corners = ways @ (axes @ quarter).T * 5.0 + (1, 2, 3)
-        found = (seen.rays.origins + seen.rays.directions * seen.rays.reach[:, None])[row][1:]
+        met = found[wall]
+        assert met.directions[0] == pytest.approx(axes @ about, abs=1e-6)
+        quarter = np.array(Matrix.Rotation(wall * math.pi / 2, 3, "Y"), float)
+        corners = ahead @ (axes @ quarter).T * 5.0 + (1, 2, 3)
+        far = (met.origins + met.directions * met.reach[:, None])[1:]
         for corner in corners:
-            assert np.linalg.norm(found - corner, axis=1).min() < 1e-5
-        assert seen.rays.origins[row] @ (axes @ about) - (axes @ about) @ (1, 2, 3) == (
-            pytest.approx(0.5, abs=1e-6)
-        )
+            assert np.linalg.norm(far - corner, axis=1).min() < 1e-5
+        assert (met.origins - (1, 2, 3)) @ axes @ about == pytest.approx(0.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
-def test_the_zones_drawn_hold_the_rays_of_the_lens(world, field, addon_part, scale):
+def test_zones_are_drawn_where_the_rays_in_them_end(world, field, addon_part, scale):
+    """On a wall that leans, and apart from each other: each zone holds the rays cast in it."""
     world.scene.unit_settings.scale_length = scale
-    sensor = world.pir(update_rate=24.0)
-    sensor.angen_sensor.pir.model = "PYROELECTRIC"
-    sensor.location = (0.1 / scale, 0.2 / scale, 0.3 / scale)
-    world.wall(3.0 / scale, size=100.0 / scale)
-    seen = of(field(in_handler=False), "pir")
+    lens = world.pir("lens", update_rate=24.0)
+    lens.angen_sensor.pir.model = "PYROELECTRIC"
+    lens.location = (0.1 / scale, 0.2 / scale, 0.3 / scale)
+    ranger = world.sensor("DISTANCE", "ranger", zones_across=3, zones_up=2, rays=3)
+    ranger.rotation_euler.z = 0.2
+    wall = world.wall(3.0 / scale, size=1000.0 / scale)
+    wall.rotation_euler.x = 0.1
+    wall.scale = (1.0, 1.0, 1.0)
+    found = field()
     detector = addon_part("sensor_logic.kinds.pir.pyroelectric.detector")
-    zones = detector.zones_of(seen.parameters)
-    cast = addon_part("sensor_logic.kinds.pir.pyroelectric.zones").zone_rays(zones, 12)
-    corners = seen.rays.directions.reshape(len(zones), 5, 3)
-    for number in range(len(zones)):
-        axis, edges = corners[number, 0], corners[number, 1:]
-        inside = cast.directions[cast.zone == number]
-        # Before each of the four planes through neighbouring corners.
-        normals = np.cross(edges, np.roll(edges, -1, axis=0))
-        normals *= np.sign(normals @ axis)[:, None]
-        assert (inside @ normals.T > -1e-9).all()
-    hit = seen.rays.directions[:, 2] < -0.2
-    assert ends(seen)[hit, 2] * scale == pytest.approx(-3.0, abs=1e-4)
-    plus = sum(zone.polarity > 0 for zone in zones)
-    assert len(seen.figure.fills["picture"]) == 2 * plus
-    assert len(seen.figure.lines["picture"]) == 4 * len(zones)
+    zones = detector.zones_of(of(found, "lens").parameters)
+    normal = np.array([0.0, -math.sin(0.1), math.cos(0.1)])
+    for name, count, meaning in (("lens", len(zones), "picture"), ("ranger", 6, "outline")):
+        seen = of(found, name)
+        (met,) = seen.rays.bundles.values()
+        corners = drawn(seen, meaning).reshape(-1, 4, 2, 3)[:, :, 0] * scale
+        assert len(corners) == count
+        ways = corners - seen.pose.origin
+        size = np.linalg.norm(ways, axis=-1, keepdims=True)
+        inside = met.directions.reshape(count, -1, 3)
+        for edges, rays in zip(ways / size, inside, strict=True):
+            # Before each of the four planes through neighbouring corners.
+            sides = np.cross(edges, np.roll(edges, -1, axis=0))
+            sides *= np.sign(sides @ edges.mean(axis=0))[:, None]
+            assert (rays @ sides.T > -1e-6).all()
+        # A centimetre before the wall, where all rays of a zone meet it.
+        hit = (met.ranges < met.reach).reshape(count, -1).all(axis=1)
+        places = corners + ways / size * 0.01
+        assert hit.any()
+        assert (places[hit] - (0, 0, -3.0)) @ normal == pytest.approx(0.0, abs=2e-3)
+    assert len(drawn(of(found, "lens"), "picture", "fills")) == 2 * sum(
+        zone.polarity > 0 for zone in zones
+    )
 
 
 def test_a_pads_arrow_is_as_long_as_its_force(addon_part):
@@ -230,15 +247,14 @@ def test_rays_are_lit_exactly_where_the_detector_says_that_something_moved(world
         assert bpy.ops.angen.simulate() == {"FINISHED"}
     states, lit = [], []
     for frame in range(1, 49):
-        seen = of(field(frame), "pir")
+        seen = of(field(frame, publish=not recorded), "pir")
         states.append(sensor.angen_sensor.active)
-        lit.append(seen.sweep.lit is not None and bool(seen.sweep.lit.any()))
-        if seen.sweep.lit is not None:
-            rows = np.flatnonzero(seen.sweep.lit.any(axis=1))
-            assert rows.tolist() == list(seen.sweep.tilts)
-            angle = sensor.angen_sensor.value
-            assert rows[0] * math.radians(10) == pytest.approx(angle, abs=1e-6)
-            assert len(seen.lit.lines["lit"]) == seen.sweep.lit.sum()
+        lit.append(bool(seen.lit))
+        if seen.lit:
+            (tilt,) = seen.rays.scan
+            assert tilt * math.radians(10) == pytest.approx(sensor.angen_sensor.value, abs=1e-6)
+            met, before = seen.rays.bundles[tilt], seen.rays.scan[tilt]
+            assert len(seen.lit[0].lines["lit"]) == (np.abs(met.ranges - before) > 0.05).sum()
     assert lit == states
     assert 5 < sum(lit) < 45
 
@@ -247,16 +263,15 @@ def test_following_changes_no_reading(world, field):
     """A live run with the drawing and one without, and a recording made in between."""
     sensor = make_pir(world)
     switch = world.switch(update_rate=24.0)
+    world.switch("swept", update_rate=6.0, swept=True)
     random_walk(world)
 
     def play(follow):
         values = []
         for frame in range(1, 49):
             world.scene.frame_set(frame)
-            if follow:
+            if follow and frame % 7 == 0:
                 field()
-                if frame % 7 == 0:
-                    field(in_handler=False)
             values += [(o.angen_sensor.active, o.angen_sensor.value) for o in (sensor, switch)]
         world.scene.frame_set(1)
         return values
@@ -266,100 +281,73 @@ def test_following_changes_no_reading(world, field):
     before, again = world.run(), world.run()
     assert world.log(again) == world.log(before)
     field(20)
+    field()
     after = world.run()
     assert world.log(after) == world.log(before)
     for name, track in before.tracks.items():
         assert after.tracks[name].value == track.value
 
 
-def test_at_rest_all_is_as_it_is_now(world, field):
-    """After playing, every ray ends where a caster of its own says."""
-    make_pir(world)
+def test_what_is_recorded_stays_shown_while_rays_are_looked_at(world, field):
+    """The outputs are those of the recording, also where the sensor would read something else."""
+    sensor = make_pir(world)
     random_walk(world)
-    for frame in range(1, 30):
-        found = field(frame)
-    assert found.unseen
-    found = field(in_handler=False)
-    assert not found.unseen
-    seen = of(found, "pir")
-    for number in range(3):
+    sensor.angen_sensor.active = True
+    for frame in (1, 2, 3):
+        world.scene.angen_live = False
+        found = field(frame, publish=False)
+        assert of(found, "pir").rays.bundles and sensor.angen_sensor.active
+
+
+def assert_all_is_as_it_is_now(world, seen):
+    assert sorted(seen.rays.bundles) == [0, 1, 2]
+    for number, met in seen.rays.bundles.items():
         ranges = world.rays(seen.sensor.object, number)[2]
-        assert seen.ranges[seen.rays.bundle(number)] == pytest.approx(ranges, abs=1e-9)
+        assert met.ranges == pytest.approx(ranges, abs=1e-9)
 
 
-def test_after_a_jump_nothing_is_lit_and_all_is_cast(world, field):
+def test_at_rest_all_is_as_it_is_now_and_after_a_jump_what_was_sensed(world, field):
     make_pir(world)
     random_walk(world)
     for frame in range(1, 20):
         field(frame)
-    found = field(33)
-    seen = of(found, "pir")
-    assert seen.sweep.lit is None and not found.unseen
-    for number in range(3):
-        ranges = world.rays(seen.sensor.object, number)[2]
-        assert seen.ranges[seen.rays.bundle(number)] == pytest.approx(ranges, abs=1e-9)
+    assert len(of(field(20), "pir").rays.bundles) == 3
+    seen = of(field(33), "pir")
+    assert len(seen.rays.bundles) == 1 and not seen.lit
+    assert_all_is_as_it_is_now(world, of(field(), "pir"))
 
 
 def test_a_moved_or_altered_sensor_is_followed(world, field):
     sensor = make_pir(world)
-    first = of(field(in_handler=False), "pir").rays
+    first = of(field(), "pir").rays.bundles[0].origins
     sensor.location.x = 2.0
-    world.update()
-    moved = field(in_handler=False)
-    assert of(moved, "pir").rays.origins == pytest.approx(first.origins + (2, 0, 0))
+    moved = field()
+    assert of(moved, "pir").rays.bundles[0].origins == pytest.approx(first + (2, 0, 0))
     sensor.angen_sensor.pir.rays = 9
     moved.outdated = True
-    assert len(of(field(in_handler=False), "pir").rays.reach) == 27
-    sensor.angen_sensor.enabled = False
-    moved.outdated = True
-    assert of(field(in_handler=False), "pir").figure is None
-    sensor.angen_sensor.enabled = True
-    sensor.angen_sensor.pir.range_min = 9.0
-    moved.outdated = True
-    assert "range_min" in of(field(in_handler=False), "pir").problem
+    assert [len(met.reach) for met in of(field(), "pir").rays.bundles.values()] == [9, 9, 9]
+    for change in ("enabled", "range_min"):
+        sensor.angen_sensor.enabled = change != "enabled"
+        sensor.angen_sensor.pir.range_min = 9.0 if change == "range_min" else 0.05
+        moved.outdated = True
+        seen = of(field(), "pir")
+        assert seen.rays is None and not seen.figures
 
 
 def test_keyed_parameters_are_followed(world, field):
     sensor = make_pir(world)
     world.key(sensor, "angen_sensor.pir.range_max", {1: 2.0, 11: 3.0})
-    assert of(field(1), "pir").rays.reach[0] == pytest.approx(1.95)
-    assert of(field(11), "pir").rays.reach[0] == pytest.approx(2.95)
+    for frame, reach in ((1, 1.95), (11, 2.95)):
+        (met,) = of(field(frame), "pir").rays.bundles.values()
+        assert met.reach[0] == pytest.approx(reach)
 
 
-@pytest.fixture
-def casts(addon_part, monkeypatch):
-    """The numbers of the bundles that meet a solid anew."""
-    asked = []
-    caster = addon_part("angen_addon.scene.rays.caster").RayCaster
-    hits = caster._hits
-    monkeypatch.setattr(caster, "_hits", lambda *a: asked.append(1) or hits(*a))
-    return asked
-
-
-def test_a_still_scene_is_not_cast_again(world, field, casts):
+def test_a_still_scene_is_not_drawn_anew(world, field):
     make_pir(world)
     world.wall(2.0)
     field(1)
-    figure = of(field(2), "pir").figure
-    casts.clear()
-    for frame in range(3, 30):
-        assert of(field(frame), "pir").figure is figure
-    assert casts == []
-
-
-@pytest.mark.parametrize("sweep", ["SAWTOOTH", "ALL"])
-def test_while_it_plays_nothing_is_cast_but_what_sensors_cast(world, field, casts, sweep):
-    """All of their rays as they are, and those of a still switch, in a scene in which one walks."""
-    make_pir(world).angen_sensor.pir.sweep = sweep
-    world.switch().location = (0, 0.5, -1.2)
-    random_walk(world)
-    field(1)
-    field(2)
-    for frame in range(3, 40):
-        world.scene.frame_set(frame)
-        casts.clear()
-        field()
-        assert casts == []
+    revision = [of(field(frame), "pir").revision for frame in range(2, 30)]
+    assert len(set(revision[8:])) == 1
 
 
 def test_undo_and_load_leave_nothing(world, field, addon_part):
@@ -403,20 +391,23 @@ def test_every_meaning_is_coloured(world, field, addon_part):
     world.sensor("LIGHT", "views")
     world.sensor("LIGHT", "face").angen_sensor.light.method = "ILLUMINANCE"
     bpy.ops.angen.sensor_add(kind="PRESSURE")
+    field()
     for frame in range(1, 12):
         found = field(frame)
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
     for icon in addon_part("angen_addon.view.overlay.looks").LOOKS:
         one = readings.Shown("", icon, "", pad)
-        drawn = [list(picture.figures(seen, one, 1.0)) for seen in found.seen]
+        passing = [picture.passing(seen, one, 1.0) for seen in found.seen]
         # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
-        assert sorted(map(len, drawn)) == [1, 1, 1, 1, 2, 3 if icon == readings.ACTIVE else 2]
-        for figure in itertools.chain(*drawn):
-            for name, part in picture.picture(figure, icon, False).items():
-                assert len(part.points) == len(part.colours)
-                assert len(part.points) % part.corners == 0
-                assert np.isfinite(part.points).all(), name
-                assert part.points.dtype == part.colours.dtype == np.float32
+        assert sorted(map(len, passing)) == [0, 0, 0, 0, 1, 2 if icon == readings.ACTIVE else 1]
+        for seen, more in zip(found.seen, passing, strict=True):
+            assert seen.figures
+            for figure in [*seen.figures, *more]:
+                for name, part in picture.picture(figure, icon, False).items():
+                    assert len(part.points) == len(part.colours)
+                    assert len(part.points) % part.corners == 0
+                    assert np.isfinite(part.points).all(), name
+                    assert part.points.dtype == part.colours.dtype == np.float32
 
 
 def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
@@ -425,48 +416,35 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     """A switch whose flag moves from frame 40 on, and two that see nothing move."""
     draw = addon_part("angen_addon.view.overlay.draw")
     readings = addon_part("panels.readings")
+    row = addon_part("angen_addon.view.overlay.field").Row
     given = []
     monkeypatch.setattr(draw, "_batch", lambda part: given.append(part) or part)
     flag = world.box((0.2, 0.2, 0.01), (0, 0, -0.3), name="flag")
     world.key(flag, "location", {1: (0, 0, -0.3), 40: (0, 0, -0.3), 60: (0, 0, -0.1)})
-    world.switch("a")
-    for name in ("b", "c"):
-        world.switch(name).location.x = 5.0
+    for name, x in (("a", 0.0), ("b", 5.0), ("c", 5.0)):
+        world.switch(name, update_rate=24.0).location.x = x
     world.box((1, 1, 0.01), (5, 0, -0.2), name="still")
-    world.update()
+    joined = draw.Joined()
 
     def sent(frame, icon="RADIOBUT_OFF"):
-        """How much of what is drawn the GPU has to be given anew."""
+        """How many points the GPU is given anew, of how many that are drawn, in how many parts."""
         found = field(frame)
         given.clear()
-        parts = draw._parts_to_draw(found, world.scene, [readings.Shown("", icon)] * 3)
-        assert len(parts) == 3
-        return len(given)
+        rows = [row(seen, readings.Shown("", icon), False) for seen in found.seen]
+        parts = [part for group in joined.batches(rows, 1.0) for part in group.values()]
+        count = sum(len(part.points) for part in given)
+        return count, sum(len(part.points) for part in parts), len(parts)
 
-    a_switch = sent(1) // 3
-    assert a_switch > 0 and [sent(frame) for frame in range(2, 40)] == [0] * 38
-    assert [sent(frame) for frame in range(42, 59)] == [a_switch] * 17
-    assert sent(61) == a_switch and [sent(frame) for frame in range(62, 70)] == [0] * 8
-    assert sent(70, "RADIOBUT_ON") == 3 * a_switch, "another colour"
-
-
-def test_a_tilt_is_drawn_as_it_is_and_made_anew_only_where_something_moved(
-    world, field, addon_part
-):
-    figures = addon_part("angen_addon.kinds.pir.figure")
-    world.pir(rays=9, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
-    wall = world.wall(3.0, size=40.0)
-    world.key(wall, "location", {10: (0, 0, -3.0), 16: (0, 0, -2.0)})
-    drawn = {}
-    for frame in range(1, 25):
-        seen = of(field(frame), "pir")
-        fresh = figures.scanned_figure(seen, 1.0)
-        for now, then in ((seen.scan.lines, fresh.lines), (seen.scan.fills, fresh.fills)):
-            assert now.keys() == then.keys()
-            assert all(np.array_equal(now[name], then[name]) for name in now), frame
-        drawn[frame] = seen.scan
-    assert drawn[8] is drawn[6] and drawn[24] is drawn[22]
-    assert drawn[8].lines["now"].mean() != drawn[24].lines["now"].mean()
+    first = sent(1)
+    every = first[0]
+    assert every == first[1] > 0
+    later = [sent(frame) for frame in range(2, 40)]
+    assert sum(count > 0 for count, *_ in later) == 1, "once they have stayed as they are"
+    assert [(total, parts) for _, total, parts in later] == [(every, first[2])] * 38
+    moving = [sent(frame)[0] for frame in range(40, 60)][3:]
+    assert all(0 < count < every / 2 for count in moving)
+    assert [sent(frame)[0] for frame in range(60, 90)][20:] == [0] * 10
+    assert sent(90, "RADIOBUT_ON")[0] == every, "another colour"
 
 
 # Off, and in the background

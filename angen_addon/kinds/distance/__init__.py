@@ -6,7 +6,9 @@ from __future__ import annotations
 from ...authoring.placing import looking_level
 from ...view.appearance import Appearance
 from .explain import explain_distance
-from .figure import figure, plan_rays, rays
+from .figure import plan_rays, zones_figure
 from .housing import HOUSINGS
 
-APPEARANCE = Appearance(HOUSINGS, looking_level, rays, plan_rays, figure, explain=explain_distance)
+APPEARANCE = Appearance(
+    HOUSINGS, looking_level, plan_rays, rays_figure=zones_figure, explain=explain_distance
+)

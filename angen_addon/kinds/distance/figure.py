@@ -9,35 +9,13 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.kinds.distance.model import zone_rays
-from ....sensor_logic.model import Array
-from ...view.overlay.figures import Figure, ends_of, pairs
+from ....sensor_logic.model import Array, Pose
+from ...runtime.last_rays import RaysMet
+from ...view.overlay.figures import Figure, corners_of, pairs
 from ...view.sight import Rays, Sight
 
 # Of a plane across the axis: rays from side to side that the plan shows.
 ACROSS = 25
-
-
-def rays(sight: Sight, metres: float) -> Rays:
-    """The corners of each zone, a row a zone, from the upper left one round."""
-    corners = replace(sight.parameters, rays=2)
-    origins, ways, reach = zone_rays(corners, sight.pose)
-    # Rays go through the middles of cells: out to the edges of their zone.
-    zones = sight.parameters.zones_across * sight.parameters.zones_up
-    order = (np.arange(zones)[:, None] * 4 + [0, 1, 3, 2]).ravel()
-    outward = _outward(ways, sight)[order]
-    return Rays(origins[order] / metres, outward, reach[order] / metres, zones)
-
-
-def _outward(ways: Array, sight: Sight) -> Array:
-    axes = sight.pose.axes
-    local = ways @ axes
-    flat = (local[:, :2] / -local[:, 2:]).reshape(-1, 4, 2)
-    middle = flat.mean(axis=1, keepdims=True)
-    local = np.column_stack(
-        [(middle + (flat - middle) * 2.0).reshape(-1, 2), np.full(len(ways), -1.0)]
-    )
-    world: Array = local @ axes.T
-    return world / np.linalg.norm(world, axis=1)[:, None]
 
 
 def plan_rays(sight: Sight, metres: float) -> Rays:
@@ -48,19 +26,33 @@ def plan_rays(sight: Sight, metres: float) -> Rays:
     return Rays(origins[level] / metres, ways[level], reach[level] / metres)
 
 
-def figure(seen: Any, metres: float) -> Figure:
-    """A frame where each zone ends, filled where all its corners meet something; and the edges of
-    all zones together."""
+def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+    """A frame where each zone ends, filled where all its rays meet something; and the edges of all
+    zones together."""
     drawn = Figure()
-    starts, ends, met = ends_of(seen, metres)
-    for corners, hits in zip(ends, met, strict=True):
-        hit = bool(np.all(hits))
-        edges = pairs(corners, np.roll(corners, -1, axis=0))
+    across, up = seen.parameters.zones_across, seen.parameters.zones_up
+    corners = zone_corners(seen.parameters, seen.pose)
+    ends = corners_of(met, seen.pose.origin, corners, metres)
+    hits = np.all((met.ranges < met.reach).reshape(len(corners), -1), axis=1).tolist()
+    for zone, hit in zip(ends, hits, strict=True):
+        edges = pairs(zone, np.roll(zone, -1, axis=0))
         drawn.add("outline" if hit else "limit", edges)
         if hit:
-            drawn.fill("pad", (corners[[0, 1, 2]], corners[[0, 2, 3]]))
-    across, up = seen.parameters.zones_across, seen.parameters.zones_up
+            drawn.fill("pad", (zone[[0, 1, 2]], zone[[0, 2, 3]]))
     outer = ((0, 0), (across - 1, 1), (across * up - 1, 2), (across * (up - 1), 3))
-    for zone, corner in outer:
-        drawn.add("edge", (starts[zone, corner], ends[zone, corner]))
+    for one, corner in outer:
+        drawn.add("edge", (seen.pose.origin / metres, ends[one, corner]))
     return drawn
+
+
+def zone_corners(parameters: Any, pose: Pose) -> Array:
+    """(zones, 4, 3): unit vectors along the edges of each zone, from the upper left one round."""
+    across, up = parameters.zones_across, parameters.zones_up
+    x = np.tan(parameters.horizontal_fov / 2) * np.linspace(-1.0, 1.0, across + 1)
+    y = -np.tan(parameters.vertical_fov / 2) * np.linspace(-1.0, 1.0, up + 1)
+    column, row = np.arange(across * up) % across, np.arange(across * up) // across
+    corners = [(column + a, row + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    ways = np.stack([np.stack([x[a], y[b], np.full(len(a), -1.0)], 1) for a, b in corners], 1)
+    world = ways @ pose.axes.T
+    found: Array = world / np.linalg.norm(world, axis=-1, keepdims=True)
+    return found

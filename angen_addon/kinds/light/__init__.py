@@ -5,15 +5,15 @@ from __future__ import annotations
 
 from ...view.appearance import Appearance
 from .explain import explain_light, lacking
-from .figure import figure, plan_rays, rays
+from .figure import figure, plan_rays, view_figure
 from .housing import HOUSINGS
 from .panel import draw
 
 APPEARANCE = Appearance(
     HOUSINGS,
-    rays=rays,
     plan_rays=plan_rays,
     figure=figure,
+    rays_figure=view_figure,
     explain=explain_light,
     lacking=lacking,
     details=draw,

@@ -6,7 +6,9 @@ from __future__ import annotations
 from ...authoring.placing import beside_it
 from ...view.appearance import Appearance
 from .explain import explain_switch, lacking
-from .figure import figure
+from .figure import beam_figure
 from .housing import HOUSINGS
 
-APPEARANCE = Appearance(HOUSINGS, beside_it, figure=figure, explain=explain_switch, lacking=lacking)
+APPEARANCE = Appearance(
+    HOUSINGS, beside_it, rays_figure=beam_figure, explain=explain_switch, lacking=lacking
+)

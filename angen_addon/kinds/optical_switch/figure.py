@@ -5,25 +5,26 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...runtime.last_rays import RaysMet
 from ...view.overlay.figures import Figure, beams, dashes, ends_of
 
 # m, of marks on beams.
 LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 
 
-def figure(seen: Any, metres: float) -> Figure:
+def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """The beam to where it breaks, a cross there and what is dark behind; a bar where it must reach
     for the switch to be open."""
-    drawn = beams(seen, metres)
-    _, ends, met = ends_of(seen, metres)
-    rays, parameters, pose = seen.rays, seen.parameters, seen.pose
+    drawn = beams(seen, number, met, metres)
+    _, (ends,), (hit,) = ends_of(met, metres)
+    parameters, pose = seen.parameters, seen.pose
     size = min(max(parameters.range_max / 10, LEAST_MARK), LARGEST_MARK) / metres
     across, up = pose.axes[:, 0] * size, pose.axes[:, 1] * size
-    for place in ends[met]:
+    for place in ends[hit]:
         drawn.add("break", (place - across - up, place + across + up))
         drawn.add("break", (place - across + up, place + across - up))
-    far = rays.origins + rays.directions * rays.reach[:, None]
-    for place, end in zip(ends[met], far[met.reshape(-1)], strict=True):
+    far = (met.origins + met.directions * met.reach[:, None]) / metres
+    for place, end in zip(ends[hit], far[hit], strict=True):
         drawn.add("dark", dashes(place, end))
     gate = (pose.origin - pose.axes[:, 2] * parameters.threshold) / metres
     drawn.add("gate", (gate - across / 2, gate + across / 2), (gate - up / 2, gate + up / 2))

@@ -6,7 +6,7 @@ from __future__ import annotations
 from ...authoring.placing import looking_level
 from ...view.appearance import Appearance
 from .explain import explain_motion, lacking
-from .figure import figure, lit_figure, rays, scanned_figure, scans
+from .figure import lit_figure, rays_figure, scan_figure
 from .housing import HOUSINGS
 from .panel import draw
 from .plan import plan_rays
@@ -14,11 +14,9 @@ from .plan import plan_rays
 APPEARANCE = Appearance(
     HOUSINGS,
     looking_level,
-    rays,
     plan_rays,
-    figure,
-    scans=scans,
-    scan_figure=scanned_figure,
+    rays_figure=rays_figure,
+    scan_figure=scan_figure,
     lit_figure=lit_figure,
     explain=explain_motion,
     lacking=lacking,

@@ -136,6 +136,12 @@ class RayCaster:
         self.seen = Answers(table, rows)
         return self.seen
 
+    def last_ranges(self, sensor: Uid, bundle: int) -> Array:
+        """Ranges (n,) of a bundle at the last of the frames that it was cast at."""
+        seen = self._bundles[sensor, bundle].seen
+        assert seen is not None
+        return seen.ranges
+
     def _renew(
         self,
         bundle: Bundle,

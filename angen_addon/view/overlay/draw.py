@@ -11,14 +11,16 @@ from typing import Any
 
 import bpy
 
-from ....panels.readings import Readings, Shown
+from ....panels.readings import Readings
 from ...runtime import state
 from . import labels, refresh
-from .field import Field
+from .field import Field, Row
 from .figures import Figure
-from .picture import Part, figures, picture
+from .picture import Part, joined, passing, picture
 
 THIN, BOLD = 1.2, 2.2
+# So many draws a figure has stayed as it is before it is joined with others that have.
+SETTLED = 12
 ORDER = ("fills", "thin", "bold", "top_fills", "top")
 
 
@@ -31,25 +33,19 @@ def _field_to_draw(context: Any) -> Field | None:
     if field is None or field.scene_uid != scene.session_uid:
         refresh.soon()
         return None
-    missing = scene.angen_overlay.fields and any(
-        seen.figure is None and seen.rays is not None and _wants_field(scene, seen)
-        for seen in field.seen
-    )
+    missing = scene.angen_overlay.fields and not field.has_fields
     if field.outdated or field.frame != scene.frame_current or missing:
         refresh.soon()
     return field
 
 
-def _wants_field(scene: Any, seen: Any) -> bool:
-    return scene.angen_overlay.which == "ALL" or seen.selected
-
-
-def states_of(field: Field, scene: Any, space: Any) -> list[Shown | None]:
-    """What each sensor reads; None for those that this view does not show."""
+def rows_of(field: Field, scene: Any, space: Any) -> list[Row]:
+    """What each sensor that this view shows reads, and whether it is selected."""
     readings = Readings(scene)
     return [
-        readings.of(seen.sensor) if seen.sensor.handle.visible_in_viewport_get(space) else None
+        Row(seen, readings.of(seen.sensor), seen.selected)
         for seen in field.seen
+        if seen.sensor.handle.visible_in_viewport_get(space)
     ]
 
 
@@ -60,13 +56,17 @@ def draw_fields() -> None:
         field = _field_to_draw(context)
         if field is None or not context.scene.angen_overlay.fields:
             return
-        states = states_of(field, context.scene, context.space_data)
+        rows = rows_of(field, context.scene, context.space_data)
     except ReferenceError:
         _drop()
         return
     # The labels of this view are what Blender asks for next.
-    field.states = context.region.as_pointer(), states
-    _draw_parts(_parts_to_draw(field, context.scene, states))
+    region = context.region.as_pointer()
+    field.rows = region, rows
+    if context.scene.angen_overlay.which == "SELECTED":
+        rows = [row for row in rows if row.selected]
+    view = field.joined.setdefault(region, Joined())
+    _draw_batches(view.batches(rows, field.metres))
 
 
 def draw_labels() -> None:
@@ -75,11 +75,11 @@ def draw_labels() -> None:
     try:
         field = _field_to_draw(context)
         if field is not None:
-            region, states = field.states
-            field.states = 0, []
-            if region != context.region.as_pointer() or len(states) != len(field.seen):
-                states = states_of(field, context.scene, context.space_data)
-            labels.draw(context, field, states)
+            region, rows = field.rows
+            field.rows = 0, []
+            if region != context.region.as_pointer():
+                rows = rows_of(field, context.scene, context.space_data)
+            labels.draw(context, field, rows)
     except ReferenceError:
         _drop()
 
@@ -90,27 +90,39 @@ def _drop() -> None:
     refresh.soon()
 
 
-def _parts_to_draw(field: Field, scene: Any, states: list[Shown | None]) -> list[dict[str, Any]]:
-    """The GPU's copies of all figures, each made anew only where it changed or looks otherwise."""
-    only_selected = scene.angen_overlay.which == "SELECTED"
-    found = []
-    for seen, one in zip(field.seen, states, strict=True):
-        if one is None or seen.figure is None:
-            continue
-        selected = seen.selected
-        if selected or not only_selected:
-            look = one.icon, selected
-            found += [_kept(figure, look) for figure in figures(seen, one, field.metres)]
-    return found
+class Joined:
+    """What one view draws, in few batches of the GPU: those of the sensors whose figures have
+    stayed as they are for a while, kept until one of them changes; and those of all the rest, kept
+    until anything of it changes. Without them each figure is drawn alone, 1 ms a frame."""
 
+    def __init__(self) -> None:
+        self._draws = 0
+        # By the sensor's uid, how it was drawn last and since which draw.
+        self._since: dict[Any, tuple[Any, int]] = {}
+        self._kept: dict[str, tuple[Any, dict[str, Any]]] = {}
 
-def _kept(figure: Figure, look: tuple[str, bool]) -> dict[str, Any]:
-    """By how they are drawn, the batches of a figure that looks so; the figure keeps them."""
-    if figure.drawn is None or figure.drawn[0] != look:
-        parts = picture(figure, *look)
-        figure.drawn = look, {name: _batch(part) for name, part in parts.items()}
-    batches: dict[str, Any] = figure.drawn[1]
-    return batches
+    def batches(self, rows: list[Row], metres: float) -> list[dict[str, Any]]:
+        """The batches of these sensors, each by how it is drawn."""
+        self._draws += 1
+        still: list[tuple[Figure, str, bool]] = []
+        rest: list[tuple[Figure, str, bool]] = []
+        for seen, shown, selected in rows:
+            look = shown.icon, selected
+            now = seen, seen.revision, look
+            known = self._since.get(seen.uid)
+            if known is None or known[0] != now:
+                known = self._since[seen.uid] = now, self._draws
+            settled = self._draws - known[1] >= SETTLED
+            (still if settled else rest).extend((figure, *look) for figure in seen.figures)
+            rest += [(figure, *look) for figure in passing(seen, shown, metres)]
+        return [self._made("still", still), self._made("rest", rest)]
+
+    def _made(self, name: str, figures: list[tuple[Figure, str, bool]]) -> dict[str, Any]:
+        known = self._kept.get(name)
+        if known is None or known[0] != figures:
+            parts = joined(picture(*one) for one in figures)
+            known = self._kept[name] = figures, {n: _batch(part) for n, part in parts.items()}
+        return known[1]
 
 
 def _batch(part: Part) -> Any:
@@ -125,7 +137,7 @@ def _batch(part: Part) -> Any:
     return gpu.types.GPUBatch(type="LINES" if part.corners == 2 else "TRIS", buf=buffer)
 
 
-def _draw_parts(figures: list[dict[str, Any]]) -> None:
+def _draw_batches(groups: list[dict[str, Any]]) -> None:
     import gpu
 
     scale = bpy.context.preferences.system.ui_scale
@@ -133,7 +145,7 @@ def _draw_parts(figures: list[dict[str, Any]]) -> None:
     gpu.state.depth_mask_set(False)
     viewport = gpu.state.viewport_get()[2:]
     for name in ORDER:
-        batches = [parts[name] for parts in figures if name in parts]
+        batches = [group[name] for group in groups if name in group]
         if not batches:
             continue
         gpu.state.depth_test_set("ALWAYS" if name.startswith("top") else "LESS_EQUAL")

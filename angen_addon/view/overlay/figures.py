@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.kind import RAYS, REFLECTANCE, WARMTH
 from ....sensor_logic.model import Array
+from ...runtime.last_rays import RaysMet
 
 Lines = NDArray[np.float32]
 # m: lines on a surface stand this far before it, so that it does not hide them.
@@ -28,16 +30,17 @@ DASHES_AT = np.linspace(0.0, 1.0, 2 * DASHES)[:, None]
 ROUND = 24
 # Of a picture, in turn.
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+RAY_NEEDS = {RAYS, WARMTH, REFLECTANCE}
 
 
-@dataclass
+@dataclass(eq=False)
 class Figure:
-    """`lines`: by their meaning, (n, 2, 3); `fills`: triangles by theirs, (n, 3, 3); `drawn`: what
-    the GPU was given of it, which only draw.py knows."""
+    """`lines`: by their meaning, (n, 2, 3); `fills`: triangles by theirs, (n, 3, 3)."""
 
     lines: dict[str, Lines] = field(default_factory=dict)
     fills: dict[str, Lines] = field(default_factory=dict)
-    drawn: Any = field(default=None, compare=False)
+    # By how it looked last, the parts that picture.py made of it.
+    pictured: Any = None
 
     def add(self, meaning: str, *parts: Any) -> None:
         """More lines, each part (…, 2, 3)."""
@@ -53,21 +56,32 @@ def _append(into: dict[str, Lines], meaning: str, parts: list[Any]) -> None:
     into[meaning] = np.concatenate(known + parts).astype(np.float32)
 
 
-def ends_of(
-    seen: Any, metres: float, rows: Any = slice(None)
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Where the rays, or those of some rows, start and end, (rows, n, 3), and which of them met
-    something, (rows, n)."""
-    rays = seen.rays
+def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Where rays that stand in so many equal rows start and end, (rows, n, 3) in Blender units, and
+    which of them met something, (rows, n)."""
+    hit = met.ranges < met.reach
+    off = np.minimum(OFF_SURFACE, met.ranges / 2) * hit
+    ends = met.origins + met.directions * (met.ranges - off)[:, None]
+    starts = met.origins.reshape(rows, -1, 3) / metres
+    return starts, ends.reshape(rows, -1, 3) / metres, hit.reshape(rows, -1)
 
-    def of_rows(values: Array) -> Array:
-        found: Array = values.reshape(rays.rows, -1, *values.shape[1:])[rows]
-        return found
 
-    starts, ranges = of_rows(rays.origins), of_rows(seen.ranges)
-    met = ranges < of_rows(rays.reach)
-    off = np.minimum(OFF_SURFACE / metres, ranges / 2) * met
-    return starts, starts + of_rows(rays.directions) * (ranges - off)[..., None], met
+def corners_of(met: RaysMet, apex: Array, edges: Array, metres: float) -> Array:
+    """Where pyramids from an apex (3,) in m end, (z, c, 3) in Blender units: unit vectors `edges`
+    (z, c, 3), as far as the plane through what the rays within met, which are as many in each,
+    pyramid after pyramid; at most a tenth farther than the farthest of them, or nearer than the
+    nearest."""
+    count = len(edges)
+    ends = (met.origins + met.directions * met.ranges[:, None] - apex).reshape(count, -1, 3)
+    ranges = np.maximum(np.linalg.norm(ends, axis=-1), 1e-9)
+    # Along any way within the plane n·p = 1 one goes 1 / (n·way).
+    near, ways = 1.0 / ranges, ends / ranges[..., None]
+    plane = np.linalg.pinv(ways, rcond=1e-6) @ near[..., None]
+    least, most = near.min(axis=1, keepdims=True), near.max(axis=1, keepdims=True)
+    far = 1.0 / np.clip((edges @ plane)[..., 0], 0.9 * least, 1.1 * most)
+    hit = (met.ranges < met.reach).reshape(count, -1).any(axis=1, keepdims=True)
+    found: Array = apex + edges * (far - np.minimum(OFF_SURFACE, far / 2) * hit)[..., None]
+    return found / metres
 
 
 def straight(
@@ -87,18 +101,18 @@ def straight(
 
 
 def plain_figure(seen: Any, metres: float) -> Figure:
-    """Its rays to what they meet; of what casts none a cross."""
-    if len(seen.rays.reach):
-        return beams(seen, metres)
-    figure, axes = Figure(), seen.pose.axes.T * CROSS
-    figure.add("axis", pairs(seen.pose.origin - axes, seen.pose.origin + axes) / metres)
+    """A cross where a sensor stands that casts no rays."""
+    figure = Figure()
+    if not RAY_NEEDS & seen.sensor.kind.needs.keys():
+        axes = seen.pose.axes.T * CROSS
+        figure.add("axis", pairs(seen.pose.origin - axes, seen.pose.origin + axes) / metres)
     return figure
 
 
-def beams(seen: Any, metres: float) -> Figure:
+def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Each ray to where it ends."""
     figure = Figure()
-    starts, ends, _ = ends_of(seen, metres)
+    starts, ends, _ = ends_of(met, metres)
     figure.add("beam", pairs(starts, ends))
     return figure
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....panels.readings import IDLE, UNKNOWN, Shown
 from .covered import covered
+from .field import Field, Row
 from .label_layout import Point, Rect, arrange
 from .looks import LOOKS, disc
 
@@ -29,10 +30,6 @@ NAME = (0.95, 0.95, 0.95, 1.0)
 NAME_COLOUR, PLATE_COLOUR = np.array(NAME, np.float32), np.array(PLATE, np.float32)
 NO_CORNERS, NO_COLOURS = np.empty((0, 2), np.float32), np.empty((0, 4), np.float32)
 TEXT_SIZE_FONT = 0
-
-
-# A sensor as it is drawn (field.Seen), what it reads, its name.
-Row = tuple[Any, Shown, str]
 
 
 class Word(NamedTuple):
@@ -70,25 +67,27 @@ def to_screen(
     return (clip[:, :2] / depth[:, None] + 1.0) / 2.0 * (width, height)
 
 
-def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
+def draw(context: Any, field: Field, shown: list[Row]) -> None:
     """Of every sensor that the view shows."""
     board = field.boards.setdefault(context.region.as_pointer(), Board())
-    rows, markers, sizes = _in_sight(context, board, field, states)
-    board.markers = {seen.uid: m for (seen, *_), m in zip(rows, markers, strict=True)}
+    rows, markers, sizes = _in_sight(context, board, field, shown)
+    board.markers = {row.seen.uid: m for row, m in zip(rows, markers, strict=True)}
     wanted = frozenset(
-        n for n, (seen, *_) in enumerate(rows) if seen.selected or seen.uid == field.hovered
+        n for n, row in enumerate(rows) if row.selected or row.seen.uid == field.hovered
     )
-    texts = [_texts(context, row, n in wanted) for n, row in enumerate(rows)]
+    texts = [
+        _texts(context, row.seen.sensor.name, row.shown, n in wanted) for n, row in enumerate(rows)
+    ]
     widths = [_wide(context, words) for words in texts]
     _find_places(context, board, markers, sizes, widths, wanted)
-    picture = board.places, board.widths, texts, [one.icon for _, one, _ in rows]
+    picture = board.places, board.widths, texts, [row.shown.icon for row in rows]
     if picture != board.picture:
         board.picture = picture
         plates = {n: _plate(room, markers[n], widths[n]) for n, room in board.rooms.items()}
         board.words = [
             word
             for n, plate in plates.items()
-            for word in _words(context, plate, texts[n], rows[n][1])
+            for word in _words(context, plate, texts[n], rows[n].shown)
         ]
         marked = [markers[n] for n in plates if n in wanted]
         sign = SIGN * context.preferences.system.ui_scale
@@ -97,20 +96,16 @@ def draw(context: Any, field: Any, states: list[Shown | None]) -> None:
 
 
 def _in_sight(
-    context: Any, board: Board, field: Any, states: list[Shown | None]
+    context: Any, board: Board, field: Field, shown: list[Row]
 ) -> tuple[list[Row], list[Point], list[float]]:
-    """The sensors that are in the picture with their readings and names, where they are there, and
-    how many pixels a metre takes at each; looked for anew where view or sensors moved."""
+    """The sensors that are in the picture, where they are there, and how many pixels a metre takes
+    at each; looked for anew where view or sensors moved."""
     region, view = context.region, context.region_data
-    rows = [
-        (seen, one, seen.sensor.name)
-        for seen, one in zip(field.seen, states, strict=True)
-        if one is not None and seen.matrix is not None
-    ]
+    rows = [row for row in shown if row.seen.matrix is not None]
     window = region.width, region.height
-    key = view.perspective_matrix.copy(), window, field.metres, [s.matrix for s, *_ in rows]
+    key = view.perspective_matrix.copy(), window, field.metres, [row.seen.matrix for row in rows]
     if board.looked[0] != key:
-        where = np.array([seen.matrix.translation for seen, *_ in rows], np.float64).reshape(-1, 3)
+        where = np.array([row.seen.matrix.translation for row in rows], np.float64).reshape(-1, 3)
         matrix = np.array(view.perspective_matrix, np.float64)
         up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
         both = to_screen(np.concatenate([where, where + up]), matrix, *window)
@@ -165,12 +160,12 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
     return left, low, left + wide, high
 
 
-def _texts(context: Any, row: Row, full: bool) -> tuple[str, str]:
+def _texts(context: Any, name: str, one: Shown, full: bool) -> tuple[str, str]:
     """Name and reading; in full for what is selected or hovered. Of a sensor without a reading
     the sign tells enough."""
-    settings, one = context.scene.angen_overlay, row[1]
+    settings = context.scene.angen_overlay
     value = "" if one.icon == UNKNOWN else one.text if full else one.short
-    return row[2] if settings.names else "", value if settings.values else ""
+    return name if settings.names else "", value if settings.values else ""
 
 
 def _wide(context: Any, texts: tuple[str, str]) -> float:
@@ -235,7 +230,7 @@ def _batches(
 ) -> list[tuple[str, Any]]:
     """Signs, each by its icon on a dark disc, so that it stands out from what is behind it; rings
     around those that are `marked`; and the plates of labels."""
-    shapes = [_shape(one.icon) for _, one, _ in rows]
+    shapes = [_shape(row.shown.icon) for row in rows]
     ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)
     shapes += [(NO_CORNERS, NO_COLOURS, ring, np.tile(NAME_COLOUR, (len(ring), 1)))] * len(marked)
     places = np.array([*markers, *marked], np.float32).reshape(-1, 2)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,7 +51,15 @@ class Part:
 
 def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Part]:
     """The parts of a figure, by how they are drawn: `fills`, `thin`, `bold` and `top_fills`, `top`;
-    `icon`: that of its sensor's state."""
+    `icon`: that of its sensor's state. The figure keeps those of the look that it had last."""
+    look = icon, selected
+    if figure.pictured is None or figure.pictured[0] != look:
+        figure.pictured = look, _picture(figure, icon, selected)
+    made: dict[str, Part] = figure.pictured[1]
+    return made
+
+
+def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Part]:
     found: dict[str, list[tuple[Array, Any]]] = {}
     look = LOOKS[icon]
     emphasis = look.strength * (SELECTED if selected else OTHER)
@@ -78,18 +86,31 @@ def _join(parts: list[tuple[Array, Array]], corners: int) -> Part:
     return Part(np.ascontiguousarray(points, np.float32), colours, corners)
 
 
-def figures(seen: Any, shown: Shown, metres: float) -> Iterator[Figure]:
-    """All that is drawn of a sensor (field.Seen) that reads so."""
-    if seen.figure is not None:
-        yield seen.figure
-        if seen.scan is not None:
-            yield seen.scan
-        # Whether movement was seen is told by the reading.
-        if seen.lit is not None and shown.icon == ACTIVE:
-            yield seen.lit
-        of_reading = _of_reading(seen, shown, metres)
-        if of_reading is not None:
-            yield of_reading
+def joined(pictures: Iterable[dict[str, Part]]) -> dict[str, Part]:
+    """All parts that are drawn alike as one."""
+    found: dict[str, list[Part]] = {}
+    for one in pictures:
+        for name, part in one.items():
+            found.setdefault(name, []).append(part)
+    return {name: _one(parts) for name, parts in found.items()}
+
+
+def _one(parts: list[Part]) -> Part:
+    if len(parts) == 1:
+        return parts[0]
+    points = np.concatenate([part.points for part in parts])
+    return Part(points, np.concatenate([part.colours for part in parts]), parts[0].corners)
+
+
+def passing(seen: Any, shown: Shown, metres: float) -> list[Figure]:
+    """What is drawn of a sensor (field.Seen) that reads so beside its `figures`, and changes from
+    update to update."""
+    found = [*seen.now]
+    # Whether movement was seen is told by the reading.
+    if shown.icon == ACTIVE:
+        found += seen.lit
+    of_reading = _of_reading(seen, shown, metres)
+    return found if of_reading is None else [*found, of_reading]
 
 
 def _of_reading(seen: Any, shown: Shown, metres: float) -> Figure | None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """When what is drawn is worked out: in the frame handler, or a moment after an edit.
 
-Rays are cast there and never while Blender draws.
+What sensors do not cast at each update is asked of them then, and never while Blender draws.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import bpy
 
 from ...runtime import handlers, state
+from ...runtime.live import live_of
 from .field import Field
 from .settings import redraw_views
 
@@ -28,6 +29,11 @@ def wanted(scene: Any) -> bool:
     return not bpy.app.background and scene.angen_overlay.show
 
 
+def wants_rays(scene: Any) -> bool:
+    """Whether what the sensors' rays meet is drawn."""
+    return wanted(scene) and scene.angen_overlay.fields
+
+
 def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
     """To be called in each frame change, after the sensors have sensed."""
     if not wanted(scene):
@@ -35,7 +41,8 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
         return
     # An overlay must never keep the handler that it is called in from doing its work.
     try:
-        _field(scene).follow(scene, view_layer, depsgraph, in_handler=True)
+        _field(scene).follow(scene, view_layer, depsgraph)
+        state.CACHE.overlay.unseen = wants_rays(scene)
     except Exception:
         _give_up(scene)
     if state.CACHE.overlay is not None and state.CACHE.overlay.unseen:
@@ -77,8 +84,13 @@ def _later() -> None:
         return
     try:
         # What was removed since Blender evaluated last is still listed, and freed.
-        context.view_layer.update()
-        _field(scene).follow(scene, context.view_layer, context.view_layer.depsgraph)
+        view_layer = context.view_layer
+        view_layer.update()
+        if wants_rays(scene):
+            live_of(scene).look_around(scene, view_layer, view_layer.depsgraph)
+        field = _field(scene)
+        field.follow(scene, view_layer, view_layer.depsgraph)
+        field.unseen = False
     except Exception:
         _give_up(scene)
     redraw_views()

@@ -8,7 +8,7 @@ does; in between, and before and after the stretch, it is held.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import ceil, floor
+from math import ceil, floor, pi
 from typing import Any
 
 import bpy
@@ -25,7 +25,7 @@ from ...sensor_logic.residents.body.turns import about_z, ease, mix, mix_turns, 
 from ...sensor_logic.residents.places import Places
 from ...sensor_logic.residents.timeline import Hold, Timeline, swung
 from ..scene.animation import action_curves
-from .curves import CONSTANT, Curves
+from .curves import CONSTANT, LINEAR, Curves
 from .person import body_of
 
 FPS = 10
@@ -119,7 +119,9 @@ class KeyedStretch:
         rig.rotation_mode = "XYZ"
         metres = _metres()
         for path, index, values in channels(pose, self._rest[person], bones):
-            curves.write(path, index, at, values / metres if path == "location" else values)
+            kept = _until_wound(values) if path == "rotation_euler" else LINEAR
+            values = values / metres if path == "location" else values
+            curves.write(path, index, at, values, kept)
         for axis in (0, 1):
             curves.write("rotation_euler", axis, at[:1], [0.0])
         frame = rig.angen_resident.walking_frame
@@ -128,7 +130,8 @@ class KeyedStretch:
             frame.rotation_mode = "XYZ"
             for axis in range(3):
                 curves.write("location", axis, at, pose.walker[:, axis] / metres)
-            curves.write("rotation_euler", 2, at, pose.walker[:, 3])
+            yaw = pose.walker[:, 3]
+            curves.write("rotation_euler", 2, at, yaw, _until_wound(yaw))
         for obj in (body_of(rig), frame):
             if obj is not None:
                 self._show_or_hide(obj, line.away(), frames)
@@ -199,7 +202,8 @@ class KeyedStretch:
                 continue
             share = ease((seconds[begun] - hold.start) / _LETS_GO)
             if hold.hand is None:
-                new = np.tile((origin - under) * metres + hold.at, (len(begun), 1))
+                point = under * metres if hold.at is None else hold.at
+                new = np.tile((origin - under) * metres + point, (len(begun), 1))
                 turns = np.tile(turn, (len(begun), 1))
             else:
                 new, turns = _carried(hold, at[begun], shown[hold.person], turn,
@@ -253,6 +257,12 @@ def _carried(
     heading = about_z(pose.heading[index])
     hand = palm(bones, hold.hand or 0, pose.build.scale)[index]
     return hand + turned(heading, offset), times(heading, turn)
+
+
+def _until_wound(yaw: Array) -> Index:
+    """(n,) how each key goes on to the next: where whole turns are taken back, it stays."""
+    jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
+    return np.where(jumps, CONSTANT, LINEAR)
 
 
 def _moving_frames(frames: Index, spans: Array) -> Array:

@@ -32,6 +32,7 @@ THINGS: dict[str, tuple[str, float | None]] = {
     "Printer": ("APPLIANCE", 90.0),
     "Television": ("APPLIANCE", -90.0),
     "Bread board": ("USE", 90.0),
+    "Cup": ("USE", 180.0),
     "Wall cupboards": ("USE", 90.0),
     "Bookcase": ("USE", 90.0),
     "Coffee table": ("USE", -90.0),

@@ -7,7 +7,7 @@ import bpy
 from angen_home.meshes import MeshBuilder, collection, place
 from mathutils import Euler, Matrix
 
-from .shell import BATH_X, HIGH, LONG
+from .shell import BATH_Y, HIGH, LONG
 
 Vec = tuple[float, float, float]
 # Where each lamp hangs, its power (W), and where on the wall it is switched.
@@ -15,7 +15,7 @@ LAMPS: dict[str, tuple[Vec, float, Vec | None]] = {
     "Lamp table": ((4.3, 4.1, 1.75), 30.0, (6.49, 4.15, 1.1)),
     "Lamp entrance": ((8.2, 1.8, HIGH - 0.1), 20.0, (LONG - 0.01, 2.3, 1.1)),
     "Lamp kitchen": ((4.0, 5.7, HIGH - 0.1), 30.0, (5.75, 6.49, 1.1)),
-    "Lamp bath": ((7.8, 5.3, HIGH - 0.1), 20.0, (BATH_X + 0.01, 5.35, 1.1)),
+    "Lamp bath": ((7.8, 5.3, HIGH - 0.1), 20.0, (7.2, BATH_Y + 0.01, 1.1)),
     "Lamp sleeping": ((1.3, 4.9, HIGH - 0.1), 20.0, (1.9, 6.49, 1.1)),
     "Reading lamp": ((2.6, 2.85, 1.5), 10.0, None),
 }

@@ -39,8 +39,8 @@ class Switch:
 
 @dataclass(frozen=True)
 class Done:
-    """An activity as it was acted, from when the way to its first step began; `place` is where
-    most of it was done."""
+    """An activity as it was acted, from when the way to its first step began; `place` is that of
+    its places where most of it was done."""
 
     start: float
     end: float

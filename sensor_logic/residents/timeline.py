@@ -81,11 +81,12 @@ def swung(swings: Sequence[Swing], times: Array, resting: float) -> Array:
 
 @dataclass(frozen=True)
 class Hold:
-    """Where a thing is from `start` on: in a hand (side 0 or 1) of a person, or at a point."""
+    """Where a thing is from `start` on: in a hand (side 0 or 1) of a person, at a point (3,), or
+    with neither where the file has it."""
 
     start: float
     hand: int | None
-    at: Array = field(default_factory=lambda: np.zeros(3))
+    at: Array | None = None
     person: str = ""
 
 

@@ -39,6 +39,12 @@ class Stream:
             count += 1
         return count
 
+    def geometric(self, mean: float) -> int:
+        """1, 2 …, with a mean of 1 or more."""
+        if mean <= 1.0:
+            return 1
+        return 1 + int(math.log(1.0 - self._uniform()) / math.log(1.0 - 1.0 / mean))
+
     def chosen(self, weights: Sequence[float]) -> int:
         """An index, by weight."""
         point = self._uniform() * sum(weights)

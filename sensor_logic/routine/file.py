@@ -69,7 +69,9 @@ def _activity(name: str, table: Table) -> Activity:
     for row in table.tables("while"):
         varies = row.take("varies", number(0, 3), VARIES)
         every = row.take("every", _positive)
-        meanwhile.append(Meanwhile(row.take("do", text), every, varies, row.where("do")))
+        burst = row.take("burst", number(1, 1000), None)
+        do = row.take("do", _one_or_more)
+        meanwhile.append(Meanwhile(do, every, varies, burst, (row.where("do"),) * len(do)))
         row.finish()
     labels = {}
     for vocabulary, label in table.take("labels", dict, {}).items():
@@ -168,6 +170,13 @@ def _absence(table: Table, persons: Any) -> Absence:
         raise table.error("'to' is not after 'from'", "to")
     table.finish()
     return Absence(person, begins, ends)
+
+
+def _one_or_more(value: Any) -> tuple[str, ...]:
+    found = (value,) if isinstance(value, str) else texts(value)
+    if not found:
+        raise ValueError("there is nothing to do in it")
+    return found
 
 
 def _flag(value: Any) -> bool:

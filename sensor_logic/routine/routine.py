@@ -26,13 +26,16 @@ class RoutineError(ValueError):
 
 @dataclass(frozen=True)
 class Meanwhile:
-    """A small movement that is repeated while an activity lasts, `every` so many seconds (median),
-    with a log-normal spread of `varies`. `where` it stands in the file."""
+    """A movement that is repeated while an activity lasts, one of those in `do` each time: one in
+    about `every` so many seconds. They come in bursts of `burst` on average (None: as many as is
+    usual for such movements) with rests between, whose length has a log-normal spread of `varies`.
+    `where` each stands in the file."""
 
-    do: str
+    do: tuple[str, ...]
     every: float
     varies: float
-    where: str = ""
+    burst: float | None = None
+    where: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -153,6 +153,32 @@ def test_keys_play_what_was_acted_and_clear_gives_all_back(world, addon_part, bo
     assert not bpy.data.actions and lamp.data.energy == 40.0
 
 
+def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part, body):
+    bpy.ops.angen.resident_add(sort="OLDER_ADULT", walking_frame=True)
+    rig = bpy.context.object
+    build = addon_part("angen_addon.residents.settings").build_of(rig)
+    gait, timeline = body("gait"), addon_part("sensor_logic.residents.timeline")
+    poses = [gait.standing(gait.Stand.at(1.0, 2.0, yaw, build), 0.0, build)
+             for yaw in (1.0 + 4 * np.pi, 1.0)]  # fmt: skip
+    line = timeline.Timeline([
+        timeline.Clip(5.0 * k, 5.0 * k + 5.0, lambda t, pose=pose: pose, still=True)
+        for k, pose in enumerate(poses)
+    ])  # fmt: skip
+    # A gesture that does nothing has a key put at each frame.
+    line.gestures.append(timeline.Gesture(2.0, 8.0, 1.0, 1.0, lambda pose, _t, _w: pose))
+    acted, places = (addon_part(f"sensor_logic.residents.{n}") for n in ("acted", "places"))
+    keys = addon_part("angen_addon.residents.keys").KeyedStretch(
+        {"Anna": rig}, places.Places({}, {}, {})
+    )
+    keys.show(acted.Acted({"Anna": line}), 0.0, 10.0)
+    frame = rig.angen_resident.walking_frame
+    for number, subframe in ((11, 0.0), (50, 0.5), (51, 0.0), (51, 0.5), (90, 0.0)):
+        world.scene.frame_set(number, subframe=subframe)
+        for obj in (rig, frame):
+            ahead = np.array(obj.matrix_world)[:2, 0] / obj.matrix_world.median_scale
+            assert np.allclose(ahead, [np.cos(1.0), np.sin(1.0)], atol=1e-4), (number, subframe)
+
+
 def test_who_is_away_is_not_there(world, addon_part, body):
     bpy.ops.angen.resident_add(sort="OLDER_ADULT", walking_frame=True)
     rig = bpy.context.object

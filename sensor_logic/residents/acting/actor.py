@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...model import Array
+from ...routine.draws import Stream
 from ..acted import AWAY, LYING, SITTING, STANDING, Stay
 from ..body.build import Build, Sort
 from ..body.gait import Stand
@@ -26,8 +27,9 @@ from ..body.moves import (
     turning_over,
 )
 from ..body.pose import Pose
-from ..body.reach import carrying, looking_around, reaching
+from ..body.reach import carrying, drinking, looking_around, reaching
 from ..body.seat import seat_distance
+from ..body.turns import ease
 from ..places import LIE, Door, Place
 from ..timeline import Clip, Gesture, Hold, Timeline
 from .ground import dense, yaw_to
@@ -38,6 +40,12 @@ RADIUS = {Sort.OLDER_ADULT: 0.25, Sort.ADULT: 0.25, Sort.CHILD: 0.20, Sort.CAT: 
 WITH_FRAME = 0.30
 # Seconds.
 REACH, SWING, SIT_DOWN, LIE_DOWN, TURN_OVER, LOOK = 0.6, 1.7, 1.7, 3.2, 2.6, 4.0
+DRINK = 3.6
+# Hands at work are so long at a spot, s (median, log-normal), and go so fast to another, up to so
+# far to the sides and nearer, m.
+WORK, SPOT, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
+# So long somebody has stood still before whole turns are taken back, s: more than a frame.
+WOUND = 0.5
 # A hand follows a leaf about so far (rad, or m of what slides), where it opens to and behind it.
 FOLLOWS = {1.0: 0.73, -1.0: 0.49}
 _GRIP = 0.05  # from the middle of a leaf to the hand on its handle, m
@@ -56,6 +64,8 @@ class Actor:
         self.last_place = ""
         self.line = Timeline()
         self.stays: list[Stay] = []
+        self.wish: Array | None = None
+        self.wished, self.cornered = now, False
         self.hands: dict[str, tuple[int, float]] = {}
         self._track: list[tuple[float, float, float]] = []
         self._posed_since = now
@@ -111,6 +121,24 @@ class Actor:
         """Still, as the person is."""
         if until <= self.now:
             return
+        if abs(self.stand.yaw) > math.pi and self._seated is None and until > self.now + WOUND:
+            self._keep_still(self.now + WOUND)
+            self._wind_back()
+        self._keep_still(until)
+
+    def _wind_back(self) -> None:
+        """Whole turns are taken back, while nothing moves that would show it."""
+        turn = -2 * math.pi * round(self.stand.yaw / (2 * math.pi))
+        left, right = (replace(f, yaw=f.yaw + turn) for f in (self.stand.left, self.stand.right))
+        self.stand = Stand(left, right)
+        walker = self.pose.walker + (0.0, 0.0, 0.0, turn)
+        self.pose = replace(self.pose, heading=self.pose.heading + turn, walker=walker)
+        pose = self.pose
+        self.line.clips.append(
+            Clip(self.now, self.now, lambda _times: pose, still=True, away=self.posture == AWAY)
+        )
+
+    def _keep_still(self, until: float) -> None:
         pose, gone, clips = self.pose, self.posture == AWAY, self.line.clips
         if clips and clips[-1].still and clips[-1].away == gone:
             clips[-1] = replace(clips[-1], end=until)
@@ -217,9 +245,11 @@ class Actor:
         return self._side
 
     # --- hands --------------------------------------------------------------------------------
-    def shift(self) -> None:
-        self.gesture(2.6, 1.0, 1.2, shifted)
-        self.stay(self.now + 2.7)
+    def shift(self, size: float = 1.0) -> None:
+        """Moves a little on the spot; what is larger takes longer."""
+        slow = math.sqrt(size)
+        self.gesture(2.6 * slow, slow, 1.2 * slow, lambda pose, t, w: shifted(pose, t, w * size))
+        self.stay(self.now + 2.6 * slow + 0.1)
 
     def look_around(self) -> None:
         if self.build.is_cat:
@@ -256,29 +286,41 @@ class Actor:
         self.stay(self.now + 1.85)
         return at
 
-    def busy(self, point: Array, seconds: float) -> None:
-        """Both hands at something: washing, cooking. A cat has none."""
+    def busy(self, point: Array, seconds: float, stream: Stream) -> None:
+        """Both hands at something: washing, cooking. They are now here, now there. A cat has
+        none."""
         if self.build.is_cat:
             self.gesture(seconds, min(0.8, seconds / 2), min(0.8, seconds / 2), shifted)
             self.stay(self.now + seconds)
             return
-        yaw, began = float(self.pose.heading[0]), self.now
+        yaw, began, middle = float(self.pose.heading[0]), self.now, point
         across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+        ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
         full = [hand for hand, _ in self.hands.values()]
+        begins, spots = _spots(seconds, stream)
+        spots = spots @ np.stack([across, -ahead])
+
+        def work(since: Array) -> Array:
+            index = np.searchsorted(begins, since, side="right") - 1
+            share = ease((since - begins[index]) / SPOT)[:, None]
+            between: Array = spots[index] + (spots[index + 1] - spots[index]) * share
+            return between
+
         for side, sign in ((0, 1.0), (1, -1.0)):
             if side in full:
                 continue
 
             def rubbing(times: Array, sign: float = sign) -> Array:
                 since = times - began
+                point = work(since) + middle
                 rub = np.stack(
                     [0.02 * np.sin(7 * since), 0 * since, 0.012 * np.sin(5.1 * since + sign)], -1
                 )
                 moved: Array = point + sign * (0.045 * across + rub)
                 return moved
 
-            ease = min(0.8, seconds / 2)
-            self.draw_hand(side, rubbing, seconds, ease, ease)
+            rise = min(0.8, seconds / 2)
+            self.draw_hand(side, rubbing, seconds, rise, rise)
         self.stay(self.now + seconds)
 
     def take(self, thing: str, point: Array) -> None:
@@ -287,10 +329,16 @@ class Actor:
         self.hands[thing] = side, at
         self.home.holds.setdefault(thing, []).append(Hold(at, side, person=self.name))
 
-    def put(self, thing: str, point: Array) -> None:
-        at = self.touch(point)
+    def put(self, thing: str, place: Place) -> None:
+        at = self.touch(place.target)
         self._let_go(thing, at)
-        self.home.holds[thing].append(Hold(at, None, np.array(point)))
+        self.home.holds[thing].append(Hold(at, None, self.home.put_at(thing, place)))
+
+    def drink(self, thing: str) -> None:
+        """The hand that holds a thing goes to the mouth."""
+        side, _ = self.hands[thing]
+        self.gesture(DRINK, 1.1, 1.0, lambda pose, _t, w: drinking(pose, side, w))
+        self.stay(self.now + DRINK + 0.1)
 
     def _let_go(self, thing: str, at: float) -> None:
         side, since = self.hands.pop(thing)
@@ -333,6 +381,16 @@ class Actor:
         self.end_stay()
         # A hand that carries is drawn elsewhere only after that.
         self.line.gestures.sort(key=lambda gesture: gesture.start)
+
+
+def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
+    """When hands at work go elsewhere (n,), s, the first at 0, and where they are before and after
+    (n + 1, 2): m to the left and towards the body."""
+    begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
+    while (after := begins[-1] + max(stream.log_normal(*WORK), SPOT)) < seconds:
+        begins.append(after)
+        spots.append((WIDE * (2 * stream.uniform() - 1), DEEP * stream.uniform()))
+    return np.array(begins), np.array(spots)
 
 
 def seat_of(place: Place) -> tuple[Array, float]:

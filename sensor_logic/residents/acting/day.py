@@ -82,7 +82,7 @@ def _check_known(
         deeds = activities.get(name)
         if deeds is None:
             continue
-        for step in (*deeds.steps, *(one.step for one in deeds.meanwhile)):
+        for step in deeds.all_steps:
             check_body(step, places, residents[segment.person].is_cat)
             if step.word == "leave" and not places.entrances:
                 raise step.error("the home has no way out; mark its door as an entrance")
@@ -174,7 +174,11 @@ def _together(people: list[tuple[Living, list[tuple[Segment, Stream]]]]) -> None
 
 def _acted(home: Home, people: list[Living]) -> Acted:
     stays = [stay for living in people for stay in living.stays]
-    done = [_placed(one, stays) for living in people for one in living.done]
+    done = [
+        _placed(one, stays, living.activities.get(one.activity))
+        for living in people
+        for one in living.done
+    ]
     for swings in home.swings.values():
         swings.sort(key=lambda swung: swung.start)
     for holds in home.holds.values():
@@ -194,11 +198,14 @@ def _of_day(found: list[T]) -> list[T]:
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 
 
-def _placed(done: Done, stays: list[Stay]) -> Done:
-    """With the place where most of it was done."""
+def _placed(done: Done, stays: list[Stay], deeds: Deeds | None) -> Done:
+    """With the one of its places where most of it was done; where it was done at none of them, of
+    all places."""
     lasting: dict[str, float] = {}
     for stay in stays:
         both = min(stay.end, done.end) - max(stay.start, done.start)
         if stay.person == done.person and (stay.place or stay.posture == AWAY) and both > 0:
             lasting[stay.place] = lasting.get(stay.place, 0.0) + both
+    own = {place: t for place, t in lasting.items() if deeds is not None and place in deeds.places}
+    lasting = own or lasting
     return replace(done, place=max(lasting, key=lambda place: lasting[place], default=""))

@@ -18,8 +18,8 @@ from ..body.build import Build
 from ..places import Door, Place
 from ..ways import NoWay
 from .actor import Actor
-from .ground import rounded
-from .home import Home
+from .ground import dense, rounded
+from .home import Home, Someone
 from .words import Step
 
 Taking = Generator[None, None, None]
@@ -28,6 +28,11 @@ Taking = Generator[None, None, None]
 PATIENCE, GLANCE = 20.0, 0.5
 # Somebody waits so far from where others come out, m.
 ASIDE = 1.2
+# Two who stand in each other's way find out that one has to go back, s; the points that are tried
+# for it are so far apart, m, and not more.
+AGREED, SPACED, TRIED = 2.0, 0.2, 24
+# Who goes aside is so far off the way of the other, m.
+ROOM_TO_PASS = 0.5
 
 
 class GaveUp(Exception):
@@ -39,12 +44,17 @@ class Going(Actor):
         super().__init__(name, build, home, now)
         self._key = ""  # what others cannot have meanwhile
         self.until = math.inf  # when what is being done ends
+        self.step: Step | None = None  # what is being done
 
-    def look_on(self) -> None:
-        """Waits a little for others. Raises GaveUp where the activity is over."""
+    def look_on(self) -> Taking:
+        """Waits a little for others, aside where it bars their way. Raises GaveUp where the
+        activity is over."""
         if self.now >= self.until:
             raise GaveUp
-        self.stay(self.now + GLANCE)
+        other = self._in_the_way_of()
+        if other is None or not (yield from self._go_aside(other)):
+            self.stay(self.now + GLANCE)
+            yield
 
     def key(self, place: Place) -> str:
         """Whoever is at a place has it; cats mind each other alone."""
@@ -56,8 +66,7 @@ class Going(Actor):
         if not self.home.is_free(key, self):
             yield from self._way(step, place, self._key, short_of=True)
             while not self.home.is_free(key, self):
-                self.look_on()
-                yield
+                yield from self.look_on()
         self.home.take(key, self)
         before, self._key = self._key, key
         yield from self._way(step, place, before if before != key else "")
@@ -65,6 +74,7 @@ class Going(Actor):
 
     def stop(self) -> None:
         """Gives up: others may have what the person is not at."""
+        self.wish, self.cornered = None, False
         place = self.home.places.places.get(self.place)
         self._key = "" if place is None else self.key(place)
         self.home.keep_only(self._key, self)
@@ -75,8 +85,7 @@ class Going(Actor):
         if self.build.is_cat:
             doors = self._doors_to(step, place.at[:2], place.storey)
             while not all(self.home.stands_open(door, self) for door, _ in doors):
-                self.look_on()
-                yield
+                yield from self.look_on()
         self.rise()
         goal, yaw = self._aside(step, place) if short_of else (place.at[:2], place.yaw)
         yield from self.to_point(step, goal, yaw, place.storey, leaves)
@@ -154,7 +163,10 @@ class Going(Actor):
             except NoWay:
                 path = self._past_leaves(step, goal)
             clash = self.home.clash(self, path, self.build.speed)
-            if clash is None or self.now >= until:
+            if clash is None:
+                break
+            if self.now >= until:
+                self._check_room(clash.who, path)
                 break
             if clash.stands(self.now):
                 around = self._around(goal, clash.at)
@@ -162,9 +174,100 @@ class Going(Actor):
                 if around is not None or clash.until >= until:
                     path = path if around is None else around
                     break
+            if (yield from self._wait(path)):
+                until = self.now + PATIENCE
+        self.wish = None
+        self._walk(path, yaw, opened)
+
+    # --- in each other's way --------------------------------------------------------------------
+    def _wait(self, path: Array) -> Generator[None, None, bool]:
+        """A moment, for others to get out of a path (n, 2). Where each waits for the other, who has
+        waited less goes aside; whether that was done."""
+        if self.wish is None:
+            self.wished = self.now
+        self.wish = dense(path, 0.1)
+        other = self._in_the_way_of()
+        if other is not None and (yield from self._go_aside(other)):
+            return True
+        self.stay(self.now + GLANCE)
+        yield
+        return False
+
+    def _in_the_way_of(self) -> Someone | None:
+        """Who waits for this person to go aside, and has waited long enough."""
+        other = self.home.who_waits_for(self)
+        if other is None or self.now < other.wished + AGREED:
+            return None
+        first = self.wish is not None and (self.wished, self.name) < (other.wished, other.name)
+        if first and not other.cornered:
+            return None
+        return other
+
+    def _check_room(self, other: Someone, path: Array) -> None:
+        """Raises RoutineError where neither can go back for the other."""
+        if other.cornered and self.step is not None and self._spot_aside(other, path) is None:
+            raise self.step.error(
+                f"{self.name!r} and {other.name!r} meet where they cannot pass each other, and "
+                "neither can go back to where there is room; give one of them another time or place"
+            )
+
+    def _go_aside(self, other: Someone) -> Generator[None, None, bool]:
+        """To where another can pass, until that one has; whether there is such a place."""
+        spot = None if other.wish is None else self._spot_aside(other, other.wish)
+        self.cornered = spot is None
+        if spot is None or self.step is None:
+            return False
+        self.wish = None
+        yield from self.to_point(self.step, spot, None, self.storey)
+        until = self.now + PATIENCE
+        while self.now < until and (other.wish is not None or self.home.comes_near(other, self)):
             self.stay(self.now + GLANCE)
             yield
-        self._walk(path, yaw, opened)
+        return True
+
+    def _spot_aside(self, other: Someone, wish: Array) -> Array | None:
+        """The nearest point off the way (n, 2) that another wants to go, which one gets to without
+        passing anybody; or behind a door."""
+        ground, wish = self.home.ground, dense(wish, 0.1)
+        floor = ground.floor(self.storey, self.home.left_open(self.storey))
+        every = max(round(SPACED / floor.size), 1)
+        cells = np.argwhere(floor.clearance[::every, ::every] >= self.radius) * every
+        points = [floor.low + (cells + 0.5) * floor.size]
+        part = ground.part_at(self.storey, self.here, self.radius)
+        points += [
+            ground.outside(door, -side, self.radius).at[None]
+            for door, side, _ in ground.doors_of(self.storey, part, self.radius)
+            if not door.entrance
+        ]
+        every_point = np.concatenate(points)
+        off = np.hypot(*(every_point[:, None] - wish).transpose(2, 0, 1)).min(axis=1)
+        free = every_point[off > ROOM_TO_PASS]
+        order = np.argsort(np.hypot(*(free - self.here).T), kind="stable")[:TRIED]
+        return next((free[k] for k in order if self._gets_to(free[k], other)), None)
+
+    def _gets_to(self, point: Array, other: Someone) -> bool:
+        """Whether the first part of the way to a point leads past nobody."""
+        if self.step is None:
+            return False
+        there = other.where(np.array([self.now]))[0]
+        opened = self.home.left_open(self.storey)
+        doors = self.home.ground.doors_between(
+            self.storey, self.here, point, self.radius, opened
+        )  # fmt: skip
+        if doors is None:
+            return False
+        shut = [(door, side) for door, side in doors if not self.home.stands_open(door, self)]
+        if len(shut) > 1 or any(self.home.is_open(door) for door, _ in shut):
+            return False
+        for door, side in shut:
+            point = self.home.ground.outside(door, side, self.radius).at
+        try:
+            path = self.home.ground.way(
+                self.storey, self.here, point, self.radius, opened, there
+            )  # fmt: skip
+        except NoWay:
+            return False
+        return self.home.clash(self, path, self.build.speed) is None
 
     def _walk(self, path: Array, yaw: float | None, opened: dict[str, float]) -> None:
         if float(np.hypot(*np.diff(path, axis=0).T).sum()) < 0.05:
@@ -197,24 +300,25 @@ class Going(Actor):
         """Until nobody else is at a door or where its leaf goes; others wait from then on."""
         until = self.now + PATIENCE
         while not self.home.may_move(door, self, self.now < until):
-            self.look_on()
-            yield
+            yield from self.look_on()
         self.home.occupy(door, self, math.inf)
 
     def through(self, door: Door, side: float) -> Taking:
         """Through a door from that side of it. Who finds it shut shuts it again."""
         ground, home = self.home.ground, self.home
         yield from self.wait_for(door)
+        near = ground.outside(door, side, self.radius)
+        if self.step is not None and float(np.hypot(*(near.at - self.here))) > SPACED:
+            yield from self._leg(self.step, near.at, None)
         opened, found_open = home.left_open(self.storey), home.is_open(door)
         if not found_open:
-            near = ground.outside(door, side, self.radius)
             self._walk(np.array([self.here, near.at]), near.yaw, opened)
             self.move_leaf(door, door.open)
         path = ground.crossing(door, side, self.radius, opened)
         until = self.now + PATIENCE
         while self.now < until and home.clash(self, path, self.build.speed) is not None:
-            self.stay(self.now + GLANCE)
-            yield
+            yield from self._wait(path)
+        self.wish = None
         far = ground.outside(door, -side, self.radius)
         self._walk(path, far.yaw, {**opened, door.name: door.open})
         if door.entrance or not found_open:

@@ -178,7 +178,7 @@ class Ground:
                 reached.add(part)
                 new += [
                     beyond
-                    for door, _, beyond in self._doors_of(storey, part, radius)
+                    for door, _, beyond in self.doors_of(storey, part, radius)
                     if not door.entrance
                 ]
         return reached
@@ -241,7 +241,7 @@ class Ground:
             if part in seen:
                 continue
             seen.add(part)
-            for door, side, beyond in self._doors_of(storey, part, radius):
+            for door, side, beyond in self.doors_of(storey, part, radius):
                 if beyond in seen:
                     continue
                 middle = door.line(door.closed, 3)[1]
@@ -255,7 +255,7 @@ class Ground:
                 )
         return None
 
-    def _doors_of(self, storey: int, part: int, radius: float) -> list[tuple[Door, float, int]]:
+    def doors_of(self, storey: int, part: int, radius: float) -> list[tuple[Door, float, int]]:
         """The doors out of a part: the side they are on from there, and the part beyond."""
         floor, parts = self.floor(storey, {}), self.parts(storey, radius)
         found = []
@@ -279,7 +279,7 @@ class Ground:
             part = new.pop()
             if part and part not in reached:
                 reached.add(part)
-                new += [beyond for _, _, beyond in self._doors_of(storey, part, radius)]
+                new += [beyond for _, _, beyond in self.doors_of(storey, part, radius)]
         cells = np.argwhere(np.isin(parts, sorted(reached)))
         if not len(cells):
             return np.asarray(start)[:2]

@@ -31,6 +31,9 @@ class Someone(Protocol):
     posture: str
     unseen: bool  # away, or a cat
     since: float  # stands still from then on, as far as is known
+    wish: Array | None  # the way (n, 2) that somebody stands in, of who waits for that
+    wished: float  # since when
+    cornered: bool  # has nowhere to go aside
 
     def where(self, times: Array) -> Array:
         """Middles (n, 2) at times (n,)."""
@@ -43,6 +46,7 @@ class Clash:
     at: Array
     since: float
     until: float
+    who: Someone
 
     def stands(self, time: float) -> bool:
         return self.since <= time
@@ -106,8 +110,13 @@ class Home:
             so = Swung(first - 2.0, first - 1.0, opening, opening, "")
             self.swings[name] = [so, *self.swings.get(name, [])]
         for name, place in things.items():
-            at = np.array(self.places.places[place].target)
+            at = self.put_at(name, self.places.places[place])
             self.holds[name] = [Hold(first - 2.0, None, at), *self.holds.get(name, [])]
+
+    @staticmethod
+    def put_at(thing: str, place: Place) -> Array | None:
+        """Where a thing stands (3,) that is put at a place; None where it is back at its own."""
+        return None if place.name == thing else np.array(place.target)
 
     # --- who has what -------------------------------------------------------------------------
     def key(self, place: Place) -> str:
@@ -152,6 +161,22 @@ class Home:
         holder, until = self._busy.get(door.name, (someone, 0.0))
         return holder is not someone and until > someone.now
 
+    def who_waits_for(self, someone: Someone) -> Someone | None:
+        """Who cannot get past somebody that stands; of several, who has waited longest."""
+        here = someone.where(np.array([someone.now]))[0]
+        found = [
+            other
+            for other in self._others(someone)
+            if other.wish is not None and float(np.hypot(*(other.wish - here).T).min()) < APART
+        ]
+        return min(found, key=lambda other: other.wished, default=None)
+
+    def comes_near(self, other: Someone, someone: Someone) -> bool:
+        """Whether another is on the way near to somebody, as far as that is known."""
+        times = someone.now + np.linspace(0.0, 3.5, 8)
+        off = other.where(times) - someone.where(np.array([someone.now]))
+        return other.now > someone.now and float(np.hypot(*off.T).min()) < 2 * APART
+
     def _others(self, someone: Someone) -> list[Someone]:
         return [other for other in self.people if other is not someone and not other.unseen]
 
@@ -176,5 +201,5 @@ class Home:
             rests = (other.posture in (SITTING, LYING)) & (times >= other.since)
             met = np.flatnonzero(near & ~ends & ~beside & ~rests)
             if len(met):
-                return Clash(there[met[0]], other.since, other.now)
+                return Clash(there[met[0]], other.since, other.now, other)
         return None

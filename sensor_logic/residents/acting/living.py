@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from ..places import Door, Place
 from .going import GaveUp, Going, Taking
 from .ground import Spot
 from .home import Home
-from .words import POSTURES, Deeds, Step
+from .words import POSTURES, Deeds, Repeated, Step
 
 # Seconds: how long a step takes that the routine says nothing of, and one that comes too late.
 USUAL, LATE = 10.0, 5.0
+# Between two movements of a burst, s; how large small movements are. Median, log-normal.
+PAUSE, SIZE, LARGEST = (1.2, 1.0), (1.3, 0.5), 2.2
 # How near a hand gets to things without a step, m on the floor from the hips.
 ARM_WAY = 0.85
 # Nothing is shown of what was done so long before midnight, s.
@@ -93,6 +95,7 @@ class Living(Going):
             self.done.append(Done(self._begun.start, now, self.name, self._begun.activity, ""))
 
     def _perform(self, deeds: Deeds, segment: Segment, stream: Stream) -> Taking:
+        self.step = deeds.steps[0]
         if self.posture == AWAY:
             if deeds.posture == AWAY and len(deeds.steps) == 1:
                 return
@@ -104,12 +107,15 @@ class Living(Going):
         yield from self._go_on(deeds, segment, stream)
 
     def _go_on(self, deeds: Deeds, segment: Segment, stream: Stream) -> Taking:
-        """What is repeated until the activity ends."""
+        """What is repeated until the activity ends: bursts of movements, and rests."""
         times = []
         for number, one in enumerate(deeds.meanwhile):
-            time = segment.start
-            while (time := time + stream.log_normal(one.every, one.varies)) < segment.end:
+            rest = one.every * one.burst
+            # At its start a rest may be under way.
+            time = segment.start + stream.uniform() * stream.log_normal(rest, one.varies)
+            while time < segment.end:
                 times.append((time, number))
+                time += stream.log_normal(rest, one.varies)
         settled = next((s for s in reversed(deeds.steps) if s.word in POSTURES), None)
         for time, number in sorted(times):
             if time < max(self.now, -BEFORE) or self.posture == AWAY:
@@ -119,12 +125,23 @@ class Living(Going):
             self.stay(time)
             yield
             posture, place = self.posture, self.place
-            yield from self._do(deeds.meanwhile[number].step, False, stream)
+            yield from self._burst(deeds.meanwhile[number], stream)
             if settled is not None and (posture, place) != (self.posture, self.place):
                 yield from self._do(settled, True, stream)
 
+    def _burst(self, one: Repeated, stream: Stream) -> Taking:
+        for number in range(stream.geometric(one.burst)):
+            if number:
+                self.stay(self.now + stream.log_normal(*PAUSE))
+                yield
+            if self.now >= self.until:
+                return
+            step = one.steps[stream.chosen([1.0] * len(one.steps))]
+            yield from self._do(step, False, stream)
+
     # --- steps --------------------------------------------------------------------------------
     def _do(self, step: Step, last: bool, stream: Stream) -> Taking:
+        self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
             place = self.home.places.places[step.name]
             yield from self._settle(step, place)
@@ -133,7 +150,7 @@ class Living(Going):
                 lasts = USUAL if step.word == "use" or (not last and step.word != "go") else 0.0
             lasts = min(lasts, max(self.until - self.now, LATE))
             if step.word == "use":
-                self.busy(place.target, lasts)
+                self.busy(place.target, lasts, stream)
             else:
                 self.stay(self.now + lasts)
         elif step.word == "leave":
@@ -144,6 +161,8 @@ class Living(Going):
             yield from self._switch(step)
         elif step.word in ("take", "put"):
             yield from self._carry(step)
+        elif step.word == "drink":
+            yield from self._drink(step)
         else:
             self._move_a_little(step, stream)
 
@@ -155,7 +174,7 @@ class Living(Going):
                 [side for side in (0, 1, -1) if side != self.side][stream.chosen([1, 1])]
             )
         elif step.word == "shift":
-            self.shift()
+            self.shift(min(stream.log_normal(*SIZE), LARGEST))
         elif step.word == "look around":
             self.look_around()
         else:
@@ -198,8 +217,18 @@ class Living(Going):
         if step.word == "take":
             self.take(step.name, place.target)
         else:
-            self.put(step.name, place.target)
+            self.put(step.name, place)
             self.home.things[step.name] = where
+
+    def _drink(self, step: Step) -> Taking:
+        """From a cup, which comes back to where it was; who holds it keeps it."""
+        held = step.name in self.hands
+        if not held:
+            yield from self._carry(replace(step, word="take"))
+        self.drink(step.name)
+        if not held:
+            where = self.home.things.get(step.name, step.name)
+            yield from self._carry(replace(step, word="put", at=where))
 
     def _far(self, point: Array) -> bool:
         return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2]))) > ARM_WAY

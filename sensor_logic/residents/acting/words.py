@@ -29,6 +29,7 @@ _WORDS = {
     "switch": (_LAMP, False),
     "take": (_THING, False),
     "put": (_THING, False),
+    "drink": (_THING, False),
     "wait": (_NONE, True),
     "turn over": (_NONE, False),
     "shift": (_NONE, False),
@@ -39,7 +40,9 @@ _WORDS = {
 POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTING, "lie": LYING,
             "leave": GONE}  # fmt: skip
 _CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
-_NEEDS = {"turn over": (LYING,), "shift": (SITTING, LYING)}
+_NEEDS = {"turn over": (LYING,)}
+# So many small movements come in a row, on average, where the routine does not say.
+BURST = 3.0
 
 
 @dataclass(frozen=True)
@@ -108,11 +111,13 @@ def check_body(step: Step, places: Places, is_cat: bool) -> None:
 
 @dataclass(frozen=True)
 class Repeated:
-    """A movement while an activity lasts."""
+    """Movements while an activity lasts, one of the steps each time; `burst`: how many come soon
+    one after the other, on average."""
 
-    step: Step
+    steps: tuple[Step, ...]
     every: float
     varies: float
+    burst: float
 
 
 @dataclass(frozen=True)
@@ -124,6 +129,15 @@ class Deeds:
     meanwhile: tuple[Repeated, ...]
     place: str | None
     posture: str | None
+
+    @property
+    def places(self) -> set[str]:
+        """Where its steps are done; where one leaves, nowhere."""
+        return {step.name for step in self.all_steps if step.word in POSTURES}
+
+    @property
+    def all_steps(self) -> tuple[Step, ...]:
+        return (*self.steps, *(step for one in self.meanwhile for step in one.steps))
 
 
 def read_activities(routine: Routine, places: Places) -> Mapping[str, Deeds]:
@@ -144,11 +158,14 @@ def _deeds(activity: Activity, places: Places) -> Deeds:
             place, posture = step.name, POSTURES[step.word]
     meanwhile = []
     for one in activity.meanwhile:
-        step = read_step(one.do, one.where or activity.name, places)
-        _check_posture(step, posture)
-        if step.word == "leave":
-            raise step.error("nobody leaves in between; make it an activity of its own")
-        meanwhile.append(Repeated(step, one.every, one.varies))
+        lines = zip(one.do, one.where or (activity.name,) * len(one.do), strict=True)
+        among = tuple(read_step(text, at, places) for text, at in lines)
+        for step in among:
+            _check_posture(step, posture)
+            if step.word == "leave":
+                raise step.error("nobody leaves in between; make it an activity of its own")
+        usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
+        meanwhile.append(Repeated(among, one.every, one.varies, one.burst or usual))
     return Deeds(steps, tuple(meanwhile), place, posture)
 
 

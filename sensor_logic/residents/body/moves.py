@@ -68,7 +68,7 @@ def turning_over(before: Pose, after: Pose, t: Array) -> Pose:
 
 
 def shifted(pose: Pose, times: Array, weight: Array) -> Pose:
-    """A gesture of one who sits or lies: it moves a little."""
+    """A gesture on the spot: the body moves a little."""
     if pose.build.is_cat:
         return cat.shifted(pose, times, weight)
     return seat.shifted(pose, times, weight)

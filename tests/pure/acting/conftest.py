@@ -169,11 +169,13 @@ def ground(home: Places) -> Ground:
 
 @pytest.fixture
 def play(home: Places, ground: Ground) -> Callable[..., Played]:
-    """Acts activities, `Name = "steps"` one a line, by the minutes at which each begins."""
+    """Acts activities, `Name = "steps"` one a line, by the minutes at which each begins; in the
+    small home or in `places`."""
 
     def played(
         activities: str, days: dict[str, list[tuple[float, str]]], day: int = 0, seed: int = 1,
         builds: dict[str, Build] | None = None, until: float = 1440.0,
+        places: Places | None = None,
     ) -> Played:  # fmt: skip
         routine = file.read(routine_text(activities, list(days)), "week.toml")
         segments = []
@@ -182,7 +184,8 @@ def play(home: Places, ground: Ground) -> Callable[..., Played]:
             for (at, activity), end in zip(begins, ends, strict=True):
                 segments.append(Segment(at * 60.0, end * 60.0, person, activity))
         bodies = {person: CAT if person == "cat" else ADULT for person in days} | (builds or {})
-        return Played(act(segments, routine, home, bodies, seed, day, ground), home)
+        at, over = (home, ground) if places is None else (places, Ground(places))
+        return Played(act(segments, routine, at, bodies, seed, day, over), at)
 
     return played
 

@@ -34,7 +34,7 @@ BUILDS = [
         ("open Door", "no door or drawer is marked 'Door'; known: 'Door bathroom'"),
         ("wait", 'wait: say how long, as in "wait 20 s"'),
         ("leave now", "'now' means nothing here"),
-        ("shift", "that is done sitting or lying; put such a step before it"),
+        ("turn over", "that is done lying; put such a step before it"),
         ("sit Sofa, turn over", "that is done lying; put such a step before it"),
         ("put Cup at Stove", "it is not in the hand; take it before"),
         ("sit Sofa, reach Stove", "away from 'anna' at 'Sofa'; go there before"),

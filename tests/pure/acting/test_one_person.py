@@ -9,7 +9,7 @@ import pytest
 from sensor_logic.residents.body.reach import palm
 from sensor_logic.residents.body.solve import solve
 from sensor_logic.residents.timeline import swung
-from sensor_logic.routine.routine import DAY
+from sensor_logic.routine.routine import DAY, RoutineError
 
 ACTIVITIES = """
 Sleep = lie Bed while turn over every 30 min
@@ -126,6 +126,39 @@ def test_what_was_left_on_open_or_put_somewhere_is_so_on_the_next_day(play) -> N
     stove = day.places.places["Stove"]
     assert was.start < 0 and was.hand is None and np.allclose(was.at, stove.target)
     assert np.hypot(*(day.at("anna", taken.start)[0] - stove.at)[:2]) < 0.2
+
+
+def test_who_drinks_lifts_the_cup_and_puts_it_back(play) -> None:
+    day = play("Rest = stand at Window\nSip = use Stove 1 min while drink Cup every 5 min",
+               {"anna": [(0, "Rest"), (10, "Sip"), (200, "Rest")]})  # fmt: skip
+    holds = day.acted.holds["Cup"]
+    assert len(holds) >= 4 and all(put.at is None for put in holds[1::2])
+    for taken, put in zip(holds[::2], holds[1::2], strict=True):
+        bones = solve(day.acted.bodies["anna"].poses(np.array([(taken.start + put.start) / 2])))
+        mouth = bones.at["head"][0] + [0.0, 0.0, 0.05]
+        assert np.linalg.norm(palm(bones, taken.hand, 1.0)[0] - mouth) < 0.3
+        assert 4 < put.start - taken.start < 8
+    with pytest.raises(RoutineError, match="drink Stoov: no thing is marked 'Stoov'"):
+        play("Sip = drink Stoov", {"anna": [(0, "Sip")]})
+
+
+def test_the_room_of_a_visit_is_that_of_its_own_places(play) -> None:
+    """The lamp of the bedroom stands for any that is switched elsewhere at the end, for long."""
+    day = play("Relax = sit Sofa\nVisit = use Washbasin 20 s, switch Lamp bedroom on",
+               {"anna": [(0, "Relax"), (10, "Visit"), (30, "Relax")]})  # fmt: skip
+    stays = {s.place: s.end - s.start for s in day.acted.where}
+    assert stays["Lamp bedroom"] > 10 * stays["Washbasin"]
+    assert day.told("anna")[1] == ("Visit", "Washbasin")
+
+
+def test_whole_turns_are_taken_back(week) -> None:
+    day = week(WEEK, 2)
+    body, times = day.acted.bodies["anna"], day.moving_times("anna")
+    pose = body.poses(times)
+    assert np.abs(pose.heading).max() < 3 * np.pi
+    # Nobody is seen to jump for it.
+    steps = np.angle(np.exp(1j * np.diff(pose.heading)))[np.diff(times) < 0.11]
+    assert np.abs(steps).max() < 0.5 and np.abs(np.diff(pose.heading)).max() > 6.0
 
 
 def test_days_join_at_midnight(play) -> None:

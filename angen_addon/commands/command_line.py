@@ -213,7 +213,7 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         files |= {**exports.files, "--truth": faults.truth}
         for flag, path in files.items():
             if path and faults.file and path.resolve() == faults.file.resolve():
-                raise OutputError(f"{flag}: {path} is what is read; give another name")
+                raise OutputError(f"{flag}: {path} is also read; give another name")
         check_outputs(files, options.samples, file_names(s.name for s in simulated(told)).values())
         if options.report:
             check_name(options.report, "--report")

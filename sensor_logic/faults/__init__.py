@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faults on purpose: a log as it would be with lost messages, bad clocks and stuck sensors."""
+"""Simulated faults: changes a log as lost messages, bad clocks and stuck sensors would."""
 
-from .make import Faulty, make_faults
+from .make import FaultyLog, make_faults
 from .plan import Fault, Plan, read_plan
 from .truth import truth_csv, undo
 
-__all__ = ["Fault", "Faulty", "Plan", "make_faults", "read_plan", "truth_csv", "undo"]
+__all__ = ["Fault", "FaultyLog", "Plan", "make_faults", "read_plan", "truth_csv", "undo"]

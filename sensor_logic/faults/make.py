@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a log faulty. What is done to a sensor depends on the plan, its seed, and that sensor's
-name and rows alone.
+"""Adds faults to a log. The faults of a sensor depend only on the plan, its seed, and that sensor's
+name and rows.
 
-A message is what a sensor tells at one time: its rows go together. The first row of each field
-says how the log begins and is neither lost, late nor doubled.
+A message is all rows of a sensor at one time: they are lost, late or doubled together. The first
+row of each field is its initial state and is never lost, late or doubled.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ Span = tuple[int, int]
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the faulty log, or one that is missing there: `change` is how it stands in it,
-    `origin` its index in the log without faults (None: it is not there), `faults` why."""
+    """A row of the faulty log, or one that is missing from it: its `change` in the faulty log; its
+    index in the log without faults, `origin` (None: it was added); the `faults` that changed it;
+    `is_first`: it is the initial state of its field."""
 
     change: Change
     origin: int | None
@@ -40,8 +41,8 @@ class Row:
         channel = self.change.channel
         return self.change.time, channel.sensor.name, channel.field
 
-    def by(self, fault: str, time: int | None = None) -> Row:
-        """The same with a fault more, perhaps at another time (microseconds)."""
+    def with_fault(self, fault: str, time: int | None = None) -> Row:
+        """The row with one more fault, and at another `time` (microseconds) if one is given."""
         change = self.change
         if time is not None:
             change = Change(time, change.channel, change.value, change.frame)
@@ -49,8 +50,8 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Fact:
-    """What was drawn for a sensor: a fault, when it begins (microseconds), and how it is."""
+class DrawnFault:
+    """A fault that was drawn for a sensor: its begin (microseconds) and a description."""
 
     fault: str
     time: int
@@ -59,19 +60,20 @@ class Fact:
 
 
 @dataclass
-class Faulty:
-    """`rows` of the faulty log in order, those `missing` in it, and what was drawn."""
+class FaultyLog:
+    """A log with faults: the `clean` log, the `rows` of the faulty one in order, the rows `missing`
+    from it, and the faults that were drawn."""
 
     log: Log
     clean: Log
     rows: list[Row]
     missing: list[Row]
-    facts: list[Fact]
+    drawn: list[DrawnFault]
 
 
 @dataclass
 class _Sensor:
-    """One sensor on its way through the faults."""
+    """One sensor's rows while the faults are added one by one."""
 
     facts: SensorFacts
     rows: list[Row]
@@ -80,29 +82,29 @@ class _Sensor:
     frame_at: Callable[[int], float]
     table: int = 0
     missing: list[Row] = field(default_factory=list)
-    told: list[Fact] = field(default_factory=list)
+    drawn: list[DrawnFault] = field(default_factory=list)
 
-    def draw(self, fault: str) -> np.random.Generator:
-        """Random numbers of its own for each sensor, table and fault: none changes another's."""
+    def generator(self, fault: str) -> np.random.Generator:
+        """A random generator for this sensor, table and fault, independent of all others."""
         names = [zlib.crc32(text.encode()) for text in (self.facts.name, fault)]
         return np.random.default_rng([self.seed, self.table, *names])
 
-    def tell(self, fault: str, time: int, text: str) -> None:
-        self.told.append(Fact(fault, time, self.facts, text))
+    def note(self, fault: str, time: int, text: str) -> None:
+        self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
     def messages(self) -> Iterator[list[Row]]:
-        """Rows of one time together, without those at which the log begins."""
+        """The rows of each time, without the initial states."""
         later = [row for row in self.rows if not row.is_first]
         return (list(rows) for _, rows in groupby(later, key=lambda row: row.change.time))
 
-    def put(self, rows: Iterable[Row]) -> None:
-        """Takes these rows for those of the messages."""
+    def replace_messages(self, rows: Iterable[Row]) -> None:
+        """Replaces all rows except the initial states."""
         first = [row for row in self.rows if row.is_first]
         self.rows = sorted([*first, *rows], key=lambda row: row.key)
 
 
-def make_faults(log: Log, plan: Plan) -> Faulty:
-    """The log with the plan's faults, and what tells them."""
+def make_faults(log: Log, plan: Plan) -> FaultyLog:
+    """The log with the plan's faults."""
     first = {id(change) for change in log.initial().values()}
     of: dict[SensorFacts, list[Row]] = defaultdict(list)
     for index, change in enumerate(log.changes):
@@ -111,20 +113,20 @@ def make_faults(log: Log, plan: Plan) -> Faulty:
     same: list[Row] = []
     other: list[Row] = []
     missing: list[Row] = []
-    facts: list[Fact] = []
+    drawn: list[DrawnFault] = []
     frame_at = _frames(log)
     for sensor, rows in of.items():
         done = _faults_of(sensor, rows, plan, span, frame_at)
         same += [row for row in done.rows if not row.faults]
         other += [row for row in done.rows if row.faults]
         missing += done.missing
-        facts += done.told
-    # What no fault touched keeps its order, whatever that is where times are equal.
+        drawn += done.drawn
+    # Rows without faults keep their order, also where their times are equal.
     same.sort(key=lambda row: row.origin or 0)
     merged = list(heapq.merge(same, sorted(other, key=lambda r: r.key), key=lambda r: r.key))
     faulty = replace(log, changes=tuple(row.change for row in merged), samples=None)
     missing = [row for row in missing if row.origin is not None]
-    return Faulty(faulty, log, merged, missing, facts)
+    return FaultyLog(faulty, log, merged, missing, drawn)
 
 
 def _frames(log: Log) -> Callable[[int], float]:
@@ -154,17 +156,17 @@ def _us(seconds: float) -> int:
 
 
 def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
-    """Its first output is on at random times, whatever it senses."""
+    """The sensor's first output goes on at random times, whatever it senses."""
     if not fault.false_alarms_per_day:
         return
-    rng = sensor.draw("false_alarm")
+    rng = sensor.generator("false_alarm")
     begin, end = sensor.span
     mean = DAY_S / fault.false_alarms_per_day
     spans: list[Span] = []
-    # Drawn one after the other: those of a longer log begin with those of a shorter one.
+    # Drawn one after the other, so that a longer log begins with the false alarms of a shorter one.
     while (begin := begin + _us(rng.exponential(mean)) + 1) <= end:
         lasts = rng.uniform(*fault.false_alarm_lasts)
-        sensor.tell("false_alarm", begin, f"for {lasts:.6f} s")
+        sensor.note("false_alarm", begin, f"for {lasts:.6f} s")
         last = begin + max(_us(lasts), 1)
         if spans and begin <= spans[-1][1]:
             spans[-1] = (spans[-1][0], max(spans[-1][1], last))
@@ -176,14 +178,14 @@ def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _stuck(sensor: _Sensor, fault: Fault) -> None:
-    """Its outputs are on, or off, or all its fields stay as they are."""
+    """The sensor's outputs stay on or off, or all its fields keep their values."""
     if not fault.stuck:
         return
-    rng = sensor.draw("stuck")
+    rng = sensor.generator("stuck")
     begin, lasts = _drawn(rng, fault.stuck_from), _drawn(rng, fault.stuck_for)
     end = sensor.span[1] + 1 if math.isinf(lasts) else _us(begin) + max(_us(lasts), 1)
     until = "the end" if math.isinf(lasts) else f"{end / 1e6:.6f} s"
-    sensor.tell("stuck", _us(begin), f"{fault.stuck} until {until}")
+    sensor.note("stuck", _us(begin), f"{fault.stuck} until {until}")
     for channel in _channels(sensor):
         forced = fault.stuck != "held" and _is_output(channel)
         value = fault.stuck == "on" if forced else None
@@ -201,14 +203,14 @@ def _is_output(channel: Channel) -> bool:
 def _force(
     sensor: _Sensor, channel: Channel, spans: list[Span], value: Value | None, fault: str
 ) -> None:
-    """Holds a field at a value (None: at its last one) within spans, which are in order and
-    apart; at the end of each it tells what is sensed then."""
+    """Holds a field at a value (None: at its last one) during the spans, which are in order and do
+    not overlap; at the end of each span the field returns to the sensed value."""
     rows = [row for row in sensor.rows if row.change.channel is channel]
     out: list[Row] = []
     at = 0
 
-    def invent(time: int, told: Value, is_first: bool = False) -> None:
-        change = Change(time, channel, told, sensor.frame_at(time))
+    def add(time: int, added: Value, is_first: bool = False) -> None:
+        change = Change(time, channel, added, sensor.frame_at(time))
         out.append(Row(change, None, (fault,), is_first))
 
     for begin, end in spans:
@@ -217,31 +219,31 @@ def _force(
             at += 1
         sensed = rows[at - 1].change.value if at else None
         if value is not None and out and out[-1].change.value != value:
-            invent(begin, value)
+            add(begin, value)
         while at < len(rows) and rows[at].change.time < end:
             row, sensed = rows[at], rows[at].change.value
             if not out and (value is None or sensed == value):
                 out.append(row)
             else:
                 if not out and value is not None:
-                    invent(row.change.time, value, is_first=True)
-                sensor.missing.append(row.by(fault))
+                    add(row.change.time, value, is_first=True)
+                sensor.missing.append(row.with_fault(fault))
             at += 1
         goes_on = at < len(rows) and rows[at].change.time == end
         is_over = end <= sensor.span[1] and not goes_on
         if is_over and sensed is not None and sensed != out[-1].change.value:
-            invent(end, sensed)
+            add(end, sensed)
     out += rows[at:]
     others = [row for row in sensor.rows if row.change.channel is not channel]
     sensor.rows = sorted(others + out, key=lambda row: row.key)
 
 
 def _battery(sensor: _Sensor, fault: Fault) -> None:
-    """It falls silent."""
-    life = _drawn(sensor.draw("battery"), fault.battery_life)
+    """The sensor sends nothing after its battery's life."""
+    life = _drawn(sensor.generator("battery"), fault.battery_life)
     if math.isinf(life):
         return
-    sensor.tell("battery", _us(life), "dead from here on")
+    sensor.note("battery", _us(life), "dead from here on")
     _drop(sensor, "battery", lambda time: time > _us(life))
 
 
@@ -249,20 +251,20 @@ def _drop(sensor: _Sensor, fault: str, is_dropped: Callable[[int], bool]) -> Non
     left: list[Row] = []
     for rows in sensor.messages():
         if is_dropped(rows[0].change.time):
-            sensor.missing += [row.by(fault) for row in rows]
+            sensor.missing += [row.with_fault(fault) for row in rows]
         else:
             left += rows
-    sensor.put(left)
+    sensor.replace_messages(left)
 
 
 def _clock(sensor: _Sensor, fault: Fault) -> None:
-    """It stamps its messages by a clock that is off, and runs fast or slow."""
-    rng = sensor.draw("clock")
+    """The clock that stamps the sensor's messages has an offset and a drift."""
+    rng = sensor.generator("clock")
     offset = _drawn(rng, fault.clock_offset)
     ppm = _drawn(rng, fault.clock_drift_ppm)
     if not (offset or ppm):
         return
-    sensor.tell("clock", 0, f"{offset:+.6f} s, {ppm:+.6f} ppm")
+    sensor.note("clock", 0, f"{offset:+.6f} s, {ppm:+.6f} ppm")
     begin = sensor.span[0]
     _move(sensor, "clock", lambda t: max(begin + 1, t + _us(offset) + round(t * ppm * 1e-6)))
 
@@ -272,19 +274,19 @@ def _move(sensor: _Sensor, fault: str, to: Callable[[int], int]) -> None:
     for rows in sensor.messages():
         old = rows[0].change.time
         new = to(old)
-        moved += rows if new == old else [row.by(fault, new) for row in rows]
-    sensor.put(moved)
+        moved += rows if new == old else [row.with_fault(fault, new) for row in rows]
+    sensor.replace_messages(moved)
 
 
 def _lost(sensor: _Sensor, fault: Fault) -> None:
     if fault.lost:
-        rng = sensor.draw("lost")
+        rng = sensor.generator("lost")
         _drop(sensor, "lost", lambda _: rng.random() < fault.lost)
 
 
 def _late(sensor: _Sensor, fault: Fault) -> None:
     if fault.late:
-        rng = sensor.draw("late")
+        rng = sensor.generator("late")
 
         def arrival(time: int) -> int:
             is_late, by = rng.random() < fault.late, rng.uniform(*fault.late_by)
@@ -295,12 +297,12 @@ def _late(sensor: _Sensor, fault: Fault) -> None:
 
 def _doubled(sensor: _Sensor, fault: Fault) -> None:
     if fault.doubled:
-        rng = sensor.draw("doubled")
+        rng = sensor.generator("doubled")
         out: list[Row] = []
         for rows in sensor.messages():
             out += rows
             is_doubled, after = rng.random() < fault.doubled, rng.uniform(*fault.doubled_after)
             if is_doubled:
-                copies = [row.by("doubled", row.change.time + _us(after)) for row in rows]
+                copies = [row.with_fault("doubled", row.change.time + _us(after)) for row in rows]
                 out += [replace(copy, origin=None) for copy in copies]
-        sensor.put(out)
+        sensor.replace_messages(out)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a faults file asks for: a seed, and a `[[fault]]` table for each group of sensors."""
+"""Reads a faults file: a seed, and a `[[fault]]` table for each group of sensors."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ LONGEST_S = 1e9
 
 
 class _Bounds(NamedTuple):
-    """What numbers a key takes; `is_range`: one number, or [lowest, highest]."""
+    """The valid numbers of a key; `is_range`: one number, or [lowest, highest]. `text` says so in
+    messages."""
 
     low: float
     high: float
     is_range: bool
-    told: str
+    text: str
 
 
 _SHARE = _Bounds(0.0, 1.0, False, "a share from 0 to 1")
@@ -50,7 +51,7 @@ NUMBERS = {
     "false_alarms_per_day": _Bounds(0.0, 86400.0, False, "a number from 0 to 86400"),
     "false_alarm_lasts": _SECONDS,
 }
-# A key → the key without which it says nothing.
+# A key → the key without which it has no effect.
 NEEDS = {
     "late": "late_by",
     "late_by": "late",
@@ -64,8 +65,9 @@ NEEDS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """What happens to the sensors whose name fits one of `sensors` and whose kind is in `kinds`
-    (empty: any). Seconds; a range is drawn from evenly. `docs/faults.md` tells each key."""
+    """Faults of the sensors whose name matches one of `sensors` and whose kind is in `kinds`
+    (empty: any). Times in seconds; values are drawn evenly from ranges. `docs/faults.md` explains
+    each key."""
 
     sensors: tuple[str, ...] = ("*",)
     kinds: tuple[str, ...] = ()
@@ -85,36 +87,36 @@ class Fault:
 
     def concerns(self, name: str, kind: str) -> bool:
         return (not self.kinds or kind in self.kinds) and any(
-            _fits(name, pattern) for pattern in self.sensors
+            _matches(name, pattern) for pattern in self.sensors
         )
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A faults file. `places`: where each fault names its sensors, for messages."""
+    """A faults file. `places`: file and line of each fault's sensors, for messages."""
 
     seed: int
     faults: tuple[Fault, ...]
     places: tuple[str, ...]
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Raises SourceError for a name or pattern that fits none of a home's sensors."""
+        """Raises SourceError for a name or pattern that matches none of a home's sensors."""
         names = sorted(names)
         for fault, place in zip(self.faults, self.places, strict=True):
             for pattern in fault.sensors:
-                if not any(_fits(name, pattern) for name in names):
+                if not any(_matches(name, pattern) for name in names):
                     raise SourceError(
                         f"{place}: no sensor is called '{pattern}'; "
                         f"there are {', '.join(names) or 'none'}"
                     )
 
 
-def _fits(name: str, pattern: str) -> bool:
+def _matches(name: str, pattern: str) -> bool:
     return name == pattern or fnmatchcase(name, pattern)
 
 
 def read_plan(path: Path) -> Plan:
-    """Reads a faults file. Raises SourceError naming file and line; OSError."""
+    """Reads a faults file. Raises SourceError, which names file and line, or OSError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
         found = tomllib.loads(text)
@@ -137,7 +139,7 @@ def read_plan(path: Path) -> Plan:
 
 
 class _Places:
-    """Where keys stand in a file, as far as that is known."""
+    """Finds the lines of keys in a faults file, for messages."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
@@ -146,7 +148,8 @@ class _Places:
         self.heads = [i for i, line in enumerate(self.lines) if is_head(line)]
 
     def of(self, key: str, number: int | None = None) -> str:
-        """File and line of a key, of fault `number` or of the whole; else the fault's number."""
+        """File and line of a key in fault `number` (None: in the whole file), or else the number of
+        the fault."""
         if number is not None and number >= len(self.heads):
             return f"{self.path}: fault {number + 1}"
         first = 0 if number is None else self.heads[number]
@@ -166,7 +169,7 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
         if key not in known:
             raise SourceError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
         if NEEDS.get(key, key) not in table:
-            raise SourceError(f"{place}: {key} says nothing without {NEEDS[key]}; give both")
+            raise SourceError(f"{place}: {key} needs {NEEDS[key]} too; give both")
         if key in NUMBERS:
             values[key] = _number(place, key, value)
         elif key == "stuck":
@@ -182,7 +185,7 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
                 f"known are {', '.join(KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
-        raise SourceError(f"{where.of('sensors', number)}: it says nothing of what goes wrong")
+        raise SourceError(f"{where.of('sensors', number)}: this table names no fault")
     return Fault(**values)
 
 
@@ -191,9 +194,9 @@ def _number(place: str, key: str, value: Any) -> float | Range:
     ends = value if bounds.is_range and isinstance(value, list) else [value, value]
     is_number = [isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends]
     if len(ends) != 2 or not all(is_number):
-        raise SourceError(f"{place}: {key} is {value!r}, not {bounds.told}")
+        raise SourceError(f"{place}: {key} is {value!r}, not {bounds.text}")
     if not bounds.low <= ends[0] <= ends[1] <= bounds.high:
-        raise SourceError(f"{place}: {key} is {value}, not {bounds.told}")
+        raise SourceError(f"{place}: {key} is {value}, not {bounds.text}")
     return (float(ends[0]), float(ends[1])) if bounds.is_range else float(value)
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth file: what faults did to a log, from which the log without them can be had back.
+"""The truth file: lists what faults changed in a log, so that `undo` can restore the log.
 
-A row for each row of the log that is missing (no `row`), told at another time (both numbers) or
-made up (no `true_row`), as it stands in the log without faults, made-up ones as in the faulty one.
-Rows are counted from 1, the first after the header. What was drawn for a sensor, such as when its
-battery dies, has neither number.
+It has one row for each row of the log that is missing (without `row`), has another time (with both
+numbers) or was added (without `true_row`). The row shows the event as in the log without faults, an
+added one as in the faulty log. Rows are counted from 1, the first after the header. What was drawn
+for a sensor, such as the time at which its battery dies, has neither number.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from pathlib import Path
 
 from ..formats.source import SourceError
 from ..log.event_log import HEADER, Event, format_time, to_csv
-from .make import Fact, Faulty
+from .make import DrawnFault, FaultyLog
 
 TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
 
 
-def truth_csv(faulty: Faulty) -> str:
-    """The truth file of a log that was made faulty, sorted by time."""
-    found = [(fact.time, _of_fact(fact)) for fact in faulty.facts]
+def truth_csv(faulty: FaultyLog) -> str:
+    """The truth file of a faulty log, sorted by time."""
+    found = [(drawn.time, _drawn_row(drawn)) for drawn in faulty.drawn]
     numbered = [(str(number), row) for number, row in enumerate(faulty.rows, start=1)]
     for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
         if row.faults:
@@ -33,22 +33,22 @@ def truth_csv(faulty: Faulty) -> str:
     return to_csv(TRUTH_HEADER, (cells for _, cells in sorted(found, key=lambda pair: pair[0])))
 
 
-def _of_fact(fact: Fact) -> tuple[str, ...]:
-    time = format_time(fact.time / 1e6)
-    return (fact.fault, "", "", time, "", fact.sensor.name, fact.sensor.kind, "", fact.text)
+def _drawn_row(drawn: DrawnFault) -> tuple[str, ...]:
+    time = format_time(drawn.time / 1e6)
+    return (drawn.fault, "", "", time, "", drawn.sensor.name, drawn.sensor.kind, "", drawn.text)
 
 
 def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
     """The events without faults, in their order.
 
-    Raises SourceError where the truth file is none, or is that of another log; OSError.
+    Raises SourceError where the file is no truth file or belongs to another log, or OSError.
     """
     left: dict[int, Event] = dict(enumerate(faulty, start=1))
     put: dict[int, Event] = {}
     for line, cells in _rows(truth):
         row, true_row, event = _read(truth, line, cells)
         there = left.pop(row, None) if row else None
-        if row and (there is None or not _is_same(there, event, at_all=not true_row)):
+        if row and (there is None or not _is_same(there, event, with_time=not true_row)):
             raise SourceError(f"{truth}: line {line} does not fit the log: it is of another one")
         if true_row:
             put[true_row] = event
@@ -59,9 +59,9 @@ def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
         raise SourceError(f"{truth} does not fit the log: it has rows that are not there") from None
 
 
-def _is_same(there: Event, event: Event, at_all: bool) -> bool:
-    """Whether a row of the log is the one that the truth tells; `at_all`: its time too."""
-    return there.row[1 - at_all :] == event.row[1 - at_all :]
+def _is_same(there: Event, event: Event, with_time: bool) -> bool:
+    """Whether two events are equal; `with_time`: also in time."""
+    return there.row[1 - with_time :] == event.row[1 - with_time :]
 
 
 def _rows(truth: Path) -> list[tuple[int, list[str]]]:
@@ -70,7 +70,7 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
             rows = csv.reader(file)
             if tuple(next(rows, ())) != TRUTH_HEADER:
                 raise SourceError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
-            # Facts have neither number.
+            # Rows of what was drawn have neither number.
             return [
                 (rows.line_num, row)
                 for row in rows
@@ -88,4 +88,4 @@ def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event]:
         event = Event(float(time), sensor, field, float(frame), kind, value)
         return int(row or 0), int(true_row or 0), event
     except ValueError:
-        raise SourceError(f"{truth}: line {line} tells no row of a log") from None
+        raise SourceError(f"{truth}: line {line} is not a row of a log") from None

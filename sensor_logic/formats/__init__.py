@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Event logs in the formats of other tools. A new one is a file here and an entry below."""
+"""Event logs in the formats of other tools. A new format is a module here and an entry below."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from pathlib import Path
 
 from . import casas, events, home_assistant, influx, mcap, mcap_reader, ocel, parquet, pyadlml, xes
 from .log import Log
-from .read import Read
-from .written import FormatError, Written
+from .read import ParsedLog
+from .written import FormatError, FormatFiles
 
-__all__ = ["FORMATS", "Format", "FormatError", "Log", "Written"]
+__all__ = ["FORMATS", "Format", "FormatError", "FormatFiles", "Log"]
 
 
 @dataclass(frozen=True)
 class Format:
-    """A way to write a log, and to read one. `is_folder`: it is several files in a folder, else
-    one file. `needs`: a package that must be installed. `begins`: a pattern of the bytes with
-    which its files begin, or of the names in its folder."""
+    """A format: how to write a log, and how to read one. `is_folder`: it is several files in a
+    folder, else one file. `needs`: a package that must be installed. `begins`: a pattern of the
+    first bytes of its file, or of the file names in its folder, by which it is recognised."""
 
     name: str
     extension: str
     tip: str
-    write: Callable[[Log], Written]
-    read: Callable[[Path], Read] | None = None
+    write: Callable[[Log], FormatFiles]
+    read: Callable[[Path], ParsedLog] | None = None
     begins: bytes = rb"(?!)"
     is_folder: bool = False
     needs: str = ""
@@ -44,7 +44,7 @@ FORMATS = {
             casas.read,
             casas.BEGINS,
         ),
-        # It is read as `casas` is.
+        # The reader of `casas` reads it too.
         Format("casas-csv", ".csv", "CASAS with commas, as released in 2025", casas.write_csv),
         Format(
             "pyadlml",

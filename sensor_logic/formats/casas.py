@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""CASAS: a line for each change, activities marked on the lines where they begin and end.
+"""CASAS: a line for each change; activities are marked on the lines where they begin and end.
 
-`casas` is the form of Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003 ON Sleeping
+`casas` is the format of Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003 ON Sleeping
 begin`. `casas-csv` is that of the release of 2025 (doi 10.5281/zenodo.15708568):
 `2012-07-20,10:38:54.512364,OutsideDoor,ON,Step_Out="begin"`. Neither has a header, rooms, units or
-states at the start: those go into a second file.
+initial states: a second file holds them.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from pathlib import Path
 from . import key
 from .log import Activity, Change, Channel, Log, titles
 from .names import camel, label, unique
-from .read import Read
-from .written import Written
+from .read import ParsedLog
+from .written import FormatFiles
 
-# What is known of the sensors goes into a file beside.
+# The second file with the facts about the sensors.
 SUFFIX = ".sensors.csv"
 BEGINS = rb"\d{4}-\d\d-\d\d[\s,]+\d\d:\d\d:\d\d"
 LINE = re.compile(
     r"(\d{4}-\d\d-\d\d)[\s,]+(\d\d:\d\d:\d\d(?:\.\d+)?)[\s,]+([^\s,]+)[\s,]+([^\s,]+)"
 )
 
-# What the first letters of a sensor's name say: motion, door, item, light switch, light level.
+# The first letters of sensor names: motion, door, item, light switch, light level.
 PREFIXES = {
     "motion": "M",
     "opening": "D",
@@ -38,19 +38,19 @@ PREFIXES = {
     "illuminance": "LS",
     "luminance": "LS",
 }
-# A boolean whose prefix is not known is an item that is used or not.
+# The prefix of all other boolean fields: an item that is used or not.
 ITEM = "I"
 
 
 @dataclass
 class _Mark:
-    """An activity's begin or end on the line of a change."""
+    """The mark for an activity's begin or end on the line of a change."""
 
     activity: str
     word: str
 
 
-def write_text(log: Log) -> Written:
+def write_text(log: Log) -> FormatFiles:
     """Spaces between the columns, sensors numbered by kind (`M003`), changes alone."""
     names = _numbered(log.channels)
     lines = []
@@ -64,7 +64,7 @@ def write_text(log: Log) -> Written:
     return _written(log, names, lines, notes)
 
 
-def write_csv(log: Log) -> Written:
+def write_csv(log: Log) -> FormatFiles:
     """Commas, sensors by their names in one word (`PIRHall`), changes alone."""
     names = _named(log.channels)
     lines = []
@@ -80,11 +80,13 @@ def write_csv(log: Log) -> Written:
     return _written(log, names, lines, notes)
 
 
-def _written(log: Log, names: dict[Channel, str], lines: list[str], notes: list[str]) -> Written:
+def _written(
+    log: Log, names: dict[Channel, str], lines: list[str], notes: list[str]
+) -> FormatFiles:
     left_out = [f"{c.sensor.name} {c.field}" for c in log.channels if c not in names]
     if left_out:
         notes.append(f"CASAS has no sensors for these, left out: {', '.join(left_out)}")
-    return Written({"": "".join(lines), SUFFIX: key.to_text(log, names)}, tuple(notes))
+    return FormatFiles({"": "".join(lines), SUFFIX: key.to_text(log, names)}, tuple(notes))
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
@@ -99,10 +101,10 @@ def _numbered(channels: list[Channel]) -> dict[Channel, str]:
 
 
 def _named(channels: list[Channel]) -> dict[Channel, str]:
-    """Names in one word; text has no place here."""
-    told = {c: title for c, title in titles(channels).items() if c.type is not str}
-    spelling = unique(told.values(), camel)
-    return {channel: spelling[title] for channel, title in told.items()}
+    """One-word names; text fields are left out."""
+    named = {c: title for c, title in titles(channels).items() if c.type is not str}
+    spelling = unique(named.values(), camel)
+    return {channel: spelling[title] for channel, title in named.items()}
 
 
 def _stamp(log: Log, change: Change, separator: str) -> str:
@@ -110,10 +112,9 @@ def _stamp(log: Log, change: Change, separator: str) -> str:
 
 
 def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[str]]:
-    """Which change bears an activity's begin, which its end: the first and last within it.
-
-    A line has room for one mark. An activity with no two free lines of its own is left out.
-    """
+    """The marks, by `id` of their change, and notes. The first and the last change during an
+    activity bear its marks. A line holds one mark; an activity without two free lines is left out,
+    and a note says so."""
     changes = [change for change in log.updates() if change.channel in names]
     times = [change.time for change in changes]
     found: dict[int, _Mark] = {}
@@ -139,13 +140,13 @@ def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[
 
 
 def _label(log: Log, activity: Activity) -> str:
-    """With the person's name where there are several, as in `R1_Sleeping`."""
+    """An activity's label, with the person's name where there are several: `R1_Sleeping`."""
     name = label(activity.activity)
     return f"{label(activity.person)}_{name}" if len(log.people) > 1 else name
 
 
 class _Inside:
-    """The label of the activity that a time lies in, asked in time order."""
+    """The label of the activity at a time; the times must come in order."""
 
     def __init__(self, log: Log) -> None:
         self.log = log
@@ -159,11 +160,11 @@ class _Inside:
         return _label(self.log, self.present[-1]) if self.present else ""
 
 
-def read(path: Path) -> Read:
-    """Either form, of this program or of a real home, without the activities.
+def read(path: Path) -> ParsedLog:
+    """Reads either format, written by this program or by a real home, without the activities.
 
-    Where no file beside it tells of its sensors, they are taken for what their names say, and
-    numbers are passed over. Raises ValueError naming the line.
+    Without the second file, the sensors' kinds are guessed from their names, and numbers are
+    ignored. Raises ValueError, which names the line.
     """
     labels: set[str] = set()
     found = key.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A log as columns of one type each: {name: (type, values)}."""
+"""A log as columns: {name: (type, values)}."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Columns = dict[str, tuple[type, list[Any]]]
 
 
 def event_columns(log: Log) -> Columns:
-    """Time and sensor, and the value as text, as the event log has it, and as a number."""
+    """The columns of the event log, with the value as text and as a number."""
     changes = log.changes
     numbers = [None if isinstance(c.value, str) else float(c.value) for c in changes]
     return {
@@ -29,7 +29,7 @@ def event_columns(log: Log) -> Columns:
 
 
 def sample_columns(log: Log) -> Columns:
-    """Every update, in the order of the sensors' names and of time."""
+    """The columns of all updates, ordered by sensor name and time."""
     assert log.samples is not None
     tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
     types = {
@@ -61,7 +61,7 @@ def _is_used(name: str, tracks: list[Any]) -> bool:
 
 
 def _plain(of: type, column: Any, count: int) -> list[Any]:
-    """A column's values as Python's own; what was not measured is None."""
+    """A column's values as Python objects; None where nothing was measured."""
     if column is None:
         return [None] * count
     if of is float:

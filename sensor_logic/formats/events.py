@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from ..log.event_log import rows_csv
 from .log import Log
-from .written import Written
+from .written import FormatFiles
 
 
-def write(log: Log) -> Written:
-    """A row for each change, those at the start among them."""
-    return Written({"": rows_csv(change.event for change in log.changes)})
+def write(log: Log) -> FormatFiles:
+    """A row for each change, initial states included."""
+    return FormatFiles({"": rows_csv(change.event for change in log.changes)})

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors as Home Assistant knows them: MQTT discovery, states, and a file of these messages.
+"""MQTT messages for Home Assistant, discovery and states, and a file of these messages.
 
 https://www.home-assistant.io/integrations/mqtt/#discovery-messages: each sensor is a device with
 its room as suggested area, each field an entity. A line of the file has `time_s`, `time` (ISO
-8601), `topic`, `payload` and `retain`. Home Assistant stamps messages when they arrive: whoever
-sends them keeps time, as `angen replay` does.
+8601), `topic`, `payload` and `retain`. Home Assistant stamps messages with their time of arrival,
+so the sender must send them in time, as `angen replay` does.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from typing import Any, NamedTuple
 from ..log.event_log import format_value
 from .log import Channel, Log, SensorFacts, Value
 from .names import slug, unique
-from .read import DatedChange, Read
-from .written import Written
+from .read import DatedChange, ParsedLog
+from .written import FormatFiles
 
 TOPIC = "angen"
-# The topics of discovery, with a sensor's identifier in the place of the star.
+# The discovery topics, with `*` for a sensor's identifier.
 CONFIGS = "homeassistant/device/*/config"
 PROGRAM = "angen-sensors"
 ONLINE, OFFLINE = "online", "offline"
-# To Home Assistant: the state is not known.
+# Home Assistant's payload for an unknown state.
 UNKNOWN = "None"
-# A text that is empty. An empty payload would take the state from the broker instead.
+# The payload for an empty text; an empty payload would delete the broker's retained state.
 NO_TEXT = "–"
 # Home Assistant refuses a longer state.
 LONGEST = 255
@@ -45,14 +45,14 @@ NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
 
 
 class Message(NamedTuple):
-    """What is published. The broker retains it: whoever subscribes later gets it too."""
+    """An MQTT message. The broker retains it, so that later subscribers receive it too."""
 
     topic: str
     payload: str
 
 
 class Home:
-    """The topics of a home's sensors, all below `topic`, and what is published there."""
+    """The MQTT messages of a home's sensors; their topics are all below `topic`."""
 
     def __init__(
         self, channels: Iterable[Channel], topic: str = TOPIC, version: str = "unknown"
@@ -62,11 +62,11 @@ class Home:
         self._names = unique((channel.sensor.name for channel in self.channels), slug)
 
     def status(self, payload: str) -> Message:
-        """Whether the sensors can be reached, ONLINE or OFFLINE; else they are "unavailable"."""
+        """The availability of all sensors, ONLINE or OFFLINE ("unavailable")."""
         return Message(f"{self.topic}/status", payload)
 
     def discovery(self) -> list[Message]:
-        """What makes each sensor a device of Home Assistant, by name."""
+        """The discovery messages, one for each sensor, which becomes a device."""
         channels: dict[str, list[Channel]] = {name: [] for name in self._names}
         for channel in self.channels:
             channels[channel.sensor.name].append(channel)
@@ -79,7 +79,7 @@ class Home:
         ]
 
     def state(self, channel: Channel, value: Value | None) -> Message:
-        """A channel's value; None where it is not known."""
+        """The state message of a channel; None: its value is unknown."""
         return Message(
             f"{self.topic}/{self._names[channel.sensor.name]}/{channel.field}",
             UNKNOWN if value is None else payload(channel, value),
@@ -126,7 +126,7 @@ class Home:
 
 
 def payload(channel: Channel, value: Value) -> str:
-    """A value as its entity takes it; never empty."""
+    """The payload for a value; never empty."""
     if channel.type is bool:
         return "ON" if value else "OFF"
     if isinstance(value, float) and not math.isfinite(value):
@@ -136,7 +136,7 @@ def payload(channel: Channel, value: Value) -> str:
 
 
 def is_config_of(topic: str, message: Message) -> bool:
-    """Whether a message of discovery is of a home of ours with this topic."""
+    """Whether this program wrote a discovery message, for a home with this topic."""
     try:
         config = json.loads(message.payload)
         return bool(
@@ -146,8 +146,8 @@ def is_config_of(topic: str, message: Message) -> bool:
         return False
 
 
-def write(log: Log) -> Written:
-    """Discovery, "online", then every state as it changes, and "offline" at the end."""
+def write(log: Log) -> FormatFiles:
+    """Discovery and "online", then every state change, and "offline" at the end."""
     home = Home(log.channels, version=log.about.get("versions.angen_sensors", "unknown"))
     messages = [(0, message) for message in (*home.discovery(), home.status(ONLINE))]
     for change in log.changes:
@@ -163,12 +163,12 @@ def write(log: Log) -> Written:
             "retain": True,
         }
         lines.append(json.dumps(message, ensure_ascii=False) + "\n")
-    return Written({"": "".join(lines)})
+    return FormatFiles({"": "".join(lines)})
 
 
-def read(path: Path) -> Read:
-    """The states of sensors that messages of discovery made known."""
-    found = Read([])
+def read(path: Path) -> ParsedLog:
+    """The states of the sensors that have discovery messages."""
+    found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         message = json.loads(line)

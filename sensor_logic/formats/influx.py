@@ -2,8 +2,8 @@
 """InfluxDB's line protocol: a line for each sensor and time, nanoseconds since 1970 in UTC.
 
 https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/: the measurement is the
-sensor's kind; tags are its name and room; fields are what it publishes. Activities are
-measurement `activity`, with a line where one begins and one where it ends.
+sensor's kind, its tags are the sensor's name and room, its fields the published ones. An activity
+has the measurement `activity`, with a line at its begin and one at its end.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from pathlib import Path
 
 from ..log.event_log import format_value
 from .log import Change, Log
-from .read import DatedChange, Read, since_epoch, value_text
-from .written import Written
+from .read import DatedChange, ParsedLog, since_epoch, value_text
+from .written import FormatFiles
 
 BEGINS = rb"(#|[^\s,={]+(,(\\.|[^\\ ])+)? [^\s=]+=)"
 ACTIVITY = "activity"
 
 
-def write(log: Log) -> Written:
-    """All changes, the states at the start among them, then the activities."""
+def write(log: Log) -> FormatFiles:
+    """All changes, initial states included, then the activities."""
     lines = []
     for (time, sensor), changes in groupby(log.changes, lambda c: (c.time, c.channel.sensor)):
         fields = ",".join(f"{_key(c.channel.field)}={_field(c)}" for c in changes)
@@ -33,7 +33,7 @@ def write(log: Log) -> Written:
         for time, going_on in ((activity.start, "true"), (activity.end, "false")):
             fields = f"name={_quoted(activity.activity)},going_on={going_on}"
             lines.append(f"{ACTIVITY}{tags} {fields} {_nanoseconds(log, time)}\n")
-    return Written({"": "".join(lines)}, _notes(log))
+    return FormatFiles({"": "".join(lines)}, _notes(log))
 
 
 def _nanoseconds(log: Log, time: int) -> int:
@@ -45,9 +45,9 @@ def _tags(**tags: str) -> str:
 
 
 def _key(text: str) -> str:
-    """A measurement, tag or name of a field. A line break or a last backslash cannot be held."""
-    held = re.sub(r"\s", " ", text).rstrip("\\")
-    return re.sub(r"([,= ])", r"\\\1", held)
+    """A measurement, tag or field name. Line breaks and a last backslash are not possible."""
+    possible = re.sub(r"\s", " ", text).rstrip("\\")
+    return re.sub(r"([,= ])", r"\\\1", possible)
 
 
 def _field(change: Change) -> str:
@@ -65,25 +65,27 @@ def _quoted(text: str) -> str:
 
 def _notes(log: Log) -> tuple[str, ...]:
     changed = [s.name for s in log.sensors if re.sub(r"\s", " ", s.name).rstrip("\\") != s.name]
-    told = ", ".join(map(repr, changed))
-    return (f"influx cannot hold line breaks or a last backslash in names: {told}",) if told else ()
+    names = ", ".join(map(repr, changed))
+    if not names:
+        return ()
+    return (f"influx cannot hold line breaks or a last backslash in names: {names}",)
 
 
-def read(path: Path) -> Read:
+def read(path: Path) -> ParsedLog:
     """The sensors' changes, without the activities."""
-    found = Read([])
+    found = ParsedLog([])
     for line in path.read_text(encoding="utf-8").splitlines():
         parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
         if parts is None:
             if line.strip() and not line.startswith("#"):
-                raise ValueError(f"'{line[:60]}' is no line of it")
+                raise ValueError(f"'{line[:60]}' is not a line of the line protocol")
             continue
         measurement, *tags = re.split(r"(?<!\\),", parts[1])
         if measurement == ACTIVITY:
             found.has_activities = True
             continue
-        told = dict(re.split(r"(?<!\\)=", tag, maxsplit=1) for tag in tags)
-        name, room = (_plain(told.get(key, "")) for key in ("sensor", "room"))
+        values = dict(re.split(r"(?<!\\)=", tag, maxsplit=1) for tag in tags)
+        name, room = (_plain(values.get(key, "")) for key in ("sensor", "room"))
         found.rooms[name] = room
         time = since_epoch(int(parts[3]) // 1000)
         for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What formats that know names and words alone cannot hold: a table of its sensors beside a log."""
+"""The table of sensors beside a log, for formats whose lines have only a name and a word."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from typing import NamedTuple
 
 from ..log.event_log import format_value, to_csv
 from .log import Channel, Log, Value
-from .read import DatedChange, Read, field_of
+from .read import DatedChange, ParsedLog, field_of
 
 HEADER = ("id", "sensor", "field", "kind", "room", "unit", "initial")
 WORDS = {"ON": "1", "OFF": "0", "OPEN": "1", "CLOSE": "0", "CLOSED": "0"}
-# CASAS names sensors by a letter and a number, or, since 2025, by their places.
+# The quantity by the letters of a CASAS name; names of the release of 2025 are places instead.
 NUMBERED = {"M": "motion", "MA": "motion", "D": "opening", "I": "occupancy", "L": "light"}
 
 
 class Entry(NamedTuple):
-    """A row of the table: what an identifier in the log stands for."""
+    """A row of the table: the sensor and field of an identifier in the log."""
 
     sensor: str
     field: str
@@ -31,7 +31,7 @@ class Entry(NamedTuple):
 
 
 def word(channel: Channel, value: Value) -> str:
-    """A value as CASAS has it: ON, OFF, OPEN, CLOSE, or a number."""
+    """A value in CASAS: ON, OFF, OPEN, CLOSE, or a number."""
     if channel.type is not bool:
         return format_value(value)
     words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
@@ -39,7 +39,7 @@ def word(channel: Channel, value: Value) -> str:
 
 
 def to_text(log: Log, names: Mapping[Channel, str]) -> str:
-    """The table of the sensors' fields that are in a log by these names."""
+    """The table for the fields that a log lists under these names."""
     initial = log.initial()
     rows = [
         (
@@ -57,14 +57,15 @@ def to_text(log: Log, names: Mapping[Channel, str]) -> str:
 
 
 def read_rows(
-    table: Path, rows: Iterable[tuple[datetime, str, str]], told_at_start: bool = False
-) -> Read:
-    """The changes of (time, identifier, word), as the table tells them, if it is there; else by
-    what their names say. `told_at_start`: states at the start are among them."""
+    table: Path, rows: Iterable[tuple[datetime, str, str]], has_initial: bool = False
+) -> ParsedLog:
+    """The changes of rows (time, identifier, word). The table, if it exists, gives their sensors
+    and fields; else they are guessed from their names. `has_initial`: the rows include the initial
+    states."""
     known = _read_table(table)
-    found = Read([], {entry.sensor: entry.room for entry in known.values()}, bool(known))
+    found = ParsedLog([], {entry.sensor: entry.room for entry in known.values()}, bool(known))
     for time, name, text in rows:
-        if not found.changes and not told_at_start:
+        if not found.changes and not has_initial:
             found.changes.extend(_change(time, entry, entry.initial) for entry in known.values())
         entry = known.get(name) or _guessed(name, text)
         if name in known or text.upper() in WORDS:

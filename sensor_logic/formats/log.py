@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An event log with what other formats ask for beside it: typed values, rooms, a calendar."""
+"""An event log with typed values, rooms, dates and activities, as other formats need them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from datetime import UTC, datetime, timedelta
 from ..log.event_log import Event, format_value
 from ..recording.tracks import Recording
 
-# A log that was given no start begins here, so that its seconds are seconds since 1970.
+# The start of a log without dates, so that its seconds are seconds since 1970.
 DEFAULT_START = datetime(1970, 1, 1)
 Value = bool | float | str
 
 
 @dataclass(frozen=True, eq=False)
 class SensorFacts:
-    """What is known of a sensor beside its events; `parameters` in SI units."""
+    """The facts about a sensor besides its events; `parameters` in SI units."""
 
     name: str
     kind: str
@@ -28,7 +28,7 @@ class SensorFacts:
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One published field of one sensor: `quantity` is what it measures (`QUANTITIES`)."""
+    """One published field of one sensor; `quantity` as in `kind.Field`, never empty."""
 
     sensor: SensorFacts
     field: str
@@ -48,7 +48,7 @@ class Change:
 
     @property
     def event(self) -> Event:
-        """The change as the event log has it."""
+        """The change as an event of the event log."""
         sensor = self.channel.sensor
         text = format_value(self.value)
         return Event(
@@ -58,7 +58,7 @@ class Change:
 
 @dataclass(frozen=True, order=True)
 class Activity:
-    """What a person did; times in whole microseconds since the log's start."""
+    """An activity of a person; times in whole microseconds since the log's start."""
 
     start: int
     end: int
@@ -71,8 +71,8 @@ class Activity:
 class Log:
     """Changes in time order. The first change of each channel is its initial state.
 
-    `start`: date and time of t = 0; without a time zone it is what a clock in the home shows.
-    `about`: home, seed, versions, as text. `samples`: every update, where the log has them.
+    `start`: date and time of t = 0; without a time zone it is the local time of the home.
+    `about`: home, seed, versions, as text. `samples`: all updates, where the log has them.
     """
 
     changes: tuple[Change, ...]
@@ -95,7 +95,7 @@ class Log:
 
     @functools.cached_property
     def people(self) -> frozenset[str]:
-        """Who did something."""
+        """The persons of all activities."""
         return frozenset(activity.person for activity in self.activities)
 
     def initial(self) -> dict[Channel, Change]:
@@ -111,28 +111,29 @@ class Log:
         return [change for change in self.changes if id(change) not in first]
 
     def local(self, time: int) -> datetime:
-        """What a clock in the home shows `time` microseconds after the start."""
+        """The local time of the home `time` microseconds after the start."""
         elapsed = timedelta(microseconds=time)
         if self.start.tzinfo is None:
             return self.start + elapsed
-        # Added in UTC: a change to daylight saving moves the clock, not the time that passed.
+        # Added in UTC: daylight saving moves the clock, not the elapsed time.
         return (self.start.astimezone(UTC) + elapsed).astimezone(self.start.tzinfo)
 
     def epoch_us(self, time: int) -> int:
-        """Microseconds since 1970 in UTC; a start without a time zone is taken for UTC."""
+        """Microseconds since 1970 in UTC; a start without a time zone counts as UTC."""
         start = self.start if self.start.tzinfo else self.start.replace(tzinfo=UTC)
         since = start - datetime(1970, 1, 1, tzinfo=UTC)
         return since // timedelta(microseconds=1) + time
 
     def iso(self, time: int) -> str:
-        """ISO 8601 with microseconds and offset; a start without a time zone is taken for UTC."""
+        """ISO 8601 with microseconds and offset; a start without a time zone counts as UTC."""
         local = self.local(time)
         zoned = local if local.tzinfo else local.replace(tzinfo=UTC)
         return zoned.isoformat(timespec="microseconds")
 
 
 def titles(channels: list[Channel]) -> dict[Channel, str]:
-    """Channel → a name of its own: its sensor's for the first boolean, else with its field."""
+    """Channel → a unique name: the sensor's name for its first boolean field, else sensor and
+    field."""
     main: dict[SensorFacts, Channel] = {}
     for channel in channels:
         if channel.type is bool and channel.quantity != "validity":
@@ -143,7 +144,7 @@ def titles(channels: list[Channel]) -> dict[Channel, str]:
         title = channel.sensor.name
         if main.get(channel.sensor) is not channel:
             title = f"{title} {channel.field}"
-            while title in taken:  # a sensor may be called like another one's field
+            while title in taken:  # a sensor may have the name of another's field
                 title += "_"
         taken.add(title)
         found[channel] = title

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""MCAP with ROS 2 messages: what `ros2 bag`, Foxglove and rosbags read.
+"""Writes MCAP files with ROS 2 messages, which `ros2 bag`, Foxglove and rosbags read.
 
 https://mcap.dev/spec: records of a type byte, a length and content; messages in chunks with an
 index and CRCs, a summary at the end. Each field of a sensor is a topic, `/angen/pir_hall/moved`.
@@ -18,7 +18,7 @@ from ..kinds import KINDS
 from . import ros2
 from .log import Change, Channel, Log
 from .names import slug, unique
-from .written import Written
+from .written import FormatFiles
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 1 << 20
@@ -32,7 +32,7 @@ BY_QUANTITY = {
 }
 BY_TYPE = {bool: "std_msgs/msg/Bool", str: "std_msgs/msg/String"}
 NUMBER = "std_msgs/msg/Float32"
-# Parameters of what tells distances, as Range.msg has them in turn.
+# The parameters of a distance sensor in the order of Range.msg.
 OF_RANGE = ("horizontal_fov", "range_min", "range_max")
 ACTIVITY = "std_msgs/msg/String"
 ACTIVITIES = "activities"
@@ -40,7 +40,7 @@ ACTIVITIES = "activities"
 
 @dataclass(frozen=True)
 class _Message:
-    """Bytes on a topic, at a time in nanoseconds since 1970."""
+    """The bytes of a message on a topic, with its time in nanoseconds since 1970."""
 
     time: int
     topic: str
@@ -51,7 +51,7 @@ class _Message:
 
 @dataclass
 class _Chunk:
-    """Where a chunk lies, and what it holds."""
+    """The position and content of a chunk, for the chunk index."""
 
     first: int
     last: int
@@ -64,7 +64,7 @@ class _Chunk:
 
 @dataclass
 class _File:
-    """The file as it grows: schemas and channels by name, chunks, counts."""
+    """The file while it is written: schemas and channels by name, chunks, message counts."""
 
     data: bytearray = field(default_factory=lambda: bytearray(MAGIC))
     schemas: dict[str, int] = field(default_factory=dict)
@@ -73,8 +73,8 @@ class _File:
     counts: dict[int, int] = field(default_factory=lambda: defaultdict(int))
 
 
-def write(log: Log) -> Written:
-    """All changes, the states at the start among them, and all activities as text."""
+def write(log: Log) -> FormatFiles:
+    """All changes, initial states included, and all activities as text."""
     file = _File()
     file.data += _record(HEADER, _text("ros2") + _text("angen-sensors"))
     waiting: list[_Message] = []
@@ -93,7 +93,7 @@ def write(log: Log) -> Written:
     metadata = (metadata_offset, len(file.data) - metadata_offset)
     file.data += _record(DATA_END, struct.pack("<I", zlib.crc32(file.data)))
     _add_summary(file, metadata)
-    return Written({"": bytes(file.data)})
+    return FormatFiles({"": bytes(file.data)})
 
 
 def _messages(log: Log) -> Iterator[_Message]:
@@ -114,7 +114,7 @@ def _of_change(log: Log, topics: Mapping[str, str], change: Change) -> Iterator[
     schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
     yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change), channel)
     if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
-        data = ros2.beam_message(time, frame, bool(change.value), _fact(channel, "range_max"))
+        data = ros2.beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
         yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data)
 
 
@@ -126,7 +126,7 @@ def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
         "std_msgs/msg/Bool": lambda: ros2.bool_message(bool(value)),
         "sensor_msgs/msg/Illuminance": lambda: ros2.illuminance_message(time, frame, value),
         RANGE: lambda: ros2.range_message(
-            time, frame, value, *(_fact(change.channel, name) for name in OF_RANGE)
+            time, frame, value, *(_parameter(change.channel, name) for name in OF_RANGE)
         ),
         "geometry_msgs/msg/WrenchStamped": lambda: ros2.force_message(time, frame, value),
         NUMBER: lambda: ros2.float_message(value),
@@ -134,8 +134,8 @@ def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
     return write[schema]()
 
 
-def _fact(channel: Channel, name: str) -> float:
-    """A parameter of its sensor, 0 where the home's facts do not tell."""
+def _parameter(channel: Channel, name: str) -> float:
+    """A parameter of the channel's sensor; 0 if it is not known."""
     value = channel.sensor.parameters.get(name, 0.0)
     return float(value) if isinstance(value, (int, float)) else 0.0
 
@@ -175,7 +175,7 @@ def _new_channel(file: _File, message: _Message) -> bytes:
 
 
 def _about(channel: Channel | None) -> dict[str, str]:
-    """The metadata of a topic: names as they are, which a topic cannot hold."""
+    """The metadata of a topic: the names in their original spelling, room and unit."""
     if channel is None:
         return {"holds": ACTIVITIES}
     sensor = channel.sensor
@@ -201,7 +201,7 @@ def _channel_record(file: _File, topic: str) -> bytes:
 
 
 def _add_summary(file: _File, metadata: tuple[int, int]) -> None:
-    """Schemas, channels, statistics and indexes once more, where readers look first."""
+    """Appends the summary, which repeats schemas and channels and has statistics and indexes."""
     start = len(file.data)
     groups = (
         (SCHEMA, [_schema_record(file, name) for name in file.schemas]),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads the MCAP files that `mcap.py` writes: chunks that are not compressed, ROS 2 messages."""
+"""Reads MCAP files as `mcap.py` writes them: uncompressed chunks of ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from . import mcap, ros2
-from .read import DatedChange, Read, since_epoch, value_text
+from .read import DatedChange, ParsedLog, since_epoch, value_text
 
 
-def read(path: Path) -> Read:
-    """The changes of topics whose metadata name a sensor."""
-    found = Read([])
+def read(path: Path) -> ParsedLog:
+    """The changes on the topics whose metadata name a sensor."""
+    found = ParsedLog([])
     schemas: dict[int, str] = {}
     topics: dict[int, tuple[str, dict[str, str]]] = {}
     for kind, content in _records(path.read_bytes()[len(mcap.MAGIC) :]):
@@ -37,13 +37,13 @@ def read(path: Path) -> Read:
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Type and content of each record, those in chunks too, up to the summary."""
+    """Type and content of each record before the summary, records in chunks included."""
     at = 0
     while at < len(data):
         kind, length = struct.unpack_from("<BQ", data, at)
         content = data[at + 9 : at + 9 + length]
         if len(content) < length:
-            raise ValueError("it is cut off")
+            raise ValueError("the file is truncated")
         at += 9 + length
         if kind == mcap.DATA_END:
             return
@@ -57,7 +57,7 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _text(data: bytes, at: int) -> tuple[str, int]:
-    """A text, and where it ends."""
+    """The text at a position, and the position after it."""
     (length,) = struct.unpack_from("<I", data, at)
     return data[at + 4 : at + 4 + length].decode(), at + 4 + length
 

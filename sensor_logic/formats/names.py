@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names as other formats take them; no two become the same."""
+"""Spellings of names for other formats, without duplicates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 
 def unique(names: Iterable[str], spell: Callable[[str], str]) -> dict[str, str]:
-    """Name → its spelling; where two would be the same, the later by name gets a number."""
+    """Name → its spelling; of two equal spellings the one of the later name gets a number."""
     found: dict[str, str] = {}
     taken: set[str] = set()
     for name in sorted(set(names)):
@@ -31,12 +31,12 @@ def slug(name: str) -> str:
 
 
 def camel(name: str) -> str:
-    """Words in one, each with a capital: `PIR hall` → `PIRHall`. ASCII letters and digits."""
+    """One word in camel case, of ASCII letters and digits: `PIR hall` → `PIRHall`."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
     words = re.findall(r"[A-Za-z0-9]+", plain)
     return "".join(word[0].upper() + word[1:] for word in words) or "Sensor"
 
 
 def label(activity: str) -> str:
-    """An activity in one word, as CASAS labels have it: `Bed to toilet` → `Bed_to_toilet`."""
+    """An activity as a CASAS label, one word: `Bed to toilet` → `Bed_to_toilet`."""
     return re.sub(r"\W+", "_", activity).strip("_") or "Activity"

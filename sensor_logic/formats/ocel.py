@@ -2,7 +2,7 @@
 """OCEL 2.0 as JSON: object-centric event logs (https://www.ocel-standard.org/2.0/).
 
 Objects are sensors, rooms and people; an event is a change of a sensor's field, or the begin or
-end of an activity, and tells which objects had part in it.
+end of an activity, and refers to the objects that took part in it.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from typing import Any
 
 from ..log.event_log import format_value
 from .log import Activity, Change, Log, SensorFacts
-from .read import DatedChange, Read, value_text
-from .written import Written
+from .read import DatedChange, ParsedLog, value_text
+from .written import FormatFiles
 
 BEGINS = rb"\s*\{\s*\"(objectTypes|eventTypes|objects|events)\""
 TYPES = {bool: "boolean", float: "float", int: "integer", str: "string"}
 ACTIVITY_TYPES = ("activity begins", "activity ends")
 
 
-def write(log: Log) -> Written:
-    """All changes, the states at the start among them, and all activities."""
+def write(log: Log) -> FormatFiles:
+    """All changes, initial states included, and all activities."""
     timed = [(c.time, _change(log, number, c)) for number, c in enumerate(log.changes)]
     timed += _activities(log, len(timed))
-    # By time alone: written times do not sort where daylight saving ends.
+    # By elapsed time: local times are out of order where daylight saving ends.
     events = [event for _, event in sorted(timed, key=lambda pair: pair[0])]
     found = {
         "objectTypes": _object_types(),
@@ -34,7 +34,7 @@ def write(log: Log) -> Written:
         "objects": _objects(log),
         "events": events,
     }
-    return Written({"": json.dumps(found, ensure_ascii=False, indent=1) + "\n"})
+    return FormatFiles({"": json.dumps(found, ensure_ascii=False, indent=1) + "\n"})
 
 
 def _object_types() -> list[dict[str, Any]]:
@@ -93,8 +93,8 @@ def _sensor(sensor: SensorFacts, begin: str) -> dict[str, Any]:
 
 def _change(log: Log, number: int, change: Change) -> dict[str, Any]:
     channel, value = change.channel, change.value
-    told = value if isinstance(value, (bool, str)) else float(format_value(value))
-    attributes: list[dict[str, Any]] = [{"name": "value", "value": told}]
+    written = value if isinstance(value, (bool, str)) else float(format_value(value))
+    attributes: list[dict[str, Any]] = [{"name": "value", "value": written}]
     if channel.unit:
         attributes.append({"name": "unit", "value": channel.unit})
     related = [_relation(f"sensor:{channel.sensor.name}", "reported by")]
@@ -137,12 +137,12 @@ def _relation(identifier: str, qualifier: str) -> dict[str, str]:
     return {"objectId": identifier, "qualifier": qualifier}
 
 
-def read(path: Path) -> Read:
+def read(path: Path) -> ParsedLog:
     """The sensors' changes, without the activities."""
-    told = json.loads(path.read_text(encoding="utf-8"))
-    objects = {one["id"]: one for one in told["objects"]}
-    found = Read([])
-    for event in told["events"]:
+    content = json.loads(path.read_text(encoding="utf-8"))
+    objects = {one["id"]: one for one in content["objects"]}
+    found = ParsedLog([])
+    for event in content["events"]:
         found.has_activities |= event["type"] in ACTIVITY_TYPES
         related = [objects[relation["objectId"]] for relation in event["relationships"]]
         for sensor in (one for one in related if one["type"] == "sensor"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the files of a format go."""
+"""The output paths of a format's files."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..files import OutputError, check_folder
-from . import Format, Written
+from . import Format, FormatFiles
 
 
 def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
-    """Raises OutputError where the results of a run could not be written to `out`."""
+    """Raises OutputError where a format's files could not be written to `out`."""
     if target.needs and find_spec(target.needs) is None:
         raise OutputError(
             f"{target.name} needs {target.needs}, which is not installed: "
@@ -20,7 +20,7 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
         )
     for source in sources:
         if out.resolve() == source.resolve():
-            raise OutputError(f"--out: {out} is what is read; give another name")
+            raise OutputError(f"--out: {out} is also read; give another name")
     if not target.is_folder and out.is_dir():
         raise OutputError(f"--out: {out} is a folder; {target.name} is a file, give its name")
     if target.is_folder and out.exists() and not out.is_dir():
@@ -29,17 +29,17 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
-    """Raises OutputError where a file could not be written, or is one of `others`, which are read
-    or written too."""
+    """Raises OutputError where a file could not be written, or is one of the `others`, which are
+    also read or written."""
     if path.is_dir():
         raise OutputError(f"{flag}: {path} is a folder, not a file name")
     if path.resolve() in {other.resolve() for other in others}:
-        raise OutputError(f"{flag}: {path} is read or written too; give another name")
+        raise OutputError(f"{flag}: {path} is also read or written; give another name")
     check_folder(path.parent, flag)
 
 
-def output_files(target: Format, out: Path, written: Written) -> dict[Path, str | bytes]:
-    """Path → content: those of a folder in it, others beside `out` by its name."""
+def output_files(target: Format, out: Path, written: FormatFiles) -> dict[Path, str | bytes]:
+    """Path → content: files in the folder `out`, or the file `out` with those beside it."""
     if target.is_folder:
         return {out / name: content for name, content in written.files.items()}
     return {

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parquet, through pyarrow where that is installed: one table, for pandas and its like.
+"""Parquet, through pyarrow: one table, for pandas and other data frames.
 
-Of a simulation every update of every sensor, with the columns of the sample files (empty where a
-sensor's kind has no such column); of an event log its rows, with typed times.
+A simulation gives a row for each update of each sensor, with the columns of the sample files (empty
+where a sensor's kind has no such column); an event log gives its rows, with typed times.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import Any
 from ..kinds import KINDS
 from .columns import event_columns, sample_columns
 from .log import Log
-from .read import DatedChange, Read, value_text
-from .written import FormatError, Written
+from .read import DatedChange, ParsedLog, value_text
+from .written import FormatError, FormatFiles
 
 TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 
 
-def write(log: Log) -> Written:
+def write(log: Log) -> FormatFiles:
     """Raises FormatError where pyarrow is missing."""
     pyarrow = _pyarrow()
     columns = sample_columns(log) if log.samples else event_columns(log)
@@ -35,18 +35,18 @@ def write(log: Log) -> Written:
     table = pyarrow.table({"time": pyarrow.array(stamps, clock), **arrays})
     out = io.BytesIO()
     pyarrow.parquet.write_table(table.replace_schema_metadata(about), out)
-    return Written({"": out.getvalue()})
+    return FormatFiles({"": out.getvalue()})
 
 
-def read(path: Path) -> Read:
-    """The rows of an event log; of every update, what changes. Raises FormatError."""
+def read(path: Path) -> ParsedLog:
+    """The rows of an event log, or the changes in a table of updates. Raises FormatError."""
     table = _pyarrow().parquet.read_table(path).to_pylist()
-    found = Read([])
+    found = ParsedLog([])
     last: dict[tuple[str, str], str] = {}
     for row in sorted(table, key=lambda row: row["time"]):
         found.rooms[row["sensor"]] = row["room"]
-        told = {row["field"]: row["value"]} if "field" in row else _told(row)
-        for name, value in told.items():
+        values = {row["field"]: row["value"]} if "field" in row else _event_values(row)
+        for name, value in values.items():
             if "field" in row or last.get((row["sensor"], name)) != value:
                 last[row["sensor"], name] = value
                 change = DatedChange(row["time"], row["sensor"], row["kind"], name, value)
@@ -54,14 +54,14 @@ def read(path: Path) -> Read:
     return found
 
 
-def _told(row: dict[str, Any]) -> dict[str, str]:
-    """The values that an update has of the fields that are events."""
+def _event_values(row: dict[str, Any]) -> dict[str, str]:
+    """An update's values of the event fields."""
     names = [field.name for field in KINDS[str(row["kind"])].events]
     return {name: value_text(row[name]) for name in names if row.get(name) is not None}
 
 
 def _pyarrow() -> Any:
-    """Raises FormatError where it is missing."""
+    """Imports pyarrow. Raises FormatError where it is missing."""
     try:
         import pyarrow
         import pyarrow.parquet

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The folder that pyadlml reads with `load_act_assist`: devices, activities and their maps.
 
-A device is a field of a sensor. Maps number devices and activities and tell their rooms; columns
-and times are as in pyadlml's `activity_assistant.py`.
+A device is a field of a sensor. Maps give devices and activities numbers and rooms; columns and
+times are as in pyadlml's `activity_assistant.py`.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from ..log.event_log import format_value, to_csv
 from . import key
 from .log import Log, titles
 from .names import unique
-from .read import Read
-from .written import Written
+from .read import ParsedLog
+from .written import FormatFiles
 
 TIME = "%d.%m.%Y %H:%M:%S.%f"
-# Not of pyadlml: kinds, fields and units.
+# A file for kinds, fields and units, which pyadlml does not read.
 SENSORS = "sensors.csv"
-# pyadlml wants one subject at least.
+# The subject of a log without activities: pyadlml needs at least one.
 NOBODY = "R1"
 
 
-def write(log: Log) -> Written:
-    """Every change, the states at the start among them; text and units have no place here."""
-    told = {c: title for c, title in titles(log.channels).items() if c.type is not str}
-    device = {channel: str(number) for number, channel in enumerate(told)}
+def write(log: Log) -> FormatFiles:
+    """All changes, initial states included; text fields are left out."""
+    named = {c: title for c, title in titles(log.channels).items() if c.type is not str}
+    device = {channel: str(number) for number, channel in enumerate(named)}
     names = sorted({a.activity for a in log.activities})
     activity = {name: str(number) for number, name in enumerate(names)}
 
@@ -46,9 +46,9 @@ def write(log: Log) -> Written:
                 if change.channel in device
             ),
         ),
-        "device_map.csv": to_csv(("id", "device"), ((device[c], told[c]) for c in told)),
+        "device_map.csv": to_csv(("id", "device"), ((device[c], named[c]) for c in named)),
         SENSORS: key.to_text(log, device),
-        "device_area_map.csv": _areas("device", ((device[c], c.sensor.room) for c in told)),
+        "device_area_map.csv": _areas("device", ((device[c], c.sensor.room) for c in named)),
         "activity_map.csv": to_csv(("id", "activity"), ((activity[n], n) for n in names)),
         "activity_area_map.csv": _areas(
             "activity", ((activity[n], f"[{','.join(_rooms(log, n))}]") for n in names)
@@ -64,15 +64,15 @@ def write(log: Log) -> Written:
                 if a.person == person
             ),
         )
-    return Written(files, _notes(log))
+    return FormatFiles(files, _notes(log))
 
 
-def read(folder: Path) -> Read:
-    """The devices' changes, of this program or of another, without the activities.
+def read(folder: Path) -> ParsedLog:
+    """The devices' changes, written by this program or by another, without the activities.
 
-    Where no file tells of the sensors, they are taken for what their names say.
+    Without `sensors.csv`, the devices' kinds are guessed from their names.
     """
-    found = key.read_rows(folder / SENSORS, _rows(folder), told_at_start=True)
+    found = key.read_rows(folder / SENSORS, _rows(folder), has_initial=True)
     found.has_activities = any(
         path.read_bytes().count(b"\n") > 1 for path in folder.glob("activities_*.csv")
     )
@@ -92,7 +92,7 @@ def _rows(folder: Path) -> Iterator[tuple[datetime, str, str]]:
 
 
 def _areas(of: str, rows: Iterable[tuple[str, str]]) -> str:
-    """A map of rooms, which pyadlml reads with semicolons."""
+    """A map of rooms, with semicolons, as pyadlml reads it."""
     return "".join(f"{first};{room}\r\n" for first, room in [(of, "area"), *rows])
 
 
@@ -107,5 +107,5 @@ def _file_part(person: str) -> str:
 def _notes(log: Log) -> tuple[str, ...]:
     texts = [f"{c.sensor.name} {c.field}" for c in log.channels if c.type is str]
     return (
-        (f"pyadlml has no devices that tell text, left out: {', '.join(texts)}",) if texts else ()
+        (f"pyadlml has no devices with text values, left out: {', '.join(texts)}",) if texts else ()
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the readers of formats give: changes with their dates."""
+"""The result of the formats' readers: changes with dates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EPOCH = datetime(1970, 1, 1)
 
 
 class DatedChange(NamedTuple):
-    """A field's new value, as text, as the event log has it."""
+    """A field's new value, as text in the spelling of the event log."""
 
     time: datetime
     sensor: str
@@ -25,10 +25,10 @@ class DatedChange(NamedTuple):
 
 
 @dataclass
-class Read:
+class ParsedLog:
     """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
-    field is the state in which the log begins. `has_activities`: it tells of what people did too,
-    which readers pass over."""
+    field is its initial state. `has_activities`: the file also has activities, which readers
+    ignore."""
 
     changes: list[DatedChange]
     rooms: dict[str, str] = field(default_factory=dict)
@@ -37,29 +37,29 @@ class Read:
 
 
 def since_epoch(microseconds: int) -> datetime:
-    """UTC without a zone, as starts without one are written."""
+    """The UTC time without a zone, as writers store the times of a log without a zone."""
     return EPOCH + timedelta(microseconds=microseconds)
 
 
 def value_text(value: bool | float | str) -> str:
-    """A value as the event log has it, where numbers are floats."""
+    """A value in the spelling of the event log; all numbers become floats."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return format_value(float(value)) if is_number else format_value(value)
 
 
 def field_of(quantity: str) -> tuple[str, str]:
-    """The first kind of sensor, by number, with an output that measures this, and the output's
-    name. Raises ValueError."""
+    """The first kind of sensor, by number, with a boolean field of this quantity, and the field.
+    Raises ValueError."""
     for kind in KINDS.values():
         for published in kind.events:
             if published.type is bool and published.quantity == quantity:
                 return kind.identifier, published.name
-    raise ValueError(f"no kind of sensor tells {quantity}")
+    raise ValueError(f"no kind of sensor publishes {quantity}")
 
 
-def events_of(read: Read, start: datetime | None) -> tuple[list[Event], datetime | None]:
-    """Events in seconds since `start` (else since the first change), and that. Raises ValueError
-    where times run backwards."""
+def events_of(read: ParsedLog, start: datetime | None) -> tuple[list[Event], datetime | None]:
+    """The events in seconds since `start` (None: since the first change), and the start. Raises
+    ValueError where times decrease."""
     times = [change.time for change in read.changes]
     if not any(time.utcoffset() for time in times):
         # A start without a time zone was written as UTC.
@@ -68,7 +68,7 @@ def events_of(read: Read, start: datetime | None) -> tuple[list[Event], datetime
     found: list[Event] = []
     for time, change in zip(times, read.changes, strict=True):
         assert start is not None
-        # A start without a time zone is what the clock in the home showed.
+        # A start without a time zone is a local time of the home.
         clock = time.replace(tzinfo=None) if start.tzinfo is None else time
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a log, whichever of the formats it has."""
+"""Reads a log in any format, which it recognises by the content."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ HEAD = 4096
 
 
 @dataclass(frozen=True)
-class Source:
-    """A log that was read: events in seconds since `start` (None: nothing tells it), and what is
-    known of its sensors. `has_states`: the first event of each field is its state at the start.
-    `has_activities`: the file tells of activities, which are not read."""
+class LoadedLog:
+    """A log from a file: events in seconds since `start` (None: unknown), and the facts about its
+    sensors. `has_states`: the first event of each field is its initial state. `has_activities`: the
+    file has activities, which were not read."""
 
     events: list[Event]
     start: datetime | None
@@ -33,15 +33,16 @@ class Source:
     has_activities: bool = False
 
 
-def read_log(path: Path, start: datetime | None = None) -> Source:
-    """An event log, a folder of days, or a file or folder in any of the formats that can be read.
+def read_log(path: Path, start: datetime | None = None) -> LoadedLog:
+    """Reads an event log, a folder of days, or a file or folder in any of the readable formats.
 
-    `start` is the time of t = 0; else the log tells it, or it is the time of the first change.
-    Raises SourceError naming the file and what is wrong; OSError.
+    `start` is the time of t = 0; None: the time in the log, or that of the first change. Raises
+    SourceError, which names the file and the problem, or OSError.
     """
     found = _format_of(path)
     if found is None:
-        return Source(*read_log_events(path / "events.csv" if path.is_dir() else path, start), {})
+        log_path = path / "events.csv" if path.is_dir() else path
+        return LoadedLog(*read_log_events(log_path, start), {})
     try:
         assert found.read is not None
         read = found.read(path)
@@ -53,15 +54,15 @@ def read_log(path: Path, start: datetime | None = None) -> Source:
     except FormatError as error:
         raise SourceError(f"{path}: {error}") from None
     if not events:
-        raise SourceError(f"{path} tells of no sensor that is known here")
+        raise SourceError(f"{path} has no sensor of a known kind")
     kinds = {event.sensor: event.kind for event in events}
     rooms = read.rooms
     sensors = {name: SensorFacts(name, kind, rooms.get(name, "")) for name, kind in kinds.items()}
-    return Source(events, begin, sensors, read.has_states, read.has_activities)
+    return LoadedLog(events, begin, sensors, read.has_states, read.has_activities)
 
 
 def _format_of(path: Path) -> Format | None:
-    """None for the event log itself, and for what is none of the others."""
+    """The format of a file or folder; None for an event log and for unknown content."""
     if path.is_dir():
         names = "\n".join(sorted(one.name for one in path.iterdir())).encode("utf-8", "replace")
         folders = (f for f in FORMATS.values() if f.is_folder)

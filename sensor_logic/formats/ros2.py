@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""ROS 2 messages: their definitions, and their bytes in CDR (OMG DDSI-RTPS 2.5, chapter 10).
+"""ROS 2 messages: their definitions, and their encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).
 
 Plain CDR, little endian: a header of four bytes, then each number at a multiple of its own size.
 """
@@ -21,7 +21,7 @@ _RANGE = (
 
 
 def _definition(text: str, *parts: tuple[str, str]) -> str:
-    """A message and the messages in it, as the encoding `ros2msg` has them."""
+    """The definition of a message and of those in it, in the encoding `ros2msg`."""
     return text + "".join(f"{'=' * 80}\nMSG: {name}\n{part}" for name, part in parts)
 
 
@@ -39,12 +39,12 @@ DEFINITIONS = {
 
 @dataclass
 class Cdr:
-    """Bytes of one message, field by field."""
+    """Encodes one message field by field."""
 
     data: bytearray = field(default_factory=lambda: bytearray(b"\x00\x01\x00\x00"))
 
     def number(self, code: str, *values: float) -> Cdr:
-        """Numbers of one `struct` code, each aligned to its size; the header does not count."""
+        """Adds numbers of one `struct` code, each aligned to its size from the header's end on."""
         size = struct.calcsize(f"<{code}")
         for value in values:
             self.data += b"\x00" * (-(len(self.data) - 4) % size)
@@ -52,14 +52,14 @@ class Cdr:
         return self
 
     def text(self, text: str) -> Cdr:
-        """A length, UTF-8 and a closing zero."""
-        held = text.encode() + b"\x00"
-        self.number("I", len(held))
-        self.data += held
+        """Adds a text: its length, UTF-8 and a closing zero."""
+        encoded = text.encode() + b"\x00"
+        self.number("I", len(encoded))
+        self.data += encoded
         return self
 
     def header(self, epoch_us: int, frame_id: str) -> Cdr:
-        """std_msgs/Header: when and where."""
+        """Adds a std_msgs/Header: time and frame."""
         seconds, rest = divmod(epoch_us, 1_000_000)
         return self.number("i", seconds).number("I", rest * 1000).text(frame_id)
 
@@ -77,16 +77,14 @@ def string_message(value: str) -> bytes:
 
 
 def illuminance_message(epoch_us: int, frame_id: str, lux: float) -> bytes:
-    """A variance of zero is one that is not known."""
+    """A sensor_msgs/Illuminance; its variance of zero means unknown."""
     return bytes(Cdr().header(epoch_us, frame_id).number("d", lux, 0.0).data)
 
 
 def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
-    """A beam that tells only whether something is in it: -inf where it is, +inf where not.
-
-    The comment in sensor_msgs/Range.msg asks for this of rangers of a fixed distance, and for
-    the same `min_range` and `max_range`.
-    """
+    """A sensor_msgs/Range of a beam that only detects whether it is blocked: -inf if it is, else
+    +inf. The comment in Range.msg prescribes this, and equal `min_range` and `max_range`, for
+    fixed-distance rangers."""
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
 
@@ -94,23 +92,23 @@ def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> b
 def range_message(
     epoch_us: int, frame_id: str, distance: float, view: float, least: float, most: float
 ) -> bytes:
-    """A distance within a field of view (rad) and between two ranges (m)."""
+    """A sensor_msgs/Range: a distance (m), the field of view (rad), and both range limits (m)."""
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", view, least, most, distance).data)
 
 
 def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
-    """The force on the pad, along its -Z."""
+    """A geometry_msgs/WrenchStamped: the force on the pad, along its -Z."""
     found = Cdr().header(epoch_us, frame_id)
     return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)
 
 
 def value_of(schema: str, data: bytes) -> bool | float | str:
-    """What a message of a sensor tells. Raises ValueError for one of another schema."""
+    """The value in a sensor's message. Raises ValueError for any other schema."""
     if schema == "std_msgs/msg/Bool":
         return bool(data[4])
     if schema == "std_msgs/msg/Float32":
-        # No more digits than it holds.
+        # Seven digits, as many as single precision holds.
         return float(f"{struct.unpack_from('<f', data, 4)[0]:.7g}")
     (length,) = struct.unpack_from("<I", data, 4 if schema == "std_msgs/msg/String" else 12)
     if schema == "std_msgs/msg/String":
@@ -123,4 +121,4 @@ def value_of(schema: str, data: bytes) -> bool | float | str:
         return float(f"{struct.unpack_from('<f', data, last)[0]:.7g}")
     if schema == "geometry_msgs/msg/WrenchStamped":
         return -float(struct.unpack_from("<d", data, body + 16)[0])
-    raise ValueError(f"{schema} is none of its messages")
+    raise ValueError(f"{schema} is not a message of a sensor")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a `Log` of an event log, of what is known of its home, and of its activities."""
+"""Makes a `Log` from an event log, the facts about its home, and its activities."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from .log import DEFAULT_START, Activity, Change, Channel, Log, SensorFacts, Val
 
 _UTC = UTC
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
-# What a field measures that does not say it.
+# The quantity of a field that names none, by type.
 ANY_QUANTITY = {bool: "state", str: "text", float: "number", int: "number"}
 ACTIVITY_HEADER = ("start", "end", "person", "activity", "room")
 
 
 class SourceError(Exception):
-    """A file is not what it should be; the text names the file, the line and the way out."""
+    """A file is invalid; the text names the file, the line and a solution."""
 
 
 def make_log(
@@ -37,10 +37,9 @@ def make_log(
     about: Mapping[str, str] | None = None,
     samples: Recording | None = None,
 ) -> Log:
-    """A log of events; a sensor that `sensors` does not tell of has no room.
+    """A log of events; a sensor that is not in `sensors` has no room.
 
-    Raises SourceError for a kind or field that this version does not know, for a value that is
-    none of its field, and for times that run backwards.
+    Raises SourceError for an unknown kind or field, an invalid value, and decreasing times.
     """
     channels: dict[tuple[str, str], Channel] = {}
     facts = dict(sensors or {})
@@ -103,8 +102,8 @@ def _value(number: int, event: Event, of: type) -> Value:
 def read_log_events(path: Path, start: datetime | None) -> tuple[list[Event], datetime | None]:
     """The events of an event log, or of the `events.csv` of a folder of days, and their start.
 
-    Where no start is given, dates in the file tell it: a folder of days has them instead of
-    seconds, and starts with its first event. Raises SourceError, OSError.
+    `start` None: the dates in the file give the start. A folder of days has dates instead of
+    seconds and starts with its first event. Raises SourceError, OSError.
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
@@ -122,7 +121,8 @@ def read_log_events(path: Path, start: datetime | None) -> tuple[list[Event], da
 
 
 def _start_by_row(row: Sequence[str]) -> datetime | None:
-    """When t = 0 was, by an event that has its date and time; `read_events` reports bad rows."""
+    """The date and time of t = 0, from an event's seconds and date; None for an invalid row, which
+    `read_events` reports."""
     try:
         return datetime.fromisoformat(row[-1]) - timedelta(seconds=float(row[0]))
     except (ValueError, IndexError, OverflowError):
@@ -189,7 +189,7 @@ def _sensor_facts(path: Path, entry: Any) -> SensorFacts:
 
 
 def _about(home: Mapping[str, Any]) -> dict[str, str]:
-    """What is said of the home itself, tables as `table.name`."""
+    """The facts about the home itself, those in tables as `table.name`."""
     found: dict[str, str] = {}
     for key, value in home.items():
         if isinstance(value, Mapping):
@@ -236,11 +236,11 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> A
 
 
 def since(start: datetime, time: datetime) -> int:
-    """Microseconds from the start; local times are the start's own zone. Raises TypeError for a
-    time with a zone where the start has none."""
+    """Microseconds from the start; a time without a zone is in the start's zone. Raises TypeError
+    for a time with a zone where the start has none."""
     if start.tzinfo is not None and time.tzinfo is None:
         time = time.replace(tzinfo=start.tzinfo)
     if start.tzinfo is not None:
-        # Aware times of one zone are subtracted as if they were naive.
+        # Python subtracts times of one zone as if daylight saving did not exist.
         start, time = start.astimezone(_UTC), time.astimezone(_UTC)
     return (time - start) // timedelta(microseconds=1)

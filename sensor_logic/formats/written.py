@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a format gives back."""
+"""The result of the formats' writers."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Written:
-    """The files of a format, and what it could not hold, a sentence each.
+class FormatFiles:
+    """The contents of a format's files, and notes, a sentence each, about what was left out.
 
-    A format of one file has it under "", and beside it files whose names go on from its own
-    (".sensors.csv"); a format that is a folder has the names of its files.
+    A format of one file has it under the key "", and files beside it under suffixes of its name
+    (".sensors.csv"); a format that is a folder has its files' names as keys.
     """
 
     files: Mapping[str, str | bytes]
@@ -20,4 +20,4 @@ class Written:
 
 
 class FormatError(Exception):
-    """A log cannot be written in a format; the text says why and what would work."""
+    """A log cannot be written or read in a format; the text says why, and what would work."""

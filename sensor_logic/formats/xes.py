@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""XES 1.0 (IEEE 1849): event logs of process mining.
+"""XES 1.0 (IEEE 1849): event logs for process mining.
 
-A case is a day of the home: its sensors' changes, and a day of each person: activities with a
-`start` and a `complete` event. The attribute `angen:case` of a trace is `sensors` or `person`.
+A case is one day of all sensors, with their changes, or one day of a person, whose activities have
+a `start` and a `complete` event. The attribute `angen:case` of a trace is `sensors` or `person`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from xml.sax.saxutils import quoteattr
 
 from ..log.event_log import format_value
 from .log import Activity, Change, Log
-from .read import DatedChange, Read
-from .written import Written
+from .read import DatedChange, ParsedLog
+from .written import FormatFiles
 
 BEGINS = rb"\s*<(\?xml|log)\b"
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
@@ -38,8 +38,8 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def write(log: Log) -> Written:
-    """All changes, the states at the start among them, and all activities."""
+def write(log: Log) -> FormatFiles:
+    """All changes, initial states included, and all activities."""
     parts = [HEAD]
     parts += [_attribute(1, "string", f"angen:{key}", value) for key, value in log.about.items()]
     days: dict[str, list[Change]] = defaultdict(list)
@@ -52,7 +52,7 @@ def write(log: Log) -> Written:
         lives[activity.person, _day(log, activity.start)].append(activity)
     for (person, day), activities in sorted(lives.items()):
         parts += _trace(f"{person} {day}", "person", list(_activity_events(log, activities)))
-    return Written({"": "".join([*parts, "</log>\n"])})
+    return FormatFiles({"": "".join([*parts, "</log>\n"])})
 
 
 def _day(log: Log, time: int) -> str:
@@ -70,10 +70,10 @@ def _trace(name: str, case: str, events: list[str]) -> Iterator[str]:
 def _change(log: Log, change: Change) -> str:
     channel = change.channel
     value = change.value
-    told = ("off", "on")[value] if isinstance(value, bool) else format_value(value)
+    word = ("off", "on")[value] if isinstance(value, bool) else format_value(value)
     kind = {bool: "boolean", str: "string"}.get(channel.type, "float")
     text = str(value).lower() if isinstance(value, bool) else format_value(value)
-    name = channel.field if kind == "float" else f"{channel.field} {told}"
+    name = channel.field if kind == "float" else f"{channel.field} {word}"
     return _event(
         _attribute(3, "string", "concept:name", f"{channel.sensor.name} {name}"),
         _attribute(3, "date", "time:timestamp", log.iso(change.time)),
@@ -105,30 +105,30 @@ def _event(*attributes: str) -> str:
 
 
 def _attribute(depth: int, kind: str, key: str, value: str) -> str:
-    """One line; an empty text is left out. XML knows no control characters."""
+    """The line of an attribute; none for an empty text. XML has no control characters."""
     if not value:
         return ""
-    held = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)
+    legal = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)
     escaped = {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
-    return "\t" * depth + f"<{kind} key={quoteattr(key)} value={quoteattr(held, escaped)}/>\n"
+    return "\t" * depth + f"<{kind} key={quoteattr(key)} value={quoteattr(legal, escaped)}/>\n"
 
 
-def read(path: Path) -> Read:
+def read(path: Path) -> ParsedLog:
     """The sensors' changes, without the activities."""
-    found = Read([])
+    found = ParsedLog([])
     for _, element in ElementTree.iterparse(path):
         if element.tag.rpartition("}")[2] != "event":
             continue
-        told = {one.get("key"): one.get("value", "") for one in element}
+        values = {one.get("key"): one.get("value", "") for one in element}
         element.clear()
-        if "angen:kind" in told:
-            sensor = told["org:resource"]
-            field = told["concept:name"].removeprefix(f"{sensor} ").split(" ")[0]
-            value = told.get(f"angen:{field}", "")
+        if "angen:kind" in values:
+            sensor = values["org:resource"]
+            field = values["concept:name"].removeprefix(f"{sensor} ").split(" ")[0]
+            value = values.get(f"angen:{field}", "")
             value = {"true": "1", "false": "0"}.get(value, value)
-            time = datetime.fromisoformat(told["time:timestamp"])
-            found.changes.append(DatedChange(time, sensor, told["angen:kind"], field, value))
-            found.rooms[sensor] = told.get("angen:room", "")
+            time = datetime.fromisoformat(values["time:timestamp"])
+            found.changes.append(DatedChange(time, sensor, values["angen:kind"], field, value))
+            found.rooms[sensor] = values.get("angen:room", "")
         else:
             found.has_activities = True
     return found

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a body gets from one pose to the next, where only the two are known.
+"""Interpolates the motion of a body between two known poses.
 
-By Chasles' theorem a rigid body can always get there by a screw: a turn about an axis and a glide
-along it. Taken at a constant rate that is exact for what goes straight without turning and for
-what turns about a hinge, wherever its origin is. What changes its size is stretched at a constant
-rate besides (the polar decomposition tells by what).
+By Chasles' theorem a rigid body can always move between them by a screw: a rotation about an axis
+and a translation along it. At a constant rate this is exact for bodies that move in a straight
+line without turning, and for those that turn about a hinge, wherever their origin is. A body that
+changes its size is also stretched at a constant rate (by the polar decomposition).
 """
 
 from __future__ import annotations
@@ -15,23 +15,24 @@ import numpy as np
 
 from ..model import Array
 
-# Single precision turns that are meant to be rigid differ from it by less than this.
+# Rotations in single precision deviate from rigid ones by less than this.
 RIGID = 1e-5
-# rad: less of a turn is none, but rounding; its centre would be too far away to be told.
+# rad: a smaller rotation is a rounding error; its centre would be too far away to compute.
 SMALLEST_TURN = 1e-7
-# rad: an arc that is looked at to tell how far it strays; how many there are at least where a body
-# is stretched; what is allowed for the difference to a parabola; and how many pieces there are at
-# most.
+# rad: the arc over which a path's deviation from a straight line is estimated.
 ARC = math.pi / 8.0
+# The least number of such arcs for a stretched body.
 FEWEST = 8
+# Safety factor, because the deviation of an arc is only about that of a parabola.
 ENOUGH = 0.8
+# The most pieces that a path is cut into.
 MOST = 10_000
 
 
 class Movement:
-    """From the matrix `before` to `after` (4, 4), both with an inverse and of the same handedness;
-    `angle` (rad, 0 to π) is what it turns by, `rigid` whether its size stays. Both are best given
-    about a near point."""
+    """The motion from the matrix `before` to `after` (4, 4), which are invertible and of the same
+    handedness: `angle` (rad, 0 to π) of its rotation; `rigid`: it does not change the size. For
+    precision, give both relative to a near point."""
 
     def __init__(self, before: Array, after: Array) -> None:
         self.before, self.after = before, after
@@ -39,7 +40,7 @@ class Movement:
         left, sizes, right = np.linalg.svd(after[:3, :3] @ np.linalg.inv(before[:3, :3]))
         turn = left @ right
         self.rigid = bool(np.abs(sizes - 1.0).max() < RIGID)
-        # How much it is longer along its main directions, as a matrix.
+        # The change of size along the principal directions, as a matrix.
         self._longer = (right.T * (sizes - 1.0)) @ right
         self._axis, angle = _axis_and_angle(turn)
         self.angle = angle if angle > SMALLEST_TURN else 0.0
@@ -51,7 +52,7 @@ class Movement:
             self._centre = (across + half * np.cross(self._axis, across)) / 2.0
 
     def at(self, shares: Array) -> Array:
-        """Matrices (n, 4, 4) after these shares (n,) of the time, 0 to 1."""
+        """The body's matrices (n, 4, 4) at these shares (n,) of the time, 0 to 1."""
         between = shares[:, None, None]
         if not self.angle:
             return np.asarray(self.before + between * (self.after - self.before))
@@ -87,8 +88,8 @@ def _turns(axis: Array, angles: Array) -> Array:
 
 
 def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> Array:
-    """Points (n, k, 3) in the space of a moving body, after shares (n,) of the time, of points
-    (k, 3) that go with a sensor; `ends` is where these are at last."""
+    """Points that move with a sensor, in the local space of a moving body: (n, k, 3) at shares (n,)
+    of the time; `ends` (k, 3) are their final positions in the world."""
     carried = sensor.at(shares) @ np.linalg.inv(sensor.after)
     into = np.linalg.inv(body.at(shares)) @ carried
     seen = np.einsum("nij,kj->nki", into[:, :3, :3], ends) + into[:, None, :3, 3]
@@ -96,8 +97,8 @@ def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> A
 
 
 def pieces_needed(body: Movement, sensor: Movement, ends: Array, tolerance: float) -> int:
-    """Into how many equal times a movement is cut for points (k, 3) of the sensor to stray by no
-    more than `tolerance` from straight ways in between, as measured in the world."""
+    """The number of equal time intervals in each of which points (k, 3) of the sensor, seen from
+    the body, deviate by at most `tolerance` from a straight line, measured in the world."""
     straight = body.rigid and sensor.rigid and not (body.angle or sensor.angle)
     if straight:
         return 1
@@ -105,5 +106,5 @@ def pieces_needed(body: Movement, sensor: Movement, ends: Array, tolerance: floa
     seen = seen_from(body, sensor, np.linspace(0.0, 1.0, 2 * first + 1), ends)
     strays = (seen[1::2] - (seen[:-1:2] + seen[2::2]) / 2.0) @ body.after[:3, :3].T
     stray = float(np.linalg.norm(strays, axis=2).max())
-    # So short an arc strays most in its middle, by the square of its length.
+    # A short arc deviates most in its middle, by the square of its length.
     return min(MOST, first * max(1, math.ceil(math.sqrt(stray / ENOUGH / tolerance))))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many rays at once against a surface of very many triangles, in little memory.
+"""Casts many rays at once against a surface of very many triangles, in little memory.
 
-A hierarchy of Blender's takes 120 bytes and a microsecond a triangle before the first ray. This one
-sorts the triangles along a curve and keeps boxes around each eight of them, around each eight of
-those boxes, and so on: 8 bytes a triangle and a quarter of the time. A ray then costs some 20 times
-as much, so it is for surfaces with many more triangles than rays are cast.
+Blender's BVH takes 120 bytes and a microsecond per triangle before the first ray. This one sorts
+the triangles along a Morton curve and stores boxes around every eight of them, around every eight
+of those boxes, and so on: 8 bytes per triangle and a quarter of the time. A ray then costs some 20
+times as much, so it is for surfaces with many more triangles than rays are cast.
 """
 
 from __future__ import annotations
@@ -16,30 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import Array
-from .triangle_tree import along_a_curve
+from .triangle_tree import ROUNDING, WITHIN, Index, morton_codes
 
-Index = NDArray[np.intp]
-# Triangles in a box, and boxes in one of the next level.
-WITHIN = 8
-# The level down to which all boxes that a ray crosses are found before the nearest are opened: of
-# 512 triangles each.
+# Down to this level (boxes of 512 triangles) all boxes that a ray crosses are found; below it they
+# are opened from the nearest on.
 MIDDLE = 2
-# How many of them a ray opens at once, at most: as many again at each turn.
+# The most boxes that a ray opens at once; their number doubles up to this.
 MOST_OPENED = 16
-# Triangles, and rays, worked at in one go, to bound the memory.
+# Triangles, and rays, in one batch, to bound the memory.
 TRIANGLES_AT_ONCE = 1 << 17
 RAYS_AT_ONCE = 1024
-# Boxes are larger by this share of the largest coordinate: far more than rounding makes of it.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class _Rays:
-    """Rays (k,): origins and unit directions (k, 3), two directions across them (k, 3), one over
-    the directions, and how far they go."""
+    """Rays (k,): origins and unit directions (k, 3), two perpendicular directions (k, 3), the
+    reciprocals of the directions (k, 3), and the lengths (k,)."""
 
     origins: Array
-    ways: Array
+    directions: Array
     across: Array
     up: Array
     inverse: Array
@@ -50,16 +45,16 @@ class _Rays:
 
 
 class RayTree:
-    """The triangles (m, 3) of points (n, 3), neither of which it copies; a triangle with a corner
-    nowhere is never met."""
+    """A hierarchy of the triangles (m, 3) of points (n, 3), neither of which it copies. No ray hits
+    a triangle with a NaN or infinite corner."""
 
     def __init__(self, points: NDArray[np.float32], triangles: NDArray[np.int32]) -> None:
         self._points = points
         self._triangles = triangles
-        order = np.argsort(along_a_curve(points)[triangles[:, 0]], kind="stable").astype(np.int32)
-        somewhere: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
-        if not somewhere.all():
-            order = order[np.asarray(somewhere[triangles].all(axis=1))[order]]
+        order = np.argsort(morton_codes(points)[triangles[:, 0]], kind="stable").astype(np.int32)
+        finite: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
+        if not finite.all():
+            order = order[np.asarray(finite[triangles].all(axis=1))[order]]
         self._order = order
         boxes = -(-len(order) // WITHIN)
         lo, hi = np.empty((boxes, 3), np.float32), np.empty((boxes, 3), np.float32)
@@ -76,9 +71,8 @@ class RayTree:
         self._room = ROUNDING * size
 
     def meet(self, origins: Array, directions: Array, limits: Array) -> tuple[Array, Index]:
-        """How far (k,) rays go from origins (k, 3) along directions (k, 3), of any length, to the
-        nearest triangle within their limits (k,), inf where there is none; and its number (k,), or
-        -1."""
+        """The distances (k,) from origins (k, 3) along directions (k, 3), of any length, to the
+        nearest triangle within the limits (k,), and its number (k,); inf and -1 without one."""
         far, met = np.full(len(origins), np.inf), np.full(len(origins), -1, np.intp)
         for part in _parts(len(origins), RAYS_AT_ONCE):
             rays = _rays(*(np.asarray(a[part], float) for a in (origins, directions, limits)))
@@ -88,8 +82,8 @@ class RayTree:
     def ray_cast(
         self, origin: Array, direction: Array, distance: float = np.inf
     ) -> tuple[Array, Array, int, float] | tuple[None, None, None, None]:
-        """Of a single ray the point, the normal, the triangle and how far it is, or Nones, as
-        Blender's `BVHTree.ray_cast`."""
+        """Point, normal, triangle and distance of a single ray's hit, or four Nones, as Blender's
+        `BVHTree.ray_cast`."""
         start, way = np.asarray(origin, float), np.asarray(direction, float)
         far, met = self.meet(start[None], way[None], np.array([distance]))
         if met[0] < 0:
@@ -103,14 +97,14 @@ class RayTree:
     def _meet(self, rays: _Rays) -> tuple[Array, Index]:
         best, met = rays.limits.copy(), np.full(len(rays.limits), -1, np.intp)
         middle = min(MIDDLE, len(self._levels) - 1)
-        ray, box, enter = self._down(rays, len(self._levels), middle, *_all_pairs(0, 0))
+        ray, box, enter = self._descend(rays, len(self._levels), middle, *_all_pairs(0, 0))
         nearest = np.lexsort((enter, ray))
         ray, box, enter = ray[nearest], box[nearest], enter[nearest]
         following = np.searchsorted(ray, np.arange(len(best)))
         ends = np.searchsorted(ray, np.arange(len(best)), side="right")
         open_now = 1
         while True:
-            # Of each ray the next boxes, unless it met something before them.
+            # The next boxes of each ray, unless it hit a triangle before them.
             next_ones = following[:, None] + np.arange(open_now)
             there = next_ones < ends[:, None]
             pairs = next_ones[there]
@@ -119,16 +113,16 @@ class RayTree:
                 return np.where(met >= 0, best, np.inf), met
             following += open_now
             limited = replace(rays, limits=best)
-            leaf_ray, leaf, _ = self._down(limited, middle, 0, ray[pairs], box[pairs])
+            leaf_ray, leaf, _ = self._descend(limited, middle, 0, ray[pairs], box[pairs])
             for part in _parts(len(leaf), TRIANGLES_AT_ONCE // WITHIN):
-                self._meet_triangles(rays, leaf_ray[part], leaf[part], best, met)
+                self._hit_triangles(rays, leaf_ray[part], leaf[part], best, met)
             open_now = min(2 * open_now, MOST_OPENED)
 
-    def _down(
+    def _descend(
         self, rays: _Rays, level: int, last: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Pairs of a ray and a box of the level `last` that it enters, and where: below those
-        pairs of the level given, or of all boxes where that is above the top."""
+        """Pairs of a ray and a box of the level `last` that it enters, and the distances at which
+        it does: below the given pairs of `level`, or of all boxes if `level` is above the top."""
         if level == len(self._levels):
             ray, box = _all_pairs(len(rays.limits), len(self._levels[-1][0]))
             ray, box, enter = self._entered(rays, len(self._levels) - 1, ray, box)
@@ -146,13 +140,13 @@ class RayTree:
     def _entered(
         self, rays: _Rays, level: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Those of pairs that meet within the ray's limit, and where the ray enters."""
+        """The pairs whose ray enters the box within its limit, and the distances."""
         lo, hi = self._levels[level]
         enter, leave = np.zeros(len(ray)), rays.limits[ray]
         with np.errstate(invalid="ignore", over="ignore"):
             for axis in range(3):
                 start, inverse = rays.origins[ray, axis], rays.inverse[ray, axis]
-                # In this order, as single precision would lose so little room.
+                # In this order, because the margin would be lost in single precision.
                 one = (lo[box, axis] - start - self._room) * inverse
                 two = (hi[box, axis] - start + self._room) * inverse
                 # fmin and fmax pass over the NaN of a ray that runs in the plane of a face.
@@ -161,13 +155,11 @@ class RayTree:
         crossed = np.flatnonzero(enter <= leave)
         return ray[crossed], box[crossed], enter[crossed]
 
-    def _meet_triangles(
-        self, rays: _Rays, ray: Index, leaf: Index, best: Array, met: Index
-    ) -> None:
-        """Shortens `best` in place to the nearest triangle in pairs of a ray and a smallest box.
+    def _hit_triangles(self, rays: _Rays, ray: Index, leaf: Index, best: Array, met: Index) -> None:
+        """Shortens `best` in place to the nearest triangle in pairs of a ray and a leaf box.
 
-        A point is on one side of an edge for both triangles that have it, as both work that out
-        from the same numbers: no ray slips through between them.
+        Two triangles compute the side of a point at their common edge from the same numbers, so no
+        ray slips through between them.
         """
         places = leaf[:, None] * WITHIN + np.arange(WITHIN)
         there = places < len(self._order)
@@ -179,7 +171,7 @@ class RayTree:
             point = self._points[self._triangles[triangle, corner]] - some.origins
             x.append(_dot(point, some.across))
             y.append(_dot(point, some.up))
-            z.append(_dot(point, some.ways))
+            z.append(_dot(point, some.directions))
         sides = [x[i] * y[j] - y[i] * x[j] for i, j in ((1, 2), (2, 0), (0, 1))]
         inside = np.logical_and.reduce([side >= 0.0 for side in sides])
         inside |= np.logical_and.reduce([side <= 0.0 for side in sides])
@@ -187,7 +179,7 @@ class RayTree:
         with np.errstate(divide="ignore", invalid="ignore"):
             far = (sides[0] * z[0] + sides[1] * z[1] + sides[2] * z[2]) / whole
             hits = np.flatnonzero(inside & (far >= 0.0) & (far <= best[ray]))
-        # The nearest of each ray; of two as near that of the lower number.
+        # The nearest hit of each ray; of two equally near, the triangle of the lower number.
         hits = hits[np.lexsort((triangle[hits], far[hits], ray[hits]))]
         _, first = np.unique(ray[hits], return_index=True)
         hits = hits[first]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangles in nested boxes, so that what looks for those near a moving ray asks only few.
+"""A bounding volume hierarchy of triangles that finds those near a moving ray.
 
-Between two straight ways of its ends a ray stays within the convex hull of its four end points.
-What a plane parts from them it cannot meet; asked are the planes across the axes of space, and
-those across the ray, across the way that it goes, and along both: the hull is thinnest there.
+While its two ends move in straight lines, a ray stays within the convex hull of their four end
+points. A box that a plane separates from this hull cannot contain a crossing. The tests use the
+planes perpendicular to the world axes, to the ray, to its motion, and to both (separating axes).
 """
 
 from __future__ import annotations
@@ -19,73 +19,72 @@ from numpy.typing import NDArray
 from ..model import Array
 
 Index = NDArray[np.intp]
-# How many boxes are within one: 4 is as fast, 16 and 32 are slower.
+# Children of a box: 4 is as fast, 16 and 32 are slower.
 WITHIN = 8
 # Pairs of rays and boxes compared at once, to bound the memory.
 PAIRS_AT_ONCE = 50_000
-# Rays side by side that go down the boxes together; together they are thicker than one is.
+# Neighbouring rays that descend the hierarchy as one bundle; larger bundles overlap more boxes.
 TOGETHER = 8
-# So few pairs of rays and triangles are asked sooner than sorted out.
+# Up to this many pairs of rays and triangles the hierarchy costs more than it saves.
 FEW = 200
-# Boxes are larger by this share of the largest coordinate: far more than rounding makes of it.
+# Boxes are enlarged by this share of the largest coordinate, far more than rounding errors.
 ROUNDING = 1e-9
-# Cells of the curve along which triangles are sorted, to a side: 2^21, which is as much as three
-# numbers have room for in one of 64 bits.
+# Cells of the Morton curve per side: 2^21, because three cell numbers fit into 64 bits.
 CELLS = 2.0**21 - 1.0
-# A cell's number is looked up in halves: of each half number its bits, moved apart to every third
-# place.
+# SPREAD[n] has the bits of n at every third place; a cell number is looked up in two halves.
 HALF = 11
 LOW = 2**HALF - 1
-APART = np.zeros(2**HALF, np.int64)
+SPREAD = np.zeros(2**HALF, np.int64)
 for bit in range(HALF):
-    APART |= (np.arange(2**HALF) >> bit & 1) << 3 * bit
+    SPREAD |= (np.arange(2**HALF) >> bit & 1) << 3 * bit
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes (n,) along the axes of space: `centre` (n, 3) and `half` (n, 3) of their size."""
+    """Axis-aligned boxes (n,): `centre` (n, 3) and half of their size, `half` (n, 3)."""
 
     centre: Array
     half: Array
 
-    def meet(self, rows: Index, others: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Of pairs (q,) of one of them and another, those less than `room` apart along each
-        axis."""
+    def overlap(self, rows: Index, others: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
+        """Whether the pairs (q,) of these boxes `rows` and the others `which` are less than `room`
+        apart along each axis."""
         apart = np.abs(others.centre[which] - self.centre[rows])
         return _all_three(apart <= others.half[which] + self.half[rows] + room)
 
     def around(self) -> Boxes:
-        """The boxes around each WITHIN of them."""
+        """The boxes around every WITHIN consecutive boxes."""
         starts = np.arange(0, len(self.centre), WITHIN)
         lo = np.minimum.reduceat(self.centre - self.half, starts)
         hi = np.maximum.reduceat(self.centre + self.half, starts)
         return Boxes((lo + hi) / 2.0, (hi - lo) / 2.0)
 
 
-class Strips:
-    """What n bundles of k rays sweep: `before` and `after` (n, k, 2, 3) are their ends."""
+class SweptBundles:
+    """Bounds of n bundles of k moving rays, whose ends are `before` and `after` (n, k, 2, 3)."""
 
     def __init__(self, before: Array, after: Array) -> None:
         points = np.concatenate([before, after], axis=1).reshape(len(before), -1, 3)
         self.box = _boxes(points)
         along = points[:, 1::2].sum(axis=1) - points[:, ::2].sum(axis=1)
-        ways = (after - before).reshape(len(before), -1, 3)
-        farthest = np.argmax((ways * ways).sum(axis=2), axis=1)
-        across = np.cross(along, ways[np.arange(len(ways)), farthest])
-        # One that stands, or goes along itself, is thin whichever way one looks.
+        motion = (after - before).reshape(len(before), -1, 3)
+        farthest = np.argmax((motion * motion).sum(axis=2), axis=1)
+        across = np.cross(along, motion[np.arange(len(motion)), farthest])
+        # A ray at rest, or moving along itself, has no motion across: any perpendicular will do.
         still = np.abs(across).max(axis=1) <= ROUNDING * np.abs(along).max(axis=1) ** 2
         thinnest = np.eye(3)[np.argmin(np.abs(along[still]), axis=1)]
         across[still] = np.cross(along[still], thinnest)
         axes = np.stack([along, across, np.cross(across, along)], axis=1)
-        # An axis without a length parts nothing.
+        # An axis of length zero separates nothing.
         sizes = np.linalg.norm(axes, axis=2, keepdims=True)
         self.axes = np.divide(axes, sizes, out=np.zeros_like(axes), where=sizes > 0.0)
         self.turned = _boxes(points @ self.axes.swapaxes(1, 2))
         self.turned_axes = np.abs(self.axes)
 
-    def meet(self, rows: Index, boxes: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Of pairs (q,) of a strip and a box, those that no plane parts by more than `room`."""
-        near = self.box.meet(rows, boxes, which, room)
+    def overlap(self, rows: Index, boxes: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
+        """Whether no tested plane separates the pairs (q,) of the bundles `rows` and the boxes
+        `which` by more than `room`."""
+        near = self.box.overlap(rows, boxes, which, room)
         left = np.flatnonzero(near)
         rows, which = rows[left], which[left]
         apart = np.einsum("qac,qc->qa", self.axes[rows], boxes.centre[which])
@@ -97,30 +96,31 @@ class Strips:
 
 
 class TriangleTree:
-    """Triangles (m, 3, 3), and the boxes around them; those with a corner nowhere are left out."""
+    """Triangles (m, 3, 3) in a hierarchy of boxes; those with a NaN or infinite corner are left
+    out."""
 
     def __init__(self, corners: Array) -> None:
         self.corners = corners
-        somewhere = np.flatnonzero(np.isfinite(corners).all(axis=(1, 2)))
-        boxes = _boxes(corners[somewhere])
-        order = np.argsort(along_a_curve(boxes.centre), kind="stable")
-        # Numbers of the triangles, as the smallest boxes are sorted.
-        self._numbers = somewhere[order]
+        finite = np.flatnonzero(np.isfinite(corners).all(axis=(1, 2)))
+        boxes = _boxes(corners[finite])
+        order = np.argsort(morton_codes(boxes.centre), kind="stable")
+        # The triangles' numbers in the order of the leaf boxes.
+        self._numbers = finite[order]
         self._levels = [Boxes(boxes.centre[order], boxes.half[order])]
         while len(self._levels[-1].centre) > 1:
             self._levels.append(self._levels[-1].around())
-        self._largest = float(np.abs(corners[somewhere]).max(initial=0.0))
+        self._largest = float(np.abs(corners[finite]).max(initial=0.0))
 
     def near(self, before: Array, after: Array) -> Iterator[tuple[Index, Index, Index]]:
-        """Some at a time, the piece (q,), the ray (q,) and a triangle (q,) that this may meet then;
-        among them are all that meet. `before` and `after` (n, k, 2, 3): the ends of k rays, side by
-        side, at both ends of n pieces of their ways, between which they go straight."""
+        """Candidates for crossings in batches: piece (q,), ray (q,) and triangle (q,). They include
+        all crossings. `before` and `after` (n, k, 2, 3): the ends of k neighbouring rays at the
+        begin and the end of n pieces of their paths, in which they move in straight lines."""
         if not len(self._numbers) or not before.size:
             return
         both = np.stack([before, after]).reshape(1, -1, 3)
         room = ROUNDING * max(self._largest, float(np.abs(both).max()))
         first = np.zeros(1, np.intp)
-        if not _boxes(both).meet(first, self._levels[-1], first, room).any():
+        if not _boxes(both).overlap(first, self._levels[-1], first, room).any():
             return
         pieces, rays = before.shape[:2]
         if pieces * rays * len(self._numbers) <= FEW:
@@ -129,13 +129,13 @@ class TriangleTree:
             return
         bundles = -(-rays // TOGETHER)
         size = -(-rays // bundles)
-        # The last ray may be there several times.
+        # The last bundle is filled up with the last ray.
         bundled = np.minimum(np.arange(bundles * size), rays - 1)
-        strips = Strips(
+        swept = SweptBundles(
             *(at[:, bundled].reshape(pieces * bundles, size, 2, 3) for at in (before, after))
         )
         rows, top = np.arange(pieces * bundles), len(self._levels) - 1
-        for row, which in self._down(strips, room, top, rows, np.zeros_like(rows)):
+        for row, which in self._descend(swept, room, top, rows, np.zeros_like(rows)):
             piece, bundle = np.divmod(row, bundles)
             if size == 1:
                 yield piece, bundle, self._numbers[which]
@@ -152,19 +152,20 @@ class TriangleTree:
     def _rays_near(
         self, before: Array, after: Array, room: float, single: Index, which: Index
     ) -> NDArray[np.bool_]:
-        """Of pairs (q,) of a single ray and a triangle, those that are near one another."""
+        """Whether the pairs (q,) of a single ray and a triangle are near each other."""
         known, place = np.unique(single, return_inverse=True)
-        strips = Strips(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))
-        return strips.meet(place, self._levels[0], which, room)
+        swept = SweptBundles(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))
+        return swept.overlap(place, self._levels[0], which, room)
 
-    def _down(
-        self, strips: Strips, room: float, level: int, rows: Index, which: Index
+    def _descend(
+        self, swept: SweptBundles, room: float, level: int, rows: Index, which: Index
     ) -> Iterator[tuple[Index, Index]]:
-        """What pairs (q,) of a strip and a box of a level lead to."""
+        """Pairs of a bundle and a leaf box that overlap, below the pairs (q,) of a bundle and a box
+        of a level."""
         boxes = self._levels[level]
         for start in range(0, len(rows), PAIRS_AT_ONCE):
             some = slice(start, start + PAIRS_AT_ONCE)
-            near = strips.meet(rows[some], boxes, which[some], room)
+            near = swept.overlap(rows[some], boxes, which[some], room)
             left, found = rows[some][near], which[some][near]
             if not len(left):
                 continue
@@ -174,37 +175,37 @@ class TriangleTree:
             below = found[:, None] * WITHIN + np.arange(WITHIN)
             there = below < len(self._levels[level - 1].centre)
             left = np.broadcast_to(left[:, None], below.shape)
-            yield from self._down(strips, room, level - 1, left[there], below[there])
+            yield from self._descend(swept, room, level - 1, left[there], below[there])
 
 
 def _all_three(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Rows (n,) of a mask (n, 3) that hold throughout; `all` takes three times as long."""
+    """`mask.all(axis=1)` (n,) of a mask (n, 3), three times as fast."""
     return np.asarray(mask[:, 0] & mask[:, 1] & mask[:, 2])
 
 
 def _boxes(points: Array) -> Boxes:
-    """Around points (n, m, 3)."""
+    """The boxes (n,) around points (n, m, 3)."""
     if points.shape[1] > 4:
         lo, hi = points.min(axis=1), points.max(axis=1)
     else:
-        # Along so short an axis numpy is slow.
+        # numpy's reductions are slow along such a short axis.
         one_by_one = [points[:, i] for i in range(points.shape[1])]
         lo, hi = reduce(np.minimum, one_by_one), reduce(np.maximum, one_by_one)
     return Boxes((lo + hi) / 2.0, (hi - lo) / 2.0)
 
 
-def along_a_curve(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
-    """Where points (n, 3) are on Morton's curve, on which neighbours are mostly near; what is
-    nowhere is anywhere on it."""
+def morton_codes(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    """The positions (n,) of points (n, 3) on a Morton curve, along which neighbours are mostly
+    near; that of a point with NaN or infinite coordinates is arbitrary."""
     found = np.zeros(len(points), np.int64)
-    somewhere = points[np.isfinite(points).all(axis=1)]
-    if not len(somewhere):
+    finite = points[np.isfinite(points).all(axis=1)]
+    if not len(finite):
         return found
-    lo = somewhere.min(axis=0)
-    size = float((somewhere.max(axis=0) - lo).max())
+    lo = finite.min(axis=0)
+    size = float((finite.max(axis=0) - lo).max())
     scale = CELLS / size if size > 0.0 else 0.0
     for axis in range(3):
         with np.errstate(invalid="ignore"):
             cells = ((points[:, axis] - lo[axis]) * scale).astype(np.int64)
-        found |= (APART[cells & LOW] | APART[cells >> HALF & LOW] << 3 * HALF) << axis
+        found |= (SPREAD[cells & LOW] | SPREAD[cells >> HALF & LOW] << 3 * HALF) << axis
     return found

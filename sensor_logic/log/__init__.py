@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The event log, and what its fields hold."""
+"""The event log and the texts in its fields."""

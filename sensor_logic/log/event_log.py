@@ -18,7 +18,7 @@ import numpy as np
 from ..kind import Field
 from ..recording.columns import Column
 from ..recording.tracks import Recording, Track
-from .start import COLUMN, moment
+from .start import COLUMN, iso_time
 
 HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
 
@@ -49,9 +49,9 @@ def format_frame(frame: float) -> str:
 
 
 def format_value(value: Any) -> str:
-    """Booleans 0/1, floats to 9 significant digits, text as it is; not a number is empty."""
+    """Booleans as 0/1, floats with 9 significant digits, text unchanged; NaN is empty."""
     if isinstance(value, float):
-        # Adding zero takes the sign off a negative zero.
+        # Adding zero turns a negative zero into zero.
         return "" if math.isnan(value) else f"{value + 0.0:.9g}"
     return str(int(value)) if isinstance(value, (bool, int)) else str(value)
 
@@ -64,7 +64,7 @@ def events(recording: Recording) -> list[Event]:
 def track_events(track: Track) -> Iterable[Event]:
     """Each published field's first value, and its value whenever that changes (by its step)."""
     for published in track.kind.events:
-        for index in news(track, published):
+        for index in event_updates(track, published):
             yield _event(track, published, index)
 
 
@@ -79,48 +79,48 @@ def _event(track: Track, published: Field, index: int) -> Event:
     )
 
 
-def news(track: Track, published: Field) -> list[int]:
+def event_updates(track: Track, published: Field) -> list[int]:
     """The updates at which a field's value is an event."""
     column, step = track.columns[published.name], track.steps.get(published.name, 0.0)
     found, last = [], None
     for index in column.changes().tolist():
         value = column[index]
-        if _is_news(value, last, step):
+        if _is_event(value, last, step):
             last = value
             found.append(index)
     return found
 
 
 class NewEvents:
-    """The events of a recording that still grows, as they come."""
+    """The events of a growing recording, as they come."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self._begin: dict[str, int] = {}
-        self._told: dict[tuple[str, str], Any] = {}
+        self._last: dict[tuple[str, str], Any] = {}
 
     def take(self) -> list[Event]:
-        """Those of the updates since the last call, in log order."""
+        """The events of the updates since the last call, in log order."""
         return sorted(event for name in self._recording.tracks for event in self.take_of(name))
 
     def take_of(self, sensor: str) -> list[Event]:
-        """Those of one sensor alone."""
+        """The events of one sensor since the last call, in log order."""
         found: list[Event] = []
         track = self._recording.tracks[sensor]
         begin, self._begin[sensor] = self._begin.get(sensor, 0), len(track)
         for published in track.kind.events:
             key, step = (sensor, published.name), track.steps.get(published.name, 0.0)
-            column, last = track.columns[published.name], self._told.get(key)
+            column, last = track.columns[published.name], self._last.get(key)
             for index in column.changes(begin).tolist():
                 value = column[index]
-                if value != last and _is_news(value, last, step):
-                    self._told[key] = last = value
+                if value != last and _is_event(value, last, step):
+                    self._last[key] = last = value
                     found.append(_event(track, published, index))
         return sorted(found)
 
 
-def _is_news(value: Any, last: Any, step: float) -> bool:
-    """Whether a field's value is an event, when `last` was that of its event before."""
+def _is_event(value: Any, last: Any, step: float) -> bool:
+    """Whether a field's value is an event; `last` is the value of its previous event."""
     if isinstance(value, float):
         if math.isnan(value):
             return False
@@ -130,7 +130,7 @@ def _is_news(value: Any, last: Any, step: float) -> bool:
 
 
 def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """RFC 4180: comma, CRLF, quotes where needed."""
+    """CSV by RFC 4180: comma, CRLF, quotes where needed."""
     return rows_of([header, *rows])
 
 
@@ -141,8 +141,8 @@ def rows_of(rows: Iterable[Iterable[str]]) -> str:
 
 
 def for_spreadsheets(text: str) -> str:
-    """The same CSV for a program that takes what begins with = + - or @ for a formula: a name that
-    does gets an apostrophe in front. Numbers stay as they are."""
+    """The CSV for spreadsheets, which read texts that begin with = + - or @ as formulas: such texts
+    get an apostrophe in front; numbers do not."""
     rows = csv.reader(io.StringIO(text, newline=""))
     return rows_of([_no_formula(cell) for cell in row] for row in rows)
 
@@ -158,20 +158,21 @@ def _no_formula(cell: str) -> str:
 
 
 def events_csv(recording: Recording, start: datetime | None = None) -> str:
-    """The log; where t = 0 stands for a `start`, with date and time as a last column."""
+    """The log of a recording; with a `start`, the date and time of t = 0, it has a last column with
+    dates and times."""
     return rows_csv(events(recording), start)
 
 
 def rows_csv(found: Iterable[Event], start: datetime | None = None) -> str:
-    """The log of these events, as they are in order."""
+    """The log of these events, in their order."""
     if start is None:
         return to_csv(HEADER, (event.row for event in found))
-    return to_csv((*HEADER, COLUMN), ((*e.row, moment(start, e.time)) for e in found))
+    return to_csv((*HEADER, COLUMN), ((*e.row, iso_time(start, e.time)) for e in found))
 
 
 def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
-    """Every update of one sensor, some thousand rows at a time: time_s, frame and the fields of its
-    kind; where t = 0 stands for a `start`, with date and time as a last column."""
+    """All updates of one sensor, some thousand rows at a time: time_s, frame and the fields of its
+    kind; with a `start`, the date and time of t = 0, also a last column with dates and times."""
     fields = [
         f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
     ]
@@ -182,7 +183,7 @@ def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
         times, frames, *values = (part.tolist() for _, part in parts)
         shown: list[Iterable[str]] = [map(format_time, times), map(format_frame, frames)]
         shown += [map(format_value, part) for part in values]
-        shown += [(moment(start, time) for time in times)] if start else []
+        shown += [(iso_time(start, time) for time in times)] if start else []
         yield rows_of(zip(*shown, strict=True))
 
 
@@ -192,8 +193,8 @@ def _is_empty(column: Column) -> bool:
 
 
 def read_events(path: Path) -> list[Event]:
-    """The events of a file. Raises ValueError naming the line that is no event, OSError."""
-    # "-sig" passes over the byte order mark that spreadsheets put in front.
+    """The events of a file. Raises ValueError, which names the first invalid line, or OSError."""
+    # "-sig" skips the byte order mark that spreadsheets write.
     with open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         try:
@@ -224,7 +225,7 @@ def differences(
     value_tolerance: float,
     time_tolerance: float,
 ) -> list[str]:
-    """What differs, a line each: missing and unexpected events, and other values.
+    """The differences, a line each: missing and unexpected events, and different values.
 
     Events of one field of one sensor are paired in order where their times agree within
     `time_tolerance` seconds; numbers may differ by `value_tolerance`.
@@ -242,7 +243,7 @@ def differences(
 def _compare(
     wanted: list[Event], got: list[Event], value_tolerance: float, time_tolerance: float
 ) -> Iterable[tuple[float, str]]:
-    # Times are written with 6 decimals, so half of the last one is no difference.
+    # Times are written with 6 decimals.
     slack = time_tolerance + 1e-6
     i = j = 0
     while i < len(wanted) or j < len(got):

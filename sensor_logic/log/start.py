@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The date and time that a log's t = 0 stands for."""
+"""The date and time of a log's t = 0."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ COLUMN = "time"
 
 
 def parse_start(text: str) -> datetime | None:
-    """What a user typed, in ISO 8601; None for nothing. Raises ValueError, whose text names it."""
+    """The date and time that a user typed in ISO 8601; None for an empty text. Raises ValueError,
+    which quotes the text."""
     if not text.strip():
         return None
     try:
         start = datetime.fromisoformat(text.strip())
-        # What is shown must be a date for a scene of any length.
+        # Dates must stay valid for a scene of any length.
         start + timedelta(days=40_000)
     except (ValueError, OverflowError):
         raise ValueError(
@@ -23,7 +24,7 @@ def parse_start(text: str) -> datetime | None:
     return start
 
 
-def moment(start: datetime, seconds: float) -> str:
-    """`seconds` after the start, in ISO 8601 with milliseconds; in the start's own time zone, or
-    without one."""
+def iso_time(start: datetime, seconds: float) -> str:
+    """The time `seconds` after the start in ISO 8601 with milliseconds, in the start's time zone if
+    it has one."""
     return (start + timedelta(seconds=seconds)).isoformat(timespec="milliseconds")

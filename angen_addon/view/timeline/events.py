@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.log.event_log import news
+from ....sensor_logic.log.event_log import event_updates
 from ....sensor_logic.recording.tracks import Track
 
 Indices = NDArray[np.intp]
@@ -16,12 +16,12 @@ Indices = NDArray[np.intp]
 
 def log_indices(track: Track) -> Indices:
     """The updates that have rows in the event log, in order; the first update is one of them."""
-    return _together(news(track, published) for published in track.kind.events)
+    return _together(event_updates(track, published) for published in track.kind.events)
 
 
 def switch_indices(track: Track) -> Indices:
     """The updates at which a published state changed: not the first one, no measured values."""
-    return _together(news(track, f)[1:] for f in track.kind.events if f.type is not float)
+    return _together(event_updates(track, f)[1:] for f in track.kind.events if f.type is not float)
 
 
 def _together(found: Iterable[list[int]]) -> Indices:

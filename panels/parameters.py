@@ -11,7 +11,7 @@ from ..angen_addon.kinds import appearance_of
 from ..angen_addon.scene.sensors import Sensor, SensorError, check
 from ..angen_addon.scene.units import lengths_of
 from ..sensor_logic.kinds import KINDS, NO_KIND
-from ..sensor_logic.parameters import Spec, specs, used
+from ..sensor_logic.parameters import Spec, is_chosen, specs
 from . import origin
 from .lines import draw_lines, draw_property, has_name_column
 from .readings import shown
@@ -69,7 +69,7 @@ def _draw_parameters(column: Any, scene: Any, sensor: Sensor, names: Any) -> Non
     for name in names:
         spec = known[name]
         # What has one choice only is nothing to choose.
-        if used(group, name, spec) and len(spec.choices) != 1:
+        if is_chosen(group, spec.used_when) and len(spec.choices) != 1:
             unit = sensor.kind.unit_of(spec, group)
             draw_property(column, scene, group, name, panel_label(spec), unit)
 

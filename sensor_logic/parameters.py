@@ -91,11 +91,6 @@ def defaults(kind: type[Parameters]) -> dict[str, Any]:
     return {f.name: f.default for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
 
 
-def used(parameters: Any, name: str, spec: Spec) -> bool:
-    """Whether the chosen model or method uses the parameter."""
-    return is_chosen(parameters, spec.used_when)
-
-
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
     """Whether the parameters fulfil the condition `used_when`."""
     return all(getattr(parameters, name) == choice for name, choice in used_when)

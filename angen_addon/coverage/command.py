@@ -18,7 +18,7 @@ import numpy as np
 from ...sensor_logic.coverage.detectors import DETECTOR
 from ...sensor_logic.coverage.grid import CoverageMap, columns, map_csv, table
 from ...sensor_logic.files import OutputError
-from ...sensor_logic.report.facts import Placed
+from ...sensor_logic.report.facts import SensorInPlan
 from ..commands.console import tell
 from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
 from ..output.output_files import Outputs, check_outputs
@@ -94,11 +94,11 @@ def place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outpu
     outputs.said = _places(found)
 
 
-def marks(proposal: Proposal) -> list[Placed]:
+def marks(proposal: Proposal) -> list[SensorInPlan]:
     """The proposed detectors as a plan shows them."""
     floor = float(proposal.map.cells.at[0, 2])
     return [
-        Placed(name, c.pose.origin[:2], -c.pose.axes[:2, 2], float(c.pose.origin[2]) - floor)
+        SensorInPlan(name, c.pose.origin[:2], -c.pose.axes[:2, 2], float(c.pose.origin[2]) - floor)
         for c, name in zip(proposal.chosen, proposal.names, strict=True)
     ]
 

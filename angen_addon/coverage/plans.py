@@ -11,7 +11,7 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import svg
-from ...sensor_logic.report.facts import Placed, Storey
+from ...sensor_logic.report.facts import SensorInPlan, Storey
 from ..scene.sensors import Sensor
 from ..view.plan.fields import placed
 from ..view.plan.home import Home
@@ -27,7 +27,7 @@ def picture(
     sensors: Sequence[Sensor],
     coverage: CoverageMap,
     title: str,
-    proposed: Sequence[Placed] = (),
+    proposed: Sequence[SensorInPlan] = (),
 ) -> str:
     """The SVG of a map with its detectors, and those that are proposed."""
     home = Home(depsgraph)

@@ -12,7 +12,7 @@ import bpy
 
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.parameters import defaults, format_quantity, specs, used, value_text
+from ...sensor_logic.parameters import defaults, format_quantity, is_chosen, specs, value_text
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.report import page
 from ...sensor_logic.report.facts import Report, SensorFacts
@@ -105,7 +105,8 @@ def _changed(sensor: Sensor) -> list[tuple[str, str]]:
     return [
         (name, value_text(getattr(parameters, name), spec, sensor.kind.unit_of(spec, parameters)))
         for name, spec in specs(sensor.kind.parameters).items()
-        if used(parameters, name, spec) and not _same(getattr(parameters, name), usual[name])
+        if is_chosen(parameters, spec.used_when)
+        and not _same(getattr(parameters, name), usual[name])
     ]
 
 

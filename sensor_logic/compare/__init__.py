@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two logs beside each other: how long sensors are on, how often, and how alike both are."""
+"""Compares two logs: how long and how often sensors are on, and how much the logs differ."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When each sensor of a log was on, whatever format the log has."""
+"""The intervals in which each sensor of a log was on; the log can have any format."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ DAY_S = 86400.0
 
 @dataclass
 class Sensor:
-    """When a sensor was on: begins and ends in seconds, without a first or last that is cut off.
-
-    `starts`: every change to on, that of an unfinished last interval too.
-    """
+    """The intervals in which a sensor was on, begin and end in seconds, without intervals that
+    begin before or end after the log. `starts`: all changes to on, that of an unfinished interval
+    too."""
 
     quantity: str
     starts: list[float] = field(default_factory=list)
@@ -38,9 +37,9 @@ class Home:
 
 
 def read(path: Path) -> Home:
-    """An event log, a folder of days, or a log in any of the formats that can be read.
+    """Reads an event log, a folder of days, or a log in any of the readable formats.
 
-    Raises SourceError naming the file and what it should be; OSError.
+    Raises SourceError, which names the file and the problem, or OSError.
     """
     source = read_log(path)
     try:
@@ -71,11 +70,11 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> Home:
         last = time
         first_of_it = name not in sensors
         sensor = sensors.setdefault(name, Sensor(quantity))
-        # Who is on at the start of the log has been so for an unknown time.
+        # A sensor that is on at the start of the log has been so for an unknown time.
         if first_of_it and has_states:
             states[name] = on
             continue
-        # Logs of real homes repeat themselves.
+        # Logs of real homes repeat states.
         if on and not states[name]:
             sensor.starts.append(time)
             since[name] = time

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Both homes' empirical distributions, a panel a figure, as an SVG."""
+"""Draws the empirical distributions of both homes as SVG, a panel for each measure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ POINTS = 200
 
 
 def svg(one: Home, two: Home, found: list[Measure]) -> str:
-    """Share of values at or below x, over x on a logarithmic axis; a line a home."""
+    """Panels of the share of values at or below x, over x on a logarithmic axis, a line per
+    home."""
     shown = [m for m in found if any(len(values) for values in m.values)]
     rows = -(-len(shown) // COLUMNS)
     width = COLUMNS * (PANEL_WIDTH + GAP) + GAP
@@ -44,8 +45,8 @@ def _panel(measure: Measure) -> str:
     low, high = (positive.min(), positive.max()) if len(positive) else (1.0, 10.0)
     low, high = np.floor(np.log10(low)), np.ceil(np.log10(high) + 1e-9)
     distance = measure.distance
-    told = "" if np.isnan(distance) else f", distance {distance:.2f}"
-    title = f"{measure.group}: {measure.name} ({measure.unit}){told}"
+    shown = "" if np.isnan(distance) else f", distance {distance:.2f}"
+    title = f"{measure.group}: {measure.name} ({measure.unit}){shown}"
     parts = [
         f'<text y="-6" fill="#222">{safe(title)}</text>',
         f'<rect width="{PANEL_WIDTH:g}" height="{PANEL_HEIGHT:g}" fill="none" stroke="#bbb"/>',
@@ -70,7 +71,7 @@ def _x(value: float, low: float, high: float) -> str:
 
 
 def _steps(values: Values, low: float, high: float) -> str:
-    """Up to POINTS corners of the distribution's steps."""
+    """The points of the distribution's steps, at most POINTS steps."""
     ordered = np.sort(values)
     picked = np.unique(np.linspace(0, len(ordered) - 1, min(len(ordered), POINTS)).astype(int))
     points, y = [], PANEL_HEIGHT

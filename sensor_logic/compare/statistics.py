@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures of how sensors behave, and how alike two homes are in each.
+"""Measures of how sensors behave, and the distance between two homes in each.
 
 The distance is that of Kolmogorov and Smirnov: the greatest difference of the two empirical
 distribution functions, 0 to 1 (Smirnov 1939; `scipy.stats.ks_2samp` gives the same).
@@ -22,7 +22,7 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Measure:
-    """One figure of a group of sensors: its values in both homes, shape (n,), in `unit`."""
+    """One measure of a group of sensors: its values (n,) in each home, in `unit`."""
 
     group: str
     name: str
@@ -31,7 +31,7 @@ class Measure:
 
     @property
     def distance(self) -> float:
-        """Kolmogorov-Smirnov, not a number where a home has no values."""
+        """The Kolmogorov-Smirnov distance; NaN where a home has no values."""
         return ks_distance(*self.values)
 
 
@@ -47,12 +47,12 @@ def ks_distance(a: Values, b: Values) -> float:
 
 
 def quantiles(values: Values) -> list[float]:
-    """At QUANTILES, interpolated; not numbers where there are no values."""
+    """The interpolated QUANTILES; NaN without values."""
     return [float(q) for q in np.quantile(values, QUANTILES)] if len(values) else [math.nan] * 6
 
 
 def measures(one: Home, two: Home) -> list[Measure]:
-    """All figures of each group of sensors (motion, opening …) that either home has."""
+    """All measures of each group of sensors (motion, opening …) that either home has."""
     groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
@@ -71,29 +71,29 @@ def _of(home: Home, group: str) -> list[Sensor]:
 
 
 def on_times(home: Home, group: str) -> Values:
-    """Seconds of each whole interval in which a sensor was on."""
+    """The durations in s of all complete intervals in which a sensor was on."""
     return _seconds([end - begin for s in _of(home, group) for begin, end in s.intervals])
 
 
 def gaps(home: Home, group: str) -> Values:
-    """Seconds from each change to on, of any of the sensors, to the next."""
+    """The times in s from each change to on, of any sensor of the group, to the next."""
     return _seconds(np.diff(np.sort([start for s in _of(home, group) for start in s.starts])))
 
 
 def _seconds(values: list[float] | Values) -> Values:
-    """Durations in whole microseconds, as logs tell times: those that are equal there, are here."""
+    """Durations rounded to microseconds, the resolution of logs, so that equal ones stay equal."""
     return np.round(np.asarray(values, float), 6)
 
 
 def counts(home: Home, group: str) -> Values:
-    """How often each sensor went on in each day, a value a sensor and day."""
+    """How often each sensor went on, a value for each sensor and day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
 def shares(home: Home, group: str) -> Values:
-    """In how much of each day any sensor was on, in percent, a value a day."""
+    """The percentage of each day in which any sensor of the group was on, a value for each day."""
     merged: list[list[float]] = []
     for begin, end in sorted(i for s in _of(home, group) for i in s.intervals):
         if merged and begin <= merged[-1][1]:
@@ -109,9 +109,8 @@ def shares(home: Home, group: str) -> Values:
 
 
 def _days(home: Home) -> tuple[Values, float]:
-    """Edges of the log's days, 24 hours each from its begin, in seconds; and by what a count is
-    to be multiplied. What is left after the last whole day is left out; a log that has none is
-    told by its rate."""
+    """The edges (s) of the log's days, 24 hours each from its begin, and the factor for counts.
+    Time after the last whole day is ignored; a log of less than a day is scaled to one."""
     whole = int((home.end - home.begin) // DAY_S)
     if whole:
         return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The comparison as text and as plain data."""
+"""The comparison as text, and as data for programs."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
 
 
 def text(one: Home, two: Home, found: list[Measure]) -> str:
-    """A row a home and figure; the distance stands between both."""
+    """For each measure a line with the distance, and a row for each home."""
     width = max(len(one.name), len(two.name), 8)
     lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
     for measure in found:
         distance = measure.distance
-        told = "no values on one side" if math.isnan(distance) else f"distance {distance:.3f}"
-        lines.append(f"\n{measure.group}: {measure.name} ({measure.unit}): {told}")
+        shown = "no values on one side" if math.isnan(distance) else f"distance {distance:.3f}"
+        lines.append(f"\n{measure.group}: {measure.name} ({measure.unit}): {shown}")
         for home, values in zip((one, two), measure.values, strict=True):
             figures = [f"{len(values)}", *(_short(q) for q in quantiles(values))]
             lines.append(f"{home.name:<{width}}" + "".join(f"{figure:>10}" for figure in figures))
@@ -31,7 +31,7 @@ def _short(value: float) -> str:
 
 
 def data(one: Home, two: Home, found: list[Measure]) -> dict[str, Any]:
-    """The same for programs; what there are no values for is null."""
+    """The comparison for programs; null where there are no values."""
     return {
         "logs": [one.name, two.name],
         "measures": [

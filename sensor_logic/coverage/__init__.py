@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where motion detectors notice what moves, and where to put them: numbers alone, no scene."""
+"""Where motion detectors detect motion, and where to place them: numbers only, without a scene."""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colours of a coverage map: from dark to bright with what is noticed, so that they can be told
-apart in grey and by the colour-blind (viridis)."""
+"""Colours of a coverage map, brighter with better coverage, and distinct in grey and for the
+colour-blind (viridis)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ VIRIDIS = np.array(
         (0.993, 0.906, 0.144),
     ]
 )
-# What is noticed of a cell: nothing; less than is enough; covered by one, two, more detectors.
+# The levels of a cell: nothing detected; less than `grid.ENOUGH`; covered by one, two, more.
 LEVELS = (
     "not noticed",
     "noticed in few directions",
@@ -30,7 +30,7 @@ LEVELS = (
 
 
 def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
-    """The level (cells,) of each cell, 0 … 4, into LEVELS."""
+    """The index (cells,) into LEVELS of each cell."""
     count = np.minimum(coverage.count, 3)
     partly = (coverage.best > 0.0).astype(np.intp)
     found: np.typing.NDArray[np.intp] = np.where(count > 0, count + 1, partly)
@@ -38,7 +38,7 @@ def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
 
 
 def linear(colour: Array) -> Array:
-    """Linear light of sRGB colours."""
+    """Linear values of sRGB colours."""
     low, high = colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4
     result: Array = np.where(colour <= 0.04045, low, high)
     return result

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a detector notices a motion: its own model, on rays that were cast once through the
-empty room and are then met with the moving body in closed form.
+"""Whether a detector detects a motion: the detector's own model, on rays that were cast once
+through the empty room and are then intersected with the moving body in closed form.
 
-A motion sets off at an update: of the saw-tooth, at that of the first tilt.
+A motion starts at an update; with the saw-tooth, at that of the first tilt.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from ..model import Array
 from .detectors import SAMPLE_EVERY, Response, filtered
 from .motions import Hits, Motion, Rays, Start, hits
 
-# Bodies times rays that are looked at at once, to bound the memory.
+# Bodies times rays in one batch, to bound the memory.
 AT_ONCE = 1_500_000
 
 
 class View(Protocol):
-    """One detector, and what it makes of motions."""
+    """One detector in the room, and its response to motions."""
 
     def strengths(self, motion: Motion, start: Start) -> Array:
-        """The signal that each motion (m,) makes, against the threshold: above 1 is noticed."""
+        """The signal (m,) of each motion divided by the threshold: above 1 it is detected."""
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """(m,): at most these are noticed: far quicker to find."""
+        """(m,): false only for motions that are not detected; a much faster test."""
         ...
 
 
 @dataclass(frozen=True)
 class RangeView:
-    """A range scan: unit `directions` (tilts, rays, 3) in the world; `free` (tilts, rays) ranges
-    in m as it reads them without the body; `period` s between two scans of one tilt, the first of
-    them at `offsets` (tilts,) s."""
+    """A range scan: unit `directions` (tilts, rays, 3) in the world; `free` (tilts, rays): its
+    ranges in m without the body; `period`: s between two scans of one tilt; `offsets` (tilts,): the
+    times of the first scans in s."""
 
     origin: Array
     directions: Array
@@ -78,11 +78,11 @@ class RangeView:
         return np.where(changes > 0.0, ratio, 0.0)
 
     def _changes(self, motion: Motion, start: Start) -> Array:
-        """(m,) m: the largest change of any range from one scan to the next of the same tilt."""
+        """(m,): the largest change in m of any range from one scan of a tilt to the next."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         largest = np.zeros(len(start))
         for tilt, offset in enumerate(self.offsets.tolist()):
-            # At rest, then as the scans see it, until it is at rest again.
+            # At rest, then at each scan, until the body is at rest again.
             scans = max(0, math.ceil((longest - offset) / self.period - 1e-9)) + 1
             times = [0.0, *(offset + k * self.period for k in range(scans))]
             if times[1] == 0.0:
@@ -95,7 +95,7 @@ class RangeView:
     ) -> None:
         """Raises `largest` (m,) to the changes of one tilt's ranges from each time to the next.
 
-        Only rays that meet a body are looked at: all others read what is free.
+        Only rays that hit a body are compared: all others read `free`.
         """
         free = self.free[tilt]
         rays = len(free)
@@ -117,9 +117,9 @@ class RangeView:
 @dataclass(frozen=True)
 class WarmView:
     """A pyroelectric detector: unit `directions` (n, 3) in the world, their signed `weights` (n,)
-    in sr; how far each is `free` (n,) in m, and the `behind` (n,) radiosity there, and that of the
-    body, `body`, both in W/m² above that of the ambient. `threshold` in W per m² of lenslet;
-    `interval` s between updates."""
+    in sr, and their ranges without the body, `free` (n,) in m; the radiosity `behind` (n,) there
+    and that of the `body`, both in W/m² above that of the ambient; the `threshold` in W per m² of
+    lenslet; `interval`: s between updates."""
 
     origin: Array
     directions: Array
@@ -149,14 +149,14 @@ class WarmView:
         return signals / self.threshold
 
     def _signals(self, motion: Motion, start: Start) -> Array:
-        """(m,): the largest signal, either way, from rest until it has died away."""
+        """(m,): the largest size of the signal, from rest until it has decayed."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
         still = max(1, math.ceil(settle / self.interval))
         powers = [self._power(motion, start, k * self.interval) for k in range(moving)]
         powers += [powers[-1]] * still
-        # The detector, too, takes its power to change linearly and looks between its updates.
+        # Like the detector's model: power changes linearly, with samples between the updates.
         parts = max(1, math.ceil(self.interval / SAMPLE_EVERY - 1e-9))
         steps = [powers[0]]
         for one, two in pairwise(powers):
@@ -166,7 +166,7 @@ class WarmView:
         return signals
 
     def _power(self, motion: Motion, start: Start, time: float) -> Array:
-        """(m,): what the bodies add to the power on the elements."""
+        """(m,): the change of the power on the elements by the bodies, W per m² of lenslet."""
         met = hits(motion, start, time, self._all)
         seen = _met_at(met, self.range_min) < self.free[met.ray]
         ray = met.ray[seen]
@@ -176,7 +176,7 @@ class WarmView:
 
 
 def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
-    """Raises `largest` of each body to the changes (n,), whose bodies are in order."""
+    """Raises `largest` (m,) to the changes (n,) of the bodies (n,), which must be in order."""
     if len(body):
         first = np.flatnonzero(np.diff(body, prepend=-1))
         most = np.maximum.reduceat(change, first)
@@ -184,7 +184,7 @@ def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
 
 
 def _met_at(met: Hits, range_min: float) -> Array:
-    """m from the origin; rays begin at `range_min`, and one that begins inside a body meets its
-    far side."""
+    """The distances (n,) in m of the hits from the origin; a ray, which begins at `range_min`, hits
+    the far side of a body that it begins in."""
     at = np.where(met.enter >= range_min, met.enter, met.leave)
     return np.where(at >= range_min, at, np.inf)

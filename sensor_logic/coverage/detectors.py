@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kind of sensor that coverage maps and proposals are of, and what they take from it: the one
-place of coverage that names it."""
+"""The kind of sensor for coverage maps and proposals, and the functions that they use of it; no
+other module of coverage names it."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ DETECTOR = KINDS["PIR"]
 
 @dataclass(frozen=True)
 class Walker:
-    """An upright cylinder on the floor: m, m/s, °C as a mean over skin and clothing. The default
-    is a walking adult."""
+    """A walking person as an upright cylinder: `height` and `radius` in m, `speed` in m/s,
+    `celsius` the mean surface temperature of skin and clothing. The default is an adult."""
 
     height: float = 1.7
     radius: float = 0.2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells of a coverage map, what is noticed in each, and what that makes of rooms."""
+"""The cells of a coverage map, the motions detected in each, and the coverage of rooms."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 from ..model import Array
 from .motions import HEADINGS, Motion, Start
 
-# A cell is covered where this share of the directions that a body can take is noticed.
+# A cell is covered if a detector detects this share of the possible directions of motion.
 ENOUGH = 0.5
 NO_ROOM = "no room"
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Squares of `size` m on the floor: middles `at` (n, 3), the `room` each is in (n names), the
-    number of its `storey` (n,); how far a body can move (n, 8), from `Motion.lengths`."""
+    """Squares of `size` m on the floor: their middles `at` (n, 3), the names of their `room` (n),
+    the number of their `storey` (n,), and how far a body can move, `lengths` (n, 8), by
+    `Motion.lengths`."""
 
     size: float
     at: Array
@@ -35,7 +36,7 @@ class Cells:
 
     @property
     def rooms(self) -> list[str]:
-        """By name; what belongs to none comes last."""
+        """The rooms by name; NO_ROOM comes last."""
         return sorted(set(self.room), key=lambda name: (name == NO_ROOM, name))
 
     def of(self, rooms: Iterable[str]) -> Cells:
@@ -46,7 +47,7 @@ class Cells:
         return Cells(self.size, self.at[rows], names, self.storey[rows], self.lengths[rows])
 
     def starts(self) -> tuple[Start, NDArray[np.intp], NDArray[np.intp]]:
-        """All motions that are possible, and the cell and the direction of each."""
+        """All possible motions, and the cell and direction of each."""
         cell, direction = np.nonzero(self.lengths > 0.0)
         start = Start(self.at[cell], HEADINGS[direction], self.lengths[cell, direction])
         return start, cell, direction
@@ -54,7 +55,8 @@ class Cells:
 
 @dataclass(frozen=True)
 class RoomCoverage:
-    """Cells of a room and how many of them no, one, several detectors cover; m² of a cell."""
+    """The number of a room's cells, how many of them no, one and several detectors cover (`dead`,
+    `once`, `overlap`), and the `area` of a cell in m²."""
 
     name: str
     cells: int
@@ -70,8 +72,8 @@ class RoomCoverage:
 
 @dataclass(frozen=True)
 class CoverageMap:
-    """`strength` (detectors, cells, 8): signal against threshold for each direction, 0 where the
-    body cannot go."""
+    """`strength` (detectors, cells, 8): the signal divided by the threshold for each direction, 0
+    where the body cannot move."""
 
     motion: Motion
     cells: Cells
@@ -80,33 +82,33 @@ class CoverageMap:
 
     @property
     def noticed(self) -> Array:
-        """(detectors, cells): share of the possible directions that the detector notices."""
+        """(detectors, cells): the share of the possible directions that the detector detects."""
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).sum(axis=2) / possible
         return share
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """(detectors, cells)."""
+        """(detectors, cells): whether the detector covers the cell."""
         return covered_by(self.noticed)
 
     @property
     def count(self) -> NDArray[np.intp]:
-        """(cells,): how many detectors cover each."""
+        """(cells,): how many detectors cover each cell."""
         number: NDArray[np.intp] = self.covered.sum(axis=0)
         return number
 
     @property
     def best(self) -> Array:
-        """(cells,): share of directions that at least one detector notices."""
+        """(cells,): the share of the possible directions that at least one detector detects."""
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).any(axis=0).sum(axis=1) / possible
         return share
 
     @property
     def margin(self) -> Array:
-        """(cells,): the signal against the threshold, of the best detector, in the median of the
-        possible directions: above 1 is noticed."""
+        """(cells,): the median over the possible directions of the best detector's signal divided
+        by its threshold."""
         best = self.strength.max(axis=0, initial=0.0).astype(np.float64)
         best[self.cells.lengths <= 0.0] = np.nan
         median: Array = np.nanmedian(best, axis=1) if len(best) else np.empty(0)
@@ -135,8 +137,9 @@ COLUMNS = ("x_m", "y_m", "floor_m", "room", "directions", "covered_by", "noticed
 
 
 def map_csv(coverage: CoverageMap) -> str:
-    """A row for each cell: its middle, how many directions are possible, how many detectors cover
-    it, the share of directions noticed by any, the margin; then the share of each detector."""
+    """A row for each cell: its middle, its room, the number of possible directions, the number of
+    detectors that cover it, the share of directions detected by any, the margin, and the share of
+    each detector."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*COLUMNS, *coverage.sensors])
@@ -153,13 +156,13 @@ def map_csv(coverage: CoverageMap) -> str:
 
 
 def table(coverage: CoverageMap) -> str:
-    """What rooms and detectors make of it, as lines to read."""
+    """The coverage of each room as a text table."""
     rows = [("room", "area m²", "covered", "dead m²", "overlap"), *room_rows(coverage)]
     return columns(rows)
 
 
 def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
-    """Of each room and of all: name, area, and what is covered, dead and covered twice of it."""
+    """For each room and for all: name, area, and the covered, dead and overlapping part."""
     return [
         (
             room.name,
@@ -173,7 +176,7 @@ def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
 
 
 def columns(rows: Sequence[Sequence[str]]) -> str:
-    """Aligned: the first column to the left, the others to the right."""
+    """A text table: the first column aligned to the left, the others to the right."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What moves in a cell of a coverage map: a person's step, an arm, a cat, as boxes and cylinders.
+"""The motions in a cell of a coverage map: a person's step, an arm, a cat, as boxes and cylinders.
 
 The step and the arm are those of the test of occupancy sensors NEMA WD 7: a person who walks at
 4 ft/s through cells of 3 ft, and an arm of 3 × 3 × 15 in, 36 in above the floor, which turns by
@@ -18,23 +18,23 @@ from numpy.typing import NDArray
 
 from ..model import Array
 
-# The directions in which a body sets off: so many, counter-clockwise from +X.
+# The directions in which bodies start, counter-clockwise from +X.
 DIRECTIONS = 8
 HEADINGS: Array = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
 FOOT, INCH = 0.3048, 0.0254
-# m: where there is less room than this, nobody takes a step that way.
+# m: a shorter free way is not a possible direction.
 SHORTEST = 0.3
-# m: what is nearer than this to the end of a ray or to its height is left to the exact test.
+# m: margin of the quick tests, which leave close cases to the exact test.
 CLOSE = 1e-6
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A body and how it moves, in m, s and radians; `bottom` and `top` above the floor.
+    """A body and its motion, in m, s and radians; `bottom` and `top` are heights above the floor.
 
-    A `walks` body is upright and goes straight, at most `step` far, at `speed`; else it is a beam
-    that lies level from the cell's middle outwards and turns by `step` radians at `speed` rad/s.
-    `radius` makes it a cylinder; else it is a box, `length` along its heading and `width` across.
+    With `walks`, the body moves straight ahead by at most `step` at `speed`; else it is a
+    horizontal beam from the cell's middle outwards that turns by `step` radians at `speed` rad/s.
+    With a `radius` it is a cylinder; else a box, `length` along its heading and `width` across.
     """
 
     identifier: str
@@ -51,22 +51,22 @@ class Motion:
 
     @property
     def room(self) -> float:
-        """m: what must be free around the middle for the body to be there at all."""
+        """The free radius in m around the cell's middle that the body needs."""
         return self.radius or self.width / 2.0
 
     @property
     def reach(self) -> float:
-        """m from its axis to the farthest of it, seen from above."""
+        """The distance in m from its axis to its farthest point, seen from above."""
         return self.radius or math.hypot(self.length, self.width) / 2.0
 
     @property
     def longest(self) -> float:
-        """m from where it stands to the farthest of it at any time."""
+        """The distance in m from its start to its farthest point at any time."""
         return self.reach + (self.step if self.walks else self.length)
 
     def at_height(self, height: float) -> Motion:
-        """The same with its top at `height` m, if it stands on the floor, else with its middle
-        there. Raises ValueError."""
+        """The motion with the body's top at `height` m, or its middle if it is above the floor.
+        Raises ValueError."""
         if self.bottom == 0.0:
             low, high = 0.0, height
         else:
@@ -77,8 +77,8 @@ class Motion:
         return replace(self, bottom=low, top=high)
 
     def lengths(self, clearance: Array) -> Array:
-        """How far it moves (…, 8), in m or radians, where `clearance` (…, 8) m are free in each
-        direction from the middle of the cell; 0 where it cannot move."""
+        """How far it moves (…, 8), in m or radians, with a free `clearance` (…, 8) in m in each
+        direction from the cell's middle; 0 where it cannot move."""
         if self.walks:
             most = np.minimum(clearance - max(self.radius, self.length / 2.0), self.step)
             result: Array = np.where(most >= SHORTEST - 1e-9, most, 0.0)
@@ -106,7 +106,7 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "CHEST",
             "Chest",
-            "The trunk of a person who walks, without legs and head: what is seen over furniture",
+            "The trunk of a walking person without legs and head: the part visible over furniture",
             bottom=1.0,
             top=1.45,
             step=3 * FOOT,
@@ -152,8 +152,8 @@ MOTIONS: Mapping[str, Motion] = {
 
 
 class Hits(NamedTuple):
-    """Which ray meets which body: `body` and `ray` (n,) numbers, and where it would `enter` and
-    `leave` it, in m from the rays' origin, which may lie inside."""
+    """Pairs (n,) of a `body` and a `ray` that hits it, by number, and the distances in m from the
+    rays' origin at which the ray would `enter` and `leave` the body. The origin may be inside."""
 
     body: NDArray[np.intp]
     ray: NDArray[np.intp]
@@ -163,8 +163,8 @@ class Hits(NamedTuple):
 
 @dataclass(frozen=True)
 class Start:
-    """Bodies in their cells: `feet` (m, 3) on the floor, `heading` (m,), how far they move
-    (m,)."""
+    """m motions: the start `feet` (m, 3) on the floor, the `heading` (m,) in radians, and how far
+    the body moves, `length` (m,)."""
 
     feet: Array
     heading: Array
@@ -178,17 +178,17 @@ class Start:
 
 
 class Rays:
-    """Rays from one `origin` (3,) along unit `directions` (n, 3), `free` (n,) m far without a body;
-    in the order of their bearings, so that each body looks at few of them."""
+    """Rays from one `origin` (3,) along unit `directions` (n, 3) with ranges `free` (n,) in m
+    without a body, sorted by bearing, so that each body is compared with few of them."""
 
     def __init__(self, origin: Array, directions: Array, free: Array) -> None:
         self.origin, self.directions, self.free = origin, directions, free
         bearing = np.arctan2(directions[:, 1], directions[:, 0])
         self.order = np.argsort(bearing, kind="stable")
         once, turn = bearing[self.order], 2.0 * math.pi
-        # Three turns, so that no interval is cut at ±π.
+        # Three turns, so that no interval wraps around at ±π.
         self._bearings = np.concatenate([once - turn, once, once + turn])
-        # Seen from above: how far they get, and how much they rise on the way.
+        # Seen from above: their lengths, and their rise per metre.
         flat = np.hypot(directions[:, 0], directions[:, 1])
         self.far = free * flat
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -197,21 +197,21 @@ class Rays:
     def beside(
         self, towards: Array, reach: Array | float
     ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
-        """How far away bodies (m, 2) are, and the first and the number of the rays that, seen from
-        above, come within `reach` of each."""
+        """The distances (m,) of bodies in directions `towards` (m, 2), and the first and the number
+        of the rays that, seen from above, come within `reach` of each."""
         apart = np.linalg.norm(towards, axis=1)
         outside = apart > reach * (1.0 + 1e-9)
         half = np.arcsin(reach / np.where(outside, apart, reach)) + 1e-9
         middle = np.arctan2(towards[:, 1], towards[:, 0])
         first = np.searchsorted(self._bearings, middle - half)
         count = np.searchsorted(self._bearings, middle + half, side="right") - first
-        # What stands over or under the origin is met in every direction.
+        # Rays of any bearing can hit a body above or below the origin.
         rays = len(self.order)
         return apart, np.where(outside, first, rays), np.where(outside, count, rays)
 
     def may_meet(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """(m,): which bodies come on their way where rays are, by bearing, distance and height. It
-        leaves out none that `hits` ever finds."""
+        """(m,): which bodies can hit rays during their motion, by bearing, distance and height.
+        True for every body for which `hits` finds a hit at any time."""
         if not len(start):
             return np.zeros(0, bool)
         half = start.length / 2.0 if motion.walks else np.zeros(len(start))
@@ -224,15 +224,15 @@ class Rays:
             float(start.feet[:, 2].min()) + motion.bottom - self.origin[2] - CLOSE,
             float(start.feet[:, 2].max()) + motion.top - self.origin[2] + CLOSE,
         )
-        # One more at the end, so that an empty interval ends somewhere.
+        # One more at the end, because `reduceat` needs a valid index for empty intervals.
         nearest = np.minimum.reduceat(np.append(np.tile(enter, 3), np.inf), ends)[::2]
         farthest = np.maximum.reduceat(np.append(np.tile(leave, 3), -np.inf), ends)[::2]
         met: NDArray[np.bool_] = (count > 0) & (farthest >= apart - reach - CLOSE)
         return met & (nearest <= apart + reach + CLOSE)
 
     def _between(self, low: float, high: float) -> tuple[Array, Array]:
-        """Seen from above, how far away each ray, in the order of bearings, is between two heights
-        above the origin: from and to; from infinity to minus that where nowhere."""
+        """The range of distances, seen from above, in which each ray (by bearing) is between two
+        heights above the origin: begin and end; inf and -inf where it never is."""
         rise, far = self.rise[self.order], self.far[self.order]
         with np.errstate(divide="ignore", invalid="ignore"):
             one, two = low / rise, high / rise
@@ -246,7 +246,7 @@ class Rays:
 
 
 def hits(motion: Motion, start: Start, time: float, rays: Rays) -> Hits:
-    """Where rays meet the bodies, `time` s after they set off, before they end."""
+    """The hits of rays and bodies, `time` s after the bodies start."""
     gone = np.minimum(motion.speed * max(time, 0.0), start.length)
     turned = start.heading if motion.walks else start.heading + gone
     ahead = np.stack([np.cos(turned), np.sin(turned)], axis=1)
@@ -273,8 +273,8 @@ def hits(motion: Motion, start: Start, time: float, rays: Rays) -> Hits:
 def _near(
     motion: Motion, towards: Array, low: Array, rays: Rays
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Bodies and rays that come near each other before the rays end, in the order of the bodies:
-    by bearing, distance and height."""
+    """Pairs of a body and a ray that come near each other by bearing, distance and height, in the
+    order of the bodies."""
     apart, first, count = rays.beside(towards, motion.reach)
     body = np.repeat(np.arange(len(towards)), count)
     within = np.arange(len(body)) - np.repeat(np.cumsum(count) - count, count)
@@ -283,7 +283,7 @@ def _near(
     rise, foot = rays.rise[ray], low[body]
     with np.errstate(invalid="ignore"):
         one, two = rise * near, rise * far
-    # A ray that goes straight up is left to the exact test.
+    # Vertical rays are left to the exact test.
     over = np.fmin(one, two) > foot + (motion.top - motion.bottom) + CLOSE
     under = np.fmax(one, two) < foot - CLOSE
     left = ~((over | under) & np.isfinite(rise)) & (rays.far[ray] >= near - CLOSE)
@@ -291,7 +291,8 @@ def _near(
 
 
 def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, Array]:
-    """Where level parts `flat` (n, 2) of rays enter and leave upright cylinders."""
+    """The distances at which rays with horizontal components `flat` (n, 2) enter and leave upright
+    cylinders."""
     square = np.einsum("ni,ni->n", flat, flat)
     nearest = np.einsum("ni,ni->n", towards, flat)
     apart = np.einsum("ni,ni->n", towards, towards) - radius**2

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Chooses detectors that together cover the most: greedily, then by swaps, with a proven bound.
 
-What k sets cover together grows ever less with each more (it is submodular). So the greedy choice
-reaches at least 1 − 1/e of the best (Nemhauser, Wolsey, Fisher 1978), and for the sets at hand
-more can be said: whatever is chosen, the best covers at most what this covers and the k largest
-gains beyond it (Minoux 1978; Leskovec et al. 2007).
+The coverage of k sets is submodular. So the greedy choice reaches at least 1 − 1/e of the optimum
+(Nemhauser, Wolsey, Fisher 1978). A tighter bound for the given sets: the optimum covers at most the
+coverage of any choice plus the k largest gains beyond it (Minoux 1978; Leskovec et al. 2007).
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +15,9 @@ from numpy.typing import NDArray
 
 from ..model import Array
 
-GREEDY_GUARANTEE = 1.0 - 1.0 / math.e
-# Rounds of swaps: each makes the choice better, so that they end by themselves long before.
+# Rounds of swaps. Each round improves the choice, so that they end long before.
 MOST_ROUNDS = 100
-# Gains this near to each other are equal.
+# Gains closer than this are equal.
 TIE = 1e-9
 
 Sets = NDArray[np.bool_]
@@ -28,25 +25,24 @@ Sets = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Choice:
-    """`chosen` rows in the order of their gains; weights that are `covered`, that could be by all
-    sets together (`coverable`), and a `bound` that no choice of as many exceeds."""
+    """The rows `chosen` in the order of their gains; the weight that they cover (`covered`), that
+    which the greedy choice covered (`greedy`), and a `bound` that no choice of as many exceeds."""
 
     chosen: tuple[int, ...]
     covered: float
     greedy: float
     bound: float
-    coverable: float
     swaps: int
 
     @property
     def assured(self) -> float:
-        """At least this share of the best possible is reached."""
+        """A lower bound of the share of the optimum that is reached."""
         return self.covered / self.bound if self.bound > 0.0 else 1.0
 
 
 def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) -> Choice:
-    """At most `count` of the sets (m, n), which cover items (n,) of `weights`. Of sets that are
-    equally good, the seed tells which is taken. Raises ValueError."""
+    """Chooses at most `count` of the sets (m, n), which cover items (n,) of `weights`. The seed
+    decides between equally good sets. Raises ValueError."""
     if count < 1:
         raise ValueError(f"a number of {count}: at least 1 must be chosen")
     worth = np.ones(sets.shape[1]) if weights is None else np.asarray(weights, np.float64)
@@ -63,7 +59,7 @@ def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) 
     covered = _value(shuffled, chosen, worth)
     ranked = _ranked(shuffled, chosen, worth)
     rows = tuple(int(order[i]) for i in ranked)
-    return Choice(rows, covered, greedy, max(min(bounds), covered), bounds[0], swaps)
+    return Choice(rows, covered, greedy, max(min(bounds), covered), swaps)
 
 
 def _value(sets: Sets, chosen: list[int], worth: Array) -> float:
@@ -76,12 +72,13 @@ def _gains(sets: Sets, taken: NDArray[np.bool_], worth: Array) -> Array:
 
 
 def _best(gains: Array) -> int:
-    """The first of those that are equally good."""
+    """The first set of the largest gain."""
     return int(np.flatnonzero(gains >= gains.max() - TIE)[0])
 
 
 def _greedy(sets: Sets, count: int, worth: Array, bounds: list[float]) -> list[int]:
-    """Those of the largest gain, one after the other; adds what each step proves to `bounds`."""
+    """The sets of the largest gain, one after the other; adds the bound of each step to
+    `bounds`."""
     taken = np.zeros(sets.shape[1], bool)
     chosen: list[int] = []
     while len(chosen) < min(count, len(sets)):
@@ -102,7 +99,8 @@ def _online_bound(sets: Sets, chosen: list[int], count: int, worth: Array) -> fl
 
 
 def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], int]:
-    """One for another as long as that covers more; and how often."""
+    """The choice after swapping single sets as long as that covers more, and the number of
+    swaps."""
     chosen = list(chosen)
     swaps = 0
     for _ in range(MOST_ROUNDS):
@@ -122,7 +120,7 @@ def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], in
 
 
 def _ranked(sets: Sets, chosen: list[int], worth: Array) -> list[int]:
-    """The same, the one of the largest gain first."""
+    """The chosen sets in the order of their gains."""
     left, ranked = list(chosen), []
     taken = np.zeros(sets.shape[1], bool)
     while left:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a layout and checks what can be checked without the home.
+"""Reads a layout and checks it as far as possible without the home.
 
-A layout is a list of sensors, or an object whose `sensors` is one. What a sensor does not name
-stays as it is, or is as by default where the sensor is new.
+A layout is a list of sensors, or an object whose `sensors` is one. A key that a sensor does not
+name keeps its value, or has its default where the sensor is new.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ..parameters import Spec, defaults, specs
 from ..spelling import hint
 from .lines import JsonPath, LineError, read_json
 
-# What Blender can store: a single-precision number, a whole one.
+# The largest numbers that Blender stores: in single precision, and as an integer.
 LARGEST = 3.4028234e38
 LARGEST_WHOLE = 2**31 - 1
 
 
 class LayoutError(Exception):
-    """A layout cannot be applied; the text names file, line, sensor, reason and the way out."""
+    """A layout cannot be applied; the text names file, line, sensor, reason and a solution."""
 
 
 def _name(value: Any) -> str:
@@ -100,7 +100,7 @@ def _anything(value: Any) -> str:
     return ""
 
 
-# What a sensor may name, and what is wrong with a value of it ("": nothing).
+# The keys of a sensor, each with a function that says what is wrong with a value ("": nothing).
 KEYS: dict[str, Callable[[Any], str]] = {
     "name": _name,
     "kind": _kind,
@@ -117,7 +117,7 @@ KEYS: dict[str, Callable[[Any], str]] = {
     "preset": _text,
     "parameters": _object,
     "library": _text,
-    # Only told by `list --json`.
+    # Written by `list --json` and not read.
     "simulated": _anything,
     "reading": _anything,
     "units": _anything,
@@ -126,7 +126,7 @@ KEYS: dict[str, Callable[[Any], str]] = {
 
 @dataclass(frozen=True)
 class Entry:
-    """A sensor in a layout: what is named of it, and where. `values` are those of KEYS."""
+    """A sensor in a layout: the `values` of its KEYS, and the `lines` where they stand."""
 
     file: str
     values: Mapping[str, Any]
@@ -137,15 +137,15 @@ class Entry:
         return str(self.values["name"])
 
     def error(self, text: str, *key: str) -> LayoutError:
-        """The error that what `key` leads to in this sensor is wrong."""
+        """The error for the value at the path `key` in this sensor."""
         line = self.lines.get(key, self.lines[()])
         name = self.values.get("name")
         named = f"'{name}': " if isinstance(name, str) else ""
         return LayoutError(f"{self.file}, line {line}: {named}{text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:
-        """The parameters that preset and parameters name for a sensor of this kind, of the types
-        that it has. Raises LayoutError."""
+        """The parameters that the keys `preset` and `parameters` set for a sensor of this kind,
+        with the kind's types. Raises LayoutError."""
         found: dict[str, Any] = {}
         preset = self.values.get("preset")
         if preset is not None:
@@ -170,7 +170,7 @@ def _is_number(default: Any) -> bool:
 
 
 def _of_type(default: Any, spec: Spec, value: Any) -> str:
-    """What keeps a value from being one of this parameter; empty where nothing does."""
+    """Why a value is invalid for this parameter; "" where it is valid."""
     if spec.pointer:
         return _no_or_name(value)
     if spec.choices:
@@ -184,7 +184,7 @@ def _of_type(default: Any, spec: Spec, value: Any) -> str:
 
 
 def read_layout(path: Path) -> list[Entry]:
-    """The sensors in a layout file, each sound by itself. Raises LayoutError."""
+    """The sensors in a layout file, each checked by itself. Raises LayoutError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -200,9 +200,9 @@ def read_layout(path: Path) -> list[Entry]:
         unknown = [key for key in found if key not in ("$schema", "sensors")]
         if unknown or "sensors" not in found:
             line = lines[tuple(unknown[:1])]
-            told = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
+            problem = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
             raise LayoutError(
-                f"{path.name}, line {line}: {told}: give a list of sensors, or "
+                f"{path.name}, line {line}: {problem}: give a list of sensors, or "
                 '{"$schema": …, "sensors": [ … ]}'
             )
         found, top = found["sensors"], ("sensors",)
@@ -219,7 +219,7 @@ def read_layout(path: Path) -> list[Entry]:
 
 
 def _checked(entry: Entry) -> Entry:
-    """The entry where it is sound by itself. Raises LayoutError."""
+    """The entry, after checking it by itself. Raises LayoutError."""
     if not isinstance(entry.values, dict):
         raise Entry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():
@@ -232,7 +232,7 @@ def _checked(entry: Entry) -> Entry:
     if "name" not in entry.values:
         raise entry.error("a sensor must have a name")
     if "look" in entry.values and "rotation" in entry.values:
-        raise entry.error("look and rotation both turn it: give one of them", "look")
+        raise entry.error("look and rotation both set its rotation: give one of them", "look")
     if "relative_to" in entry.values and not entry.values.keys() & {"location", "rotation", "look"}:
         raise entry.error("relative_to needs a location, rotation or look", "relative_to")
     kind = entry.values.get("kind")
@@ -242,7 +242,7 @@ def _checked(entry: Entry) -> Entry:
 
 
 def _check_names(entries: Iterable[Entry]) -> None:
-    """Raises LayoutError where two entries are of one sensor."""
+    """Raises LayoutError where two entries have the same sensor."""
     seen: dict[tuple[str, str], Entry] = {}
     for entry in entries:
         key = entry.name, entry.values.get("library", "")

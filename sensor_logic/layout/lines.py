@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""JSON in which each value knows its line."""
+"""Reads JSON together with the line of each value."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
 class LineError(ValueError):
-    """What is wrong in a text, and in which line."""
+    """A problem in a text, and its line."""
 
     def __init__(self, line: int, text: str) -> None:
         super().__init__(text)
@@ -51,8 +51,8 @@ def _tokens(text: str) -> Iterator[tuple[str, int]]:
 def _note_lines(
     tokens: Iterator[tuple[str, int]], path: JsonPath, lines: dict[JsonPath, int]
 ) -> str:
-    """Notes the line of the next value and of those in it; returns its first token. The text is
-    known to be JSON."""
+    """Notes the line of the next value and of the values in it; returns its first token. The text
+    must be valid JSON."""
     token, lines[path] = next(tokens)
     if token in NO_NUMBERS:
         raise LineError(lines[path], f"{token} is no number")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The JSON schema of layouts, from the kinds' own parameters: editors check and complete with it.
+"""The JSON schema of layouts, made from the kinds' parameters, for checks and completion in
+editors.
 
 `python scripts/layout_schema.py` writes it to the file beside this one.
 """
@@ -19,8 +20,8 @@ FILE = Path(__file__).with_name("layout.schema.json")
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 NAME = {"type": "string", "minLength": 1}
 NO_OR_NAME = {"type": ["string", "null"]}
-TOLD = {"description": "Told by list --json, and not read"}
-# The keys of a sensor; parameters are those of each kind.
+OUTPUT_ONLY = {"description": "Written by list --json, and not read"}
+# The keys of a sensor; `_of_kind` adds the parameters.
 SHAPES: dict[str, dict[str, Any]] = {
     "name": {
         "description": "Name of the sensor's object. The sensor of this name is changed, or added",
@@ -79,9 +80,9 @@ SHAPES: dict[str, dict[str, Any]] = {
         "type": "object",
     },
     "library": {"description": "File that a linked sensor is of", "type": "string"},
-    "simulated": TOLD,
-    "reading": TOLD,
-    "units": TOLD,
+    "simulated": OUTPUT_ONLY,
+    "reading": OUTPUT_ONLY,
+    "units": OUTPUT_ONLY,
 }
 
 
@@ -122,12 +123,12 @@ def schema() -> dict[str, Any]:
 
 
 def _of_kind(kind: Kind) -> dict[str, Any]:
-    """What a sensor of this kind may name beside what every sensor may."""
+    """The presets and parameters that a sensor of this kind can have."""
     known = defaults(kind.parameters)
     properties = {
         name: _parameter(known[name], spec) for name, spec in specs(kind.parameters).items()
     }
-    # An enumeration must have an item; false: no value is right.
+    # An enum must have an item; the schema `false` rejects every value.
     presets = bool(kind.presets) and {"enum": [preset.identifier for preset in kind.presets]}
     return {
         "if": {"properties": {"kind": {"const": kind.identifier}}, "required": ["kind"]},
@@ -154,6 +155,6 @@ def _parameter(default: Any, spec: Spec) -> dict[str, Any]:
     facts["type"] = "integer" if isinstance(default, int) else "number"
     facts["exclusiveMinimum" if spec.positive else "minimum"] = spec.minimum
     if math.isfinite(spec.maximum):
-        # Angles are stored in single precision, in which π is a little more.
+        # Blender stores angles in single precision, in which π is rounded up.
         facts["maximum"] = spec.maximum * (1 + 1e-6) if spec.unit == "rad" else spec.maximum
     return facts

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A column of a track: values of one type in time order, kept by what repeats in them.
+"""A column of a track: values of one type in time order, compressed in memory.
 
-A day of a sensor at 10 Hz has 864,000 readings, most of which are as the one before. They are
-packed by the chunk: as a pattern that repeats (the tilts of a detector that sweeps), as runs of one
-value, or as they are. Read like a list, or as a whole by numpy.
+A day of a sensor at 10 Hz has 864,000 readings, most of which equal the one before. Each chunk is
+stored as a repeating pattern (the tilts of a range scan), as runs of one value, or unchanged. A
+column reads like a list, or as a whole by numpy.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 CHUNK = 8192
-# Values of the longest pattern that is looked for.
+# Values of the longest pattern that is tried.
 LONGEST = 256
 CODES = {bool: "b", int: "q", float: "d", str: "I"}
-# Bits are compared: a negative zero is another value than zero, and a NaN the same as itself.
+# Values are compared by their bits: a negative zero differs from zero, and a NaN equals itself.
 BITS = {1: np.uint8, 4: np.uint32, 8: np.uint64}
-# Multiples of a grid that a float holds exactly.
+# A float holds whole numbers up to this exactly.
 LARGEST = 2.0**53
 
 Index = NDArray[np.int64]
@@ -41,7 +41,7 @@ class Grid(NamedTuple):
         return np.asarray(self.offset + steps * spacing.numerator / spacing.denominator)
 
     def steps(self, values: Values) -> Index | None:
-        """Which m the values are of; None where they are none of them, to the bit."""
+        """The m of each value; None unless `values` gives back all of them to the bit."""
         nearest = np.rint((values - self.offset) / float(self.spacing))
         if not (np.abs(nearest) < LARGEST).all():
             return None
@@ -50,8 +50,8 @@ class Grid(NamedTuple):
 
 
 class _Packed(NamedTuple):
-    """`size` values: the `values` again and again; or, with their `lengths`, runs of them; or,
-    with a `start`, the differences of what follows on a grid."""
+    """`size` values: `values` repeated as a pattern; or, with `lengths`, runs of them; or, with a
+    `start`, the differences of consecutive steps on a grid."""
 
     size: int
     values: Values
@@ -65,8 +65,8 @@ class _Packed(NamedTuple):
 
 
 class Column(Sequence[Any]):
-    """Values of one type (bool, int, float or str). Of text, `texts` are the different ones; what
-    is true is 1. `grid`: the numbers that floats are, as a rule."""
+    """Values of one type (bool, int, float or str); booleans are stored as 0 and 1, texts as
+    indices into `texts`. `grid`: the grid on which floats usually are."""
 
     def __init__(self, of: type, values: Iterable[Any] = (), grid: Grid | None = None) -> None:
         self.type = of
@@ -75,9 +75,10 @@ class Column(Sequence[Any]):
         self.texts: list[str] = []
         self._numbers_of: dict[str, int] = {}
         self._packed: list[_Packed] = []
-        # The first number of each chunk; for `until`.
+        # The first number of each chunk, for `until`.
         self._firsts: list[Any] = []
         self._rest = array(self._code)
+        # The chunk that was unpacked last: neighbouring readings are usually read one by one.
         self._known: tuple[int, Values] = (-1, np.empty(0))
         self.extend(values)
 
@@ -87,7 +88,7 @@ class Column(Sequence[Any]):
             self._pack_full()
 
     def extend(self, values: Iterable[Any]) -> None:
-        """Values one after the other: of an array, a list, or what else can be gone through."""
+        """Appends all values of an array, list or other iterable."""
         if self.type is str:
             values = np.fromiter(map(self._number, values), np.uint32)
         elif not isinstance(values, (np.ndarray, array, Column)):
@@ -135,7 +136,7 @@ class Column(Sequence[Any]):
         return numbers if dtype is None else numbers.astype(dtype)
 
     def __eq__(self, other: object) -> bool:
-        """Column by column to the bit; else as lists are."""
+        """Columns of numbers are equal to the bit; others as lists are."""
         if isinstance(other, Column) and self.type is other.type and self.type is not str:
             return len(self) == len(other) and all(
                 _same(a, b)
@@ -145,26 +146,26 @@ class Column(Sequence[Any]):
 
     @property
     def nbytes(self) -> int:
-        """How much memory the values take."""
+        """Memory of the values in bytes."""
         packed = sum(
             p.values.nbytes + (0 if p.lengths is None else p.lengths.nbytes) for p in self._packed
         )
         return packed + self._rest.itemsize * len(self._rest)
 
     def numbers(self) -> Values:
-        """All values (n,) as they are kept: of text, which of `texts` each is."""
+        """All values (n,) as numbers: of texts, their indices into `texts`."""
         parts = [values for _, values in self._numbers()]
         return np.concatenate([np.empty(0, self._code), *parts])
 
     def parts(self) -> Iterator[tuple[int, Values]]:
-        """The values a chunk at a time, each with the index of its first."""
+        """The values chunk by chunk, each with the index of its first value."""
         names = np.array([*self.texts, ""], object)
         for start, numbers in self._numbers():
             yield start, names[numbers] if self.type is str else numbers
 
     def changes(self, begin: int = 0) -> NDArray[np.intp]:
-        """Indices, from `begin` on, of the values that are others than the one before, to the bit;
-        the first is."""
+        """Indices, from `begin` on, of the values that differ from the one before by any bit; the
+        first value counts as different."""
         found, last = [np.empty(0, np.intp)], None
         for start, numbers in self._numbers(begin // CHUNK):
             if start < begin:
@@ -178,7 +179,7 @@ class Column(Sequence[Any]):
         return np.concatenate(found)
 
     def until(self, value: float) -> int:
-        """Of numbers in order: how many are at most `value`."""
+        """How many numbers are at most `value`, in a column of ascending numbers."""
         number = bisect_right(self._firsts, value) - 1
         if number < 0 and self._packed:
             return 0
@@ -189,15 +190,14 @@ class Column(Sequence[Any]):
         return number * CHUNK + int(np.searchsorted(self._chunk(number), value, side="right"))
 
     def _numbers(self, first: int = 0) -> Iterator[tuple[int, Values]]:
-        """By the chunk, from chunk `first` on."""
+        """The numbers chunk by chunk, from chunk `first` on."""
         for number in range(first, len(self._packed)):
             yield number * CHUNK, self._unpacked(number)
         if len(self._rest):
-            # A copy: an array that is looked at cannot grow.
+            # A copy: an array cannot grow while numpy views it.
             yield len(self._packed) * CHUNK, np.array(self._rest)
 
     def _chunk(self, number: int) -> Values:
-        """Of chunks one is remembered: neighbours are asked for as a rule."""
         if self._known[0] != number:
             self._known = number, self._unpacked(number)
         return self._known[1]
@@ -221,7 +221,7 @@ def _same(one: Values, other: Values) -> bool:
 
 
 def _packed_on(grid: Grid | None, values: Values) -> _Packed | None:
-    """As differences of the numbers of a grid; None where the values are none of it."""
+    """The values as differences of grid steps; None where they are not on the grid."""
     steps = grid.steps(values) if grid is not None else None
     if steps is None:
         return None

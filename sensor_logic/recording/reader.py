@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads what `recording_file` writes, which may come from a stranger: nothing is unpacked beyond
-what its own counts allow, no more is taken than `VALUES`, and each thing is what it should be."""
+"""Reads the bytes that `writer.py` writes. They may come from a stranger: the reader unpacks no
+more than the header's counts and `VALUES` allow, and checks the type of each value."""
 
 from __future__ import annotations
 
@@ -18,32 +18,35 @@ from .columns import CODES, Column
 from .tracks import Recording, Track
 
 MIB = 2**20
-# Unpacked; one that names 100,000 objects takes some 12 MiB.
+# Largest unpacked header; one with the names of 100,000 objects has some 12 MiB.
 HEADER_BYTES = 32 * MIB
-# Of all columns of a file, most of which are as the one before; and what they take in memory.
+# Most values of all columns of a file, and the most memory that they take once compressed.
 VALUES = 2**27
 BYTES = 256 * MIB
 MOST_SUBSTEPS = 10_000
 LARGEST_FRAME = 2**31
-# What values that are not as they should be can lead to.
+# The exceptions that invalid values can raise.
 WRONG = (
     ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError,
     ValueError, zlib.error,
 )  # fmt: skip
 
 
+TOO_MANY = "it has more readings than a file can hold"
+
+
 class RecordingFileError(ValueError):
-    """The bytes are no recording that this version can read; the text says why."""
+    """This version cannot read the bytes as a recording; the text says why."""
 
 
 def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
-    """The recording and the facts in what follows the line with the checksum; of at most so many
-    `values`. Raises RecordingFileError, or one of `WRONG`."""
+    """The recording and the facts in the bytes after the line with the checksum, if it has at most
+    so many `values`. Raises RecordingFileError, or one of `WRONG`."""
     size = int.from_bytes(body[:4], "little")
     unpacker = zlib.decompressobj()
     text = unpacker.decompress(body[4 : 4 + size], HEADER_BYTES)
     if not unpacker.eof:
-        raise RecordingFileError("it is damaged, or names more than a file keeps")
+        raise RecordingFileError("it is damaged, or its header is too large")
     header = json.loads(text)
     reader = _Reader(body, 4 + size)
     clock = _read_clock(header["clock"]) if header["clock"] else None
@@ -55,17 +58,17 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
             raise RecordingFileError("it was written by another version of the extension")
         values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
         if values < 0:
-            raise RecordingFileError("it has more readings than a file keeps")
+            raise RecordingFileError(TOO_MANY)
         track = _read_track(facts, clock, reader)
         recording.tracks[_of(str, track.sensor)] = track
         room -= track.nbytes
         if room < 0:
-            raise RecordingFileError("it has more readings than a file keeps")
+            raise RecordingFileError(TOO_MANY)
     return recording, _of(dict, header["facts"])
 
 
 def size_of(recording: Recording) -> int:
-    """How many values a recording has."""
+    """The number of values in a recording."""
     return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
 
 

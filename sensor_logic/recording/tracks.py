@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The readings of a run: what scrubbing shows and what the logs are written from."""
+"""The readings of a run, from which scrubbing, logs and reports are made."""
 
 from __future__ import annotations
 
@@ -20,12 +20,11 @@ from .columns import Column, Grid
 
 @dataclass(eq=False)
 class Track:
-    """One sensor's readings in time order, a column each; frames and times as floats (s).
+    """One sensor's readings in time order, as columns; frames and times (s) are floats.
 
-    `uid` tells the sensor in this session (its object, or its path in a collection instance),
-    whatever it is called by then; `steps` by how much a field must change to be an event; `clock`
-    the time base that frames and times are of, where there is one. A float that is not a number was
-    not measured.
+    `uid` identifies the sensor in this session (its object, or its path in a collection instance),
+    also after it was renamed. `steps`: the least change of a field that is an event. `clock`: the
+    time base of frames and times, if there is one. NaN: not measured.
     """
 
     sensor: str
@@ -57,8 +56,8 @@ class Track:
             column.append(math.nan if value is None else value)
 
     def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
-        """The same of n readings: `active` (n,), `value` (n,) and `fields`, by the name of each a
-        list or array (n,), or None where none of them measured it."""
+        """Appends n readings: `active` (n,), `value` (n,) and `fields`, a list or array (n,) for
+        each field, or None for one that no reading measured."""
         self.frames.extend(frames)
         self.times.extend(times)
         self.active.extend(readings.active)
@@ -76,12 +75,12 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """How much memory the readings take."""
+        """Memory of the readings in bytes."""
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
         return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
-        """The same readings to the bit; what both did not measure is the same too."""
+        """Whether all readings are equal to the bit; NaN equals NaN."""
         return isinstance(other, Track) and self._content() == other._content()
 
     def _content(self) -> list[Any]:
@@ -89,8 +88,8 @@ class Track:
         return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
 
     def reading_at(self, index: int) -> Field:
-        """Which field `value` was at an update: of those that give the main reading with one
-        method or another, the one that was measured."""
+        """The field of `value` at an update: the first number that was measured, which depends on
+        the method."""
         numbers = [f for f in self.kind.samples if f.type is float]
         measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))
         return next(measured, numbers[0])
@@ -111,11 +110,11 @@ class Recording:
     frame_end: int = 0
 
     def track_of(self, uid: int | tuple[int, ...]) -> Track | None:
-        """The track of the sensor that this tells in this session."""
+        """The track of the sensor with this `uid`."""
         return next((track for track in self.tracks.values() if track.uid == uid), None)
 
     def only(self, names: Collection[str]) -> Recording:
-        """The same, of the sensors of these names alone."""
+        """The recording with only the sensors of these names."""
         return replace(self, tracks={n: t for n, t in self.tracks.items() if n in names})
 
     def covers(self, frame: float) -> bool:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording as bytes, for keeping it in a file: small, exact, and with a checksum.
+"""Writes a recording as bytes for a file: small, exact, and with a checksum.
 
-After a line of text that says what it is, its version and its checksum, come a header in JSON and
-the columns. Frames and times are not stored where the clock gives them; of floats, which are few
-different ones as a rule, the different ones and which is where; everything is compressed.
+The first line has a title, the version and the checksum; a header in JSON and the columns follow.
+Frames and times are not stored where the clock gives them. A column of few different floats is
+stored as a table of them and indices into it. Header and columns are compressed.
 """
 
 from __future__ import annotations
@@ -17,20 +17,29 @@ from numpy.typing import NDArray
 
 from ..clock import Clock
 from .columns import CODES, Column
-from .reader import BYTES, VALUES, WRONG, RecordingFileError, frames_and_times, read, size_of
+from .reader import (
+    BYTES,
+    TOO_MANY,
+    VALUES,
+    WRONG,
+    RecordingFileError,
+    frames_and_times,
+    read,
+    size_of,
+)
 from .tracks import Recording, Track
 
 TITLE = b"Recording of Angen Sensors"
 VERSION = 1
-# Of zlib: higher ones take many times as long and gain little.
+# zlib's level: higher ones take many times as long and save little.
 LEVEL = 3
 
 
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
-    """The recording, with `facts` (plain values) that the caller wants back. Raises
-    RecordingFileError where it is more than a file keeps."""
+    """The bytes of the recording and of `facts` (plain values), which `from_bytes` returns. Raises
+    RecordingFileError where the recording is too large."""
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
-        raise RecordingFileError("it has more readings than a file keeps")
+        raise RecordingFileError(TOO_MANY)
     out = _Writer()
     header = {
         "clock": _clock_fields(recording.clock),
@@ -44,7 +53,8 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
 
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
-    """The recording and the facts; of at most so many `values`. Raises RecordingFileError."""
+    """The recording and the facts, if it has at most so many `values`. Raises
+    RecordingFileError."""
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
         raise RecordingFileError("it is not a recording")
@@ -72,7 +82,7 @@ class _Writer:
         self.data = bytearray()
 
     def add(self, raw: bytes) -> int:
-        """Returns how many bytes it takes."""
+        """Adds bytes; returns their compressed size."""
         packed = zlib.compress(raw, LEVEL)
         self.data += packed
         return len(packed)
@@ -81,7 +91,7 @@ class _Writer:
 def _tracks(recording: Recording) -> list[Track]:
     for name, track in recording.tracks.items():
         if name != track.sensor:
-            raise ValueError(f"the track of '{track.sensor}' is kept as '{name}'")
+            raise ValueError(f"the track of '{track.sensor}' has the key '{name}'")
     return list(recording.tracks.values())
 
 
@@ -114,7 +124,7 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
 
 
 def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
-    """The steps of the clock at which the updates were; None where it does not tell them."""
+    """The clock's steps of the updates; None where they do not give the exact frames and times."""
     if clock is None:
         return None
     frames, times = np.asarray(track.frames), np.asarray(track.times)
@@ -131,7 +141,7 @@ def _same(one: Column, other: Column) -> bool:
 
 
 def _column(column: Column, out: _Writer) -> dict[str, Any]:
-    """Adds a column; returns what its reader needs to know."""
+    """Adds a column; returns its entry in the header."""
     values = column.numbers()
     if column.type is str:
         texts = sorted(column.texts)
@@ -140,13 +150,13 @@ def _column(column: Column, out: _Writer) -> dict[str, Any]:
     code = CODES[column.type]
     if code == "b":
         return {"as": "b", "size": out.add(values.tobytes())}
-    # Compared bit by bit: a negative zero, or what is not a number, comes back as it was.
+    # By their bits, so that negative zeros and NaNs come back unchanged.
     bits = values.view(np.uint64)
     found, which = np.unique(bits, return_inverse=True)
     for size in (np.uint8, np.uint16):
         if len(found) <= np.iinfo(size).max and len(found) * 4 <= len(bits):
             raw = found.tobytes() + which.astype(size).tobytes()
             return {"as": code, "found": len(found), "size": out.add(raw)}
-    # Bytes of like weight side by side pack better.
+    # Bytes of equal significance side by side compress better.
     raw = bits.view(np.uint8).reshape(-1, 8).T.tobytes()
     return {"as": code, "found": 0, "size": out.add(raw)}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a run: what there is to show (numbers), and apart from it how (SVG, HTML)."""
+"""The report of a run: its numbers, and separately its drawings (SVG) and page (HTML)."""

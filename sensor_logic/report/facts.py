@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a report tells, as numbers: the run, its sensors, and the plan of the home, in metres."""
+"""The content of a report as numbers: the run, its sensors, and the plan of the home, in metres."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class SensorFacts:
 
 @dataclass(frozen=True)
 class Shape:
-    """What a solid shows in the plan, `top` (m) its highest point below the cut or at it.
+    """The lines of a solid in the plan; `top` (m): its highest point at or below the cut.
 
-    `role`: "wall" is cut and thin, "solid" is cut, "low" is seen from above, "floor" is at most a
-    rug high, "moving" is cut and does not stand still.
+    `role`: "wall": cut and thin; "solid": cut; "low": below the cut, drawn from above; "floor": at
+    most as high as a rug; "moving": cut, and it moves during the run.
     """
 
     role: str
@@ -37,12 +37,12 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Placed:
-    """A sensor in the plan: where it stands, and `looks`, its viewing direction seen from above
-    (shorter than 1 where it looks down or up), both (2,); `height` (m) above the floor.
+class SensorInPlan:
+    """A sensor in the plan: its position `at` (2,) in m, and its viewing direction seen from above,
+    `looks` (2,), shorter than 1 where it points up or down; `height` (m) above the floor.
 
-    `fans` are the ends (n, 2) of rays that go out from it in one fan each, `beams` (2, 2) single
-    rays from start to end, `pad` (n, 2) the outline of a face that feels.
+    `fans`: for each fan of rays from the sensor their ends (n, 2); `beams`: single rays, start and
+    end (2, 2); `pad`: the outline (n, 2) of a pressure-sensitive face.
     """
 
     name: str
@@ -56,19 +56,20 @@ class Placed:
 
 @dataclass(frozen=True)
 class Storey:
-    """A floor of the home: heights in m of the floor itself and of the cut; the part of the world
-    that is shown as (x, y) of two corners (2, 2)."""
+    """A storey of the home: heights in m of its floor and of the cut; `view` (2, 2): two corners of
+    the area that the plan shows."""
 
     floor: float
     cut: float
     view: Array
     shapes: tuple[Shape, ...]
-    sensors: tuple[Placed, ...]
+    sensors: tuple[SensorInPlan, ...]
 
 
 @dataclass(frozen=True)
 class Report:
-    """A run to report: `facts` are (name, value) of the scene, `plan_frame` that of the plan."""
+    """The content of a report: `facts` are pairs (name, value) of the scene; `plan_frame`: the
+    frame of the plan."""
 
     title: str
     facts: tuple[tuple[str, str], ...]
@@ -80,7 +81,7 @@ class Report:
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last moment (s) of the run."""
+        """Begin and end of the run (s)."""
         clock = self.recording.clock
         assert clock is not None
         first = clock.first_step(self.recording.frame_start)
@@ -88,13 +89,13 @@ class Report:
         return clock.step_time(first), clock.step_time(last)
 
     def ordered(self) -> tuple[SensorFacts, ...]:
-        """The sensors as they are numbered, from 1: by room, those without one last."""
+        """The sensors in the order of their numbers, from 1: by room, those without a room last."""
         return tuple(
             sorted(self.sensors, key=lambda s: (s.room == "", _natural(s.room), _natural(s.name)))
         )
 
 
 def _natural(text: str) -> tuple[tuple[str, int, str], ...]:
-    """To sort by: numbers in names by their value, "PIR 9" before "PIR 10"."""
+    """A sorting key by which "PIR 9" comes before "PIR 10"."""
     parts = re.findall(r"(\D*)(\d*)", text)
     return tuple((word, int(digits or 0), digits) for word, digits in parts)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of each sensor: how often it spoke, how long it was active, its greatest value."""
+"""The figures of each sensor: the number of its events, its active time, its greatest value."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ..recording.tracks import Track
 
 @dataclass(frozen=True)
 class Figures:
-    """`events`: changes of what it publishes, its first update apart, with the times (s) of the
-    first and the last; `active`: the share (0..1) of its updates in which it was; `greatest` value
-    among those that are valid, of the `field` that the sensor reports as a number; `invalid`:
-    the share of updates that are not."""
+    """`events`: the number of events after the first update, with the times (s) of the first and
+    the last one; `active`: the share (0..1) of updates at which the sensor was active; `greatest`:
+    the greatest valid value of its main numeric `field`; `invalid`: the share of invalid
+    updates."""
 
     updates: int
     events: int
@@ -36,7 +36,7 @@ class Figures:
 
     @property
     def greatest_text(self) -> str:
-        """As tables show it; empty where there is none."""
+        """The greatest value with its unit; "" without one."""
         if self.field is None or self.greatest is None:
             return ""
         return self.field.short(self.greatest)
@@ -62,8 +62,8 @@ def figures(track: Track) -> Figures:
 
 
 def quantity(track: Track) -> tuple[str, Array]:
-    """The field that a kind reports as a number, the first one that it measured, and its values;
-    an empty name where there is none, as of a switch."""
+    """The first numeric event field that was measured, and its values (n,); "" and no values where
+    there is none, as of a switch."""
     names = [field.name for field in track.kind.events if field.type is float]
     for name in names:
         values = np.array(track.columns[name], np.float64)
@@ -73,7 +73,7 @@ def quantity(track: Track) -> tuple[str, Array]:
 
 
 def invalid(track: Track) -> NDArray[np.bool_]:
-    """Mask of the updates that say of themselves that they are not valid."""
+    """Mask (n,) of the updates whose field `valid` is false."""
     if "valid" not in track.columns:
         return np.zeros(len(track), bool)
     valid: NDArray[np.int8] = np.asarray(track.columns["valid"], dtype=np.int8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A storey's plan: walls cut, furniture from above, sensors and what each of them sees."""
+"""Draws a storey's plan: cut walls, furniture from above, the sensors and their fields of view."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..model import Array
-from .facts import Placed, Shape, Storey
+from .facts import SensorInPlan, Shape, Storey
 from .labels import spread
 from .sections import Line, joined, simplified
 from .svg import coordinate, shown_number, ticks
@@ -18,22 +18,22 @@ from .theme import hue, mark
 WIDTH = 880.0
 LEFT, TOP, RIGHT, BOTTOM = 40.0, 8.0, 12.0, 62.0
 TALLEST = 720.0
-# The plan follows the lines of the home this closely, and leaves out what is smaller (px).
+# px: lines are simplified by this tolerance, and smaller shapes are left out.
 TOLERANCE, SMALLEST = 0.3, 3.0
-# So many points of furniture a plan has at most; what is smallest is left out first.
+# The most points of furniture in a plan; the smallest shapes are left out first.
 MOST_POINTS = 15_000
-# The order of painting: what is cut covers what is below.
+# The order of painting: cut solids cover lower ones.
 LAYERS = ("floor", "low", "solid", "moving", "wall")
-# A bearing as short as this, seen from above, is none.
+# A viewing direction up to this length, seen from above, is not drawn.
 NO_BEARING = 0.15
 MARK_SIZE = (22.0, 18.0)
-# A wall's thickness (m) is less than this; ends of its cut so near to each other are joined.
+# m: walls are thinner than the first; open ends of their cut within the second are joined.
 THIN_M, GAP_M = 0.7, 0.5
 BEARING = 20.0
 
 
 class Frame:
-    """Where metres go in the drawing: (x, y) in px of points (n, 2), y upwards."""
+    """Maps the metres of the plan to the pixels of the drawing; y points up in the plan."""
 
     def __init__(self, view: Array) -> None:
         size = np.maximum(view[1] - view[0], 1e-6)
@@ -44,7 +44,7 @@ class Frame:
         self.bottom = TOP + self.height
 
     def px(self, points: Array) -> Array:
-        """(n, 2), no farther out of the frame than a drawing needs."""
+        """Pixels (n, 2) of points (n, 2) in m; points far outside the frame are clipped."""
         off = np.clip((points - self.view[0]) * self.scale, -1e4, 1e4)
         return np.stack([self.left + off[..., 0], self.bottom - off[..., 1]], axis=-1)
 
@@ -52,7 +52,8 @@ class Frame:
 def floor_plan(
     storey: Storey, numbers: Mapping[str, int], kinds: Mapping[str, str], name: str
 ) -> tuple[str, float]:
-    """The plan and its height; `numbers` and kinds by sensor name; `name` makes its ids its own."""
+    """The plan as SVG, and its height in px; `numbers` and `kinds` by sensor name; `name` prefixes
+    the ids in the SVG."""
     frame = Frame(storey.view)
     outline = (
         f'x="{coordinate(frame.left)}" y="{TOP:g}" width="{coordinate(frame.width)}" '
@@ -76,7 +77,7 @@ def floor_plan(
 
 
 def _axes(frame: Frame) -> list[str]:
-    """Ticks in metres of the scene."""
+    """Axes with ticks in metres of the scene."""
     parts = []
     low, high = frame.view
     for axis, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
@@ -107,7 +108,7 @@ def _within(ends: tuple[float, float]) -> list[float]:
 
 
 def _scale_bar(frame: Frame) -> str:
-    """An eighth of the width long or more, in two halves."""
+    """A scale bar in two halves, at least an eighth of the width long."""
     length = ticks(0.0, frame.width / frame.scale / 4, 2)[1]
     x, y, size = frame.left, frame.bottom + 40, length * frame.scale
     half = f"{coordinate(x + size / 2)}"
@@ -135,7 +136,7 @@ def _shapes(frame: Frame, shapes: Sequence[Shape]) -> list[str]:
 
 
 def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
-    """The shapes, by index, that are too many, the smallest ones."""
+    """Indices of the smallest shapes, which are left out for MOST_POINTS."""
     points, found = sum(d[3] for d in drawn), set()
     for i in sorted(range(len(drawn)), key=lambda i: (drawn[i][2], drawn[i][4])):
         if points <= MOST_POINTS:
@@ -146,7 +147,7 @@ def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
 
 
 def _styles(shape: Shape) -> list[tuple[str, Sequence[Line]]]:
-    """How its lines are drawn: only closed ones are filled."""
+    """Pairs of a style and the lines drawn in it; only closed lines are filled."""
     if shape.role != "wall":
         closed = [line for line in shape.lines if line.closed]
         return [(shape.role, closed), ("hollow", [li for li in shape.lines if not li.closed])]
@@ -157,15 +158,15 @@ def _styles(shape: Shape) -> list[tuple[str, Sequence[Line]]]:
 
 
 def _is_thin(lines: Sequence[Line]) -> bool:
-    """Whether what was cut is a wall, and not the skin of a room or of the sky: its mean thickness
-    is that of a wall. Loops about holes count against those about matter."""
+    """Whether the mean thickness of a cut solid is that of a wall, and not of the surface of a room
+    or sky. The areas of holes are subtracted."""
     area = abs(sum(line.area for line in lines))
     return 2 * area <= THIN_M * sum(line.length for line in lines)
 
 
 def _path(frame: Frame, lines: Sequence[Line]) -> tuple[str, int, float]:
-    """The lines as an SVG path, its number of points, and its size in px; what lies outside the
-    frame is left out, and what is too small to be seen."""
+    """The lines as an SVG path, its number of points, and its size in px, without lines outside the
+    frame and lines too small to see."""
     path, points, largest = [], 0, 0.0
     low = np.array([frame.left, TOP])
     high = np.array([frame.left + frame.width, frame.bottom])
@@ -187,8 +188,8 @@ def polyline(points: Array) -> str:
     return "M" + "L".join(f"{coordinate(x)} {coordinate(y)}" for x, y in points.tolist())
 
 
-def _fans(frame: Frame, placed: Placed, colour: int) -> list[str]:
-    """What a sensor sees with its fans, as polygons on each other."""
+def _fans(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
+    """The areas of a sensor's fans, as overlapping polygons."""
     parts = []
     origin = frame.px(placed.at[None])
     for i, ends in enumerate(placed.fans):
@@ -199,8 +200,8 @@ def _fans(frame: Frame, placed: Placed, colour: int) -> list[str]:
     return parts
 
 
-def _lines(frame: Frame, placed: Placed, colour: int) -> list[str]:
-    """A sensor's beams and its pad, or where it looks."""
+def _lines(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
+    """A sensor's beams and pad, or else its viewing direction."""
     parts = []
     origin = frame.px(placed.at[None])
     if placed.beams:
@@ -216,9 +217,12 @@ def _lines(frame: Frame, placed: Placed, colour: int) -> list[str]:
 
 
 def _marks(
-    frame: Frame, sensors: Sequence[Placed], numbers: Mapping[str, int], kinds: Mapping[str, str]
+    frame: Frame,
+    sensors: Sequence[SensorInPlan],
+    numbers: Mapping[str, int],
+    kinds: Mapping[str, str],
 ) -> list[str]:
-    """The sensors' numbers, with a line to where each stands if that is not at its mark."""
+    """The marks with the sensors' numbers; a line leads to a sensor away from its mark."""
     if not sensors:
         return []
     shown = sorted(sensors, key=lambda placed: numbers[placed.name])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts marks beside the places that they name, so that none covers another."""
+"""Places marks beside the points that they label, without overlaps."""
 
 from __future__ import annotations
 
@@ -17,11 +17,9 @@ DIRECTIONS = 16
 def spread(
     places: Array, size: tuple[float, float], box: tuple[float, float, float, float]
 ) -> Array:
-    """Where marks of a size (width, height) stand for places (n, 2), within a box (left, top,
-    right, bottom) where that can be; in order, each at the nearest spot that is free.
-
-    What finds no free spot takes the one farthest from all others.
-    """
+    """The positions (n, 2) of marks of a size (width, height) for `places` (n, 2), within a box
+    (left, top, right, bottom) where possible. In order, each mark gets the nearest free spot, or
+    without one the spot farthest from all other marks."""
     offsets = np.array(
         [(0.0, 0.0)]
         + [

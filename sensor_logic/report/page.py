@@ -14,7 +14,7 @@ from .theme import INKS, plain_style, style
 from .timeline import LEGEND_HEIGHT, WIDTH, legend, timeline
 
 Numbered = list[tuple[int, SensorFacts]]
-# So many rows fit on a sheet of paper.
+# Rows that fit on a sheet of paper.
 ROWS = 40
 HEADER = ("no.", "sensor", "kind", "room", "height m") + (
     "events", "first s", "last s", "active", "max", "not valid",
@@ -50,7 +50,7 @@ th,td{padding:2.5px 5px}h1{font-size:20px}h2{font-size:14px;margin-top:20px}}
 
 
 def html(report: Report) -> str:
-    """The whole report as a page that needs nothing else, on screen and on paper."""
+    """The whole report as a self-contained page, for screen and paper."""
     light = "".join(f"--{name}:{colours[0]};" for name, colours in INKS.items())
     dark = "".join(f"--{name}:{colours[1]};" for name, colours in INKS.items())
     css = PAGE_STYLE.replace("$light", light).replace("$dark", dark)
@@ -125,7 +125,7 @@ def _numbered(report: Report) -> Numbered:
 
 
 def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
-    """The timeline in parts that each fit on a sheet: drawing, height, what it is."""
+    """The timeline in parts that fit on a sheet: drawing, height, description."""
     numbered = _numbered(report)
     for start in range(0, len(numbered), ROWS):
         rows = numbered[start : start + ROWS]
@@ -138,7 +138,7 @@ def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
 
 
 def _plans(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:
-    """Each storey's heading, what its plan shows, and the drawing with height and name."""
+    """Heading and caption of each storey, and its drawing with height and name."""
     numbers = {sensor.name: number for number, sensor in _numbered(report)}
     kinds = {sensor.name: sensor.kind_name for sensor in report.sensors}
     for i, storey in enumerate(report.storeys, start=1):
@@ -198,7 +198,7 @@ def _table_row(number: int, sensor: SensorFacts, height: float | None, seen: Fig
 
 
 def _settings(report: Report) -> str:
-    """What differs from the defaults, sensor by sensor."""
+    """The table of settings that differ from the defaults."""
     rows = []
     for number, sensor in _numbered(report):
         if sensor.settings:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines of a plan from triangles: the exact cut by a horizontal plane, and what is seen from above.
+"""Lines of a plan from triangles: the exact cut by a horizontal plane, and the outline from above.
 
-Both give polylines in x and y. Corners nearer to each other than a tenth of a millimetre are one,
-so that the loops of meshes whose faces do not share vertices close too.
+Both give polylines in x and y. Corners closer than a tenth of a millimetre are welded, so that the
+loops of meshes whose faces do not share vertices close too.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ Triangles = NDArray[np.int64] | NDArray[np.int32]
 WELD_M = 1e-4
 # Corners are numbered on a grid of this many cells a side.
 CELLS = 2**20
-# A face counts as looking up where its normal rises at least this much.
+# A face points up if the z of its unit normal is above this.
 RISING = 1e-6
 MOST_LOOSE = 200
 
 
 @dataclass(frozen=True)
 class Line:
-    """A polyline (n, 2) in m; a closed one does not repeat its first point, and a loop about
-    matter runs counter-clockwise where the normals point out of it."""
+    """A polyline (n, 2) in m; a closed one does not repeat its first point. A loop around matter
+    runs counter-clockwise where the normals point outwards."""
 
     points: Array
     closed: bool
 
     @property
     def area(self) -> float:
-        """Signed, m²; 0 for an open line."""
+        """Signed area in m²; 0 for an open line."""
         if not self.closed:
             return 0.0
         x, y = (self.points - self.points[0]).T
@@ -44,13 +44,13 @@ class Line:
 
     @property
     def length(self) -> float:
-        """m, all around."""
+        """Length in m, of a closed line all around."""
         ends = np.roll(self.points, -1, axis=0) if self.closed else self.points[1:]
         return float(np.linalg.norm(ends - self.points[: len(ends)], axis=1).sum())
 
 
 def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
-    """Where the plane z = `height` meets triangles (m, 3) of points (n, 3)."""
+    """The intersection of the plane z = `height` (m) and the triangles (m, 3) of points (n, 3)."""
     points, corners = weld(points, _near(points, triangles, height))
     above: Mask = np.asarray(points[:, 2] >= height)
     crossing = corners[above[corners].any(axis=1) & ~above[corners].all(axis=1)]
@@ -59,20 +59,20 @@ def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
     after = np.roll(crossing, -1, axis=1)
     leaves = above[crossing] & ~above[after]
     enters = ~above[crossing] & above[after]
-    # Of each triangle one edge goes down through the plane and one comes up.
+    # One edge of each triangle goes down through the plane, and one goes up.
     down = np.sort(np.stack([crossing[leaves], after[leaves]], axis=1), axis=1)
     up = np.sort(np.stack([crossing[enters], after[enters]], axis=1), axis=1)
     edges, nodes = np.unique(np.concatenate([down, up]), axis=0, return_inverse=True)
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     share = (height - a[:, 2]) / (b[:, 2] - a[:, 2])
     places = a[:, :2] + share[:, None] * (b - a)[:, :2]
-    # Where a face ends in the middle of another's edge, two edges cross the plane at one place.
+    # Two edges can cross the plane at one place, where a face ends in the middle of another's edge.
     first, same = _same_places(places)
     return _chained(places[first], same[nodes.reshape(2, -1).T])
 
 
 def from_above(points: Array, triangles: Triangles) -> list[Line]:
-    """The outlines, seen from above, of the faces that look up."""
+    """The outlines, seen from above, of the faces that point up."""
     points, corners = weld(points, triangles)
     a, b, c = (points[corners[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
@@ -81,14 +81,14 @@ def from_above(points: Array, triangles: Triangles) -> list[Line]:
     if not len(rising):
         return []
     edges = np.stack([rising, np.roll(rising, -1, axis=1)], axis=2).reshape(-1, 2)
-    # As one number each: whole rows are sorted many times slower.
+    # One number for each edge: numpy sorts rows many times slower.
     key = edges.min(axis=1) * len(points) + edges.max(axis=1)
     _, which, count = np.unique(key, return_index=True, return_counts=True)
     return _chained(points[:, :2], edges[which[count % 2 == 1]])
 
 
 def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
-    """The triangles that the plane can meet, also after their corners were welded."""
+    """The triangles that can intersect the plane, also after their corners are welded."""
     levels = points[:, 2][triangles]
     reach = np.abs(points[np.isfinite(points)]).max(initial=0.0)
     margin = 10 * WELD_M + 4 * reach / CELLS
@@ -98,8 +98,8 @@ def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
 
 
 def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
-    """The same triangles over points that are each there once; those without area are left out,
-    as are those with a corner that is nowhere."""
+    """The triangles over welded points, without those of zero area and those with a NaN or infinite
+    corner."""
     finite: Mask = np.asarray(np.isfinite(points).all(axis=1))
     used, inverse = np.unique(triangles[finite[triangles].all(axis=1)], return_inverse=True)
     if not len(used):
@@ -110,7 +110,8 @@ def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
 
 
 def _same_places(points: Array) -> tuple[Indices, Indices]:
-    """Of points (n, 2 or 3) the first at each place, and to which of these each point belongs."""
+    """The index of the first of the points (n, 2 or 3) at each place, and each point's place
+    (n,)."""
     low = points.min(axis=0)
     cell = max(WELD_M, float((points.max(axis=0) - low).max()) / (CELLS - 1))
     key = np.zeros(len(points), np.int64)
@@ -121,15 +122,15 @@ def _same_places(points: Array) -> tuple[Indices, Indices]:
 
 
 def _chained(places: Array, segments: Indices) -> list[Line]:
-    """Polylines from directed segments (n, 2) between places, the longest way each; they run as
-    most of their segments do."""
+    """Polylines from directed segments (n, 2) between places, each as long as possible and in the
+    direction of most of its segments."""
     at: dict[int, list[int]] = defaultdict(list)
     ends = segments[segments[:, 0] != segments[:, 1]].tolist()
     for i, (start, end) in enumerate(ends):
         at[start].append(i)
         at[end].append(i)
     used = [False] * len(ends)
-    # Open lines first, from an end of theirs; what is left then are loops.
+    # Open lines first, from one of their ends; the remaining segments are loops.
     loose = [n for n, (start, end) in enumerate(ends) if len(at[start]) == 1 or len(at[end]) == 1]
     lines = []
     for first in [*loose, *range(len(ends))]:
@@ -156,13 +157,13 @@ def _chained(places: Array, segments: Indices) -> list[Line]:
 
 
 def joined(lines: list[Line], gap: float) -> list[Line]:
-    """The lines, open ones joined where their ends are at most `gap` (m) apart, the nearest first.
+    """The lines, after joining open ones whose ends are at most `gap` (m) apart, nearest first.
 
-    Walls are often modelled without the faces where one meets another: their cut is open there.
+    Walls are often modelled without the faces where they adjoin: their cut is open there.
     """
     closed = [line for line in lines if line.closed]
     loose = [line.points for line in lines if not line.closed]
-    # Joining every end with every other is for homes, not for scraps of a scanned mesh.
+    # Comparing all pairs of ends is too slow for the fragments of a scanned mesh.
     while 0 < len(loose) <= MOST_LOOSE:
         ends = np.array([(points[0], points[-1]) for points in loose]).reshape(-1, 2)
         distance = np.linalg.norm(ends[:, None] - ends[None], axis=2)
@@ -182,8 +183,8 @@ def joined(lines: list[Line], gap: float) -> list[Line]:
 
 
 def simplified(points: Array, tolerance: float, closed: bool = False) -> Array:
-    """The points (n, 2) without those that lie within `tolerance` of the line through the others
-    (Ramer, Douglas and Peucker)."""
+    """The points (n, 2) without those within `tolerance` of the line through the others (Ramer,
+    Douglas and Peucker)."""
     if closed and len(points) > 3:
         # Two halves, between the first point and the one farthest from it.
         far = int(np.argmax(np.linalg.norm(points - points[0], axis=1)))

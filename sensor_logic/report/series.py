@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A track in as many columns as the drawing has: nothing that is narrower than one is lost.
+"""Reduces a track to the columns of a drawing without losing what is narrower than a column.
 
-A reading holds until the next one, but no longer than the sensor's period where that does not come.
+A reading holds until the next one, or for one period where the next one is missing.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from ..model import Array
 from ..recording.tracks import Track
 from .figures import invalid, quantity
 
-# Of a column's time, less than this share is rounding.
+# A smaller share of a column's time is a rounding error.
 ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Equal parts of the time, n of them. `known`: the share in which the sensor was simulated;
-    `active`, `invalid`: the shares of that in which it was; `low`, `high`, `last` (n,): the least,
-    the greatest and the last value in each, NaN where there is none; `top`, the greatest valid
-    value of all, has the unit of the field `quantity`."""
+    """n equal parts of the time. `known` (n,): the share in which the sensor was simulated;
+    `active`, `invalid` (n,): the shares of `known` in which it was active or invalid; `low`,
+    `high`, `last` (n,): the least, greatest and last value, NaN without one; `top`: the greatest
+    valid value of all; `quantity`: the field of the values."""
 
     known: Array
     active: Array
@@ -37,7 +37,7 @@ class Columns:
 
     @property
     def some(self) -> NDArray[np.bool_]:
-        """Where it was active, however shortly."""
+        """Where it was active, however briefly."""
         return self.active > ROUNDING
 
     @property
@@ -47,8 +47,8 @@ class Columns:
 
 
 def columns(track: Track, period: float, step: float, span: tuple[float, float], n: int) -> Columns:
-    """The track over `span` (s) in `n` columns; `period` (s) between updates, which come at most a
-    `step` (s) of the run late."""
+    """The track over `span` (s) in `n` columns; `period` (s): the time between updates, which are
+    at most one `step` (s) of the run late."""
     times = np.array(track.times, np.float64)
     if not len(times):
         none, unmeasured = np.zeros(n), np.full(n, np.nan)
@@ -60,7 +60,7 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
     width = (span[1] - span[0]) / n
 
     def share(mask: NDArray[np.bool_]) -> Array:
-        """Of each column, how much the masked readings hold."""
+        """The share (n,) of each column during which the masked readings hold."""
         durations = np.where(mask, held - times, 0.0)
         total = np.concatenate([[0.0], np.cumsum(durations)])
         moments = np.stack([times, held], axis=1).ravel()
@@ -82,7 +82,7 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
 
 
 def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """Least, greatest and last value (n,) between `edges` (n + 1,)."""
+    """The least, greatest and last value (n,) between `edges` (n + 1,)."""
     n = len(edges) - 1
 
     def at(moments: Array, side: str) -> Array:
@@ -102,6 +102,6 @@ def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[A
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past the last column of each stretch where the mask holds."""
+    """The first, and one past the last, column of each run where the mask is true."""
     change = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in change.reshape(-1, 2)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all drawings share: colours, escaped text, numbers, round ticks."""
+"""Helpers of all drawings: colours, escaped text, numbers, round ticks."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import re
 import unicodedata
 from html import escape
 
-# Okabe and Ito, and a brown: told apart by the colour-blind too.
+# The colours of Okabe and Ito for the colour-blind, and a brown.
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
 
-# What XML 1.0 cannot hold, or UTF-8 cannot write.
+# Characters that XML 1.0 or UTF-8 cannot represent.
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
@@ -22,20 +22,19 @@ def safe(text: str) -> str:
 
 
 def shown_number(value: float) -> str:
-    """With a real minus sign, and no noise of floats."""
+    """A number with a real minus sign and without rounding errors."""
     return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
 
 
 def coordinate(value: float) -> str:
-    """A place in a drawing, to a tenth of a pixel."""
+    """A coordinate of a drawing, to a tenth of a pixel."""
     text = f"{value:.1f}"
     text = text[:-2] if text.endswith(".0") else text
     return "0" if text == "-0" else text
 
 
 def ticks(low: float, high: float, count: int) -> list[float]:
-    """Round numbers (1, 2 or 5 times a power of ten) from at or below `low` to `high` or above,
-    about `count` of them."""
+    """About `count` multiples of 1, 2 or 5 times a power of ten that span `low` to `high`."""
     rough = (high - low) / max(count, 1)
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= rough * (1 - 1e-9))
@@ -44,12 +43,12 @@ def ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def place(value: float, low: float, high: float, first: float, last: float) -> float:
-    """Where a value of the axis `low` … `high` stands between `first` and `last`."""
+    """The position between `first` and `last` of a value on the axis from `low` to `high`."""
     return first + (value - low) / (high - low) * (last - first)
 
 
 def text_width(text: str, size: float) -> float:
-    """About how wide a sans-serif font of this size draws a text; rather too much."""
+    """The approximate width of a text in a sans-serif font of this size; rather too large."""
     return sum(_width(character) for character in text) * size
 
 
@@ -64,7 +63,7 @@ def _width(character: str) -> float:
 
 
 def fitting(text: str, width: float, size: float) -> str:
-    """The text, or as much of it as fits, with an ellipsis."""
+    """The text, shortened with an ellipsis where it is too wide."""
     if text_width(text, size) <= width:
         return text
     while text and text_width(text + "…", size) > width:

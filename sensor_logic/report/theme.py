@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colours, and one mark for each kind of sensor that tells it apart without colour too."""
+"""Colours, and a mark for each kind of sensor that differs from the others also without colour."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def style(colours: dict[str, str]) -> str:
 
 
 def plain_style() -> str:
-    """Colours as they are, for a drawing that stands alone: black on white."""
+    """The CSS of a standalone drawing, black on white."""
     return style({name: light for name, (light, _) in INKS.items()})
 
 

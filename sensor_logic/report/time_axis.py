@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Round moments on an axis of time, from a fraction of a second to days."""
+"""Round times on a time axis, from fractions of a second to days."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STEPS = (
     *(HOUR * h for h in (1, 2, 3, 6, 12)),
     *(DAY * d for d in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)),
 )
-# Up to here seconds are counted, then clock times are shown.
+# Up to this span labels are seconds, beyond it clock times.
 SECONDS_UP_TO = 300.0
 
 
@@ -30,7 +30,7 @@ def moments(first: float, last: float, count: int) -> list[float]:
 
 
 def label(time: float, span: float) -> str:
-    """A time (s) as an axis over `span` seconds shows it: 90, 1:30 or 2:15:00."""
+    """The label of a time (s) on an axis over `span` seconds: 90, 1:30 or 2:15."""
     if span <= SECONDS_UP_TO:
         return shown_number(time)
     sign, seconds = ("−" if time < 0 else ""), round(abs(time))
@@ -44,7 +44,7 @@ def label(time: float, span: float) -> str:
 
 
 def unit(span: float) -> str:
-    """What the labels of an axis over `span` seconds count."""
+    """The title with the unit of an axis over `span` seconds."""
     if span <= SECONDS_UP_TO:
         return "time in s"
     if span < HOUR:

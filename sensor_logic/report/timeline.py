@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The timeline: a row for each sensor, by room; when it was active, and what it measured."""
+"""Draws the timeline: a row for each sensor, by room, with its active times and its values."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ WIDTH = 880
 ROOM, MARK, NAME = 0.0, 100.0, 116.0
 LEFT, RIGHT = 272.0, 812.0
 TOP, ROW, BOTTOM = 22.0, 22.0, 36.0
-# A bar between these heights of its row means active; from the middle down where it changes within
-# the column; a curve stands above a low bar.
+# A bar from HIGH to LOW of its row means active, one from MIDDLE to LOW active for a part of the
+# column. A curve is drawn above a low bar.
 HIGH, LOW, MIDDLE = 5.0, 18.0, 11.5
 CURVE_TOP, CURVE_BASE = 3.0, 16.0
-# The narrowest column (px), and in how many columns a whole report is drawn at most.
+# The narrowest column (px), and the most columns of a whole report.
 FINEST, COLUMNS = 0.5, 90_000
 MOST_TICKS = 9
 LEGEND_HEIGHT = 48.0
@@ -33,8 +33,8 @@ LEGEND_HEIGHT = 48.0
 def timeline(
     report: Report, numbered: Sequence[tuple[int, SensorFacts]], name: str
 ) -> tuple[str, float]:
-    """The rows of some sensors, with their numbers, and the height of the drawing; `name` makes
-    its ids its own."""
+    """The rows of these sensors as SVG, and the height in px; `name` prefixes the ids in the
+    SVG."""
     first, last = report.span
     rooms = any(sensor.room for sensor in report.sensors)
     bottom = TOP + ROW * len(numbered)
@@ -56,7 +56,7 @@ def timeline(
 
 
 def column_width(sensors: int) -> float:
-    """Px: the narrowest that divides the row and keeps all rows together within COLUMNS."""
+    """The narrowest column width in px that divides the row and keeps all rows within COLUMNS."""
     most = round((RIGHT - LEFT) / FINEST)
     whole = [k for k in range(1, most + 1) if most % k == 0]
     return FINEST * next((k for k in whole if sensors * most // k <= COLUMNS), most)
@@ -114,7 +114,7 @@ def _row(
 
 
 def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
-    """A row's drawing from its left top corner."""
+    """A row's drawing, relative to its upper left corner."""
     parts = []
     measured = bool(seen.quantity)
     if measured:
@@ -131,7 +131,7 @@ def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
 
 
 def _bars(mask: np.typing.NDArray[np.bool_], width: float, high: float, low: float, k: int) -> str:
-    """The stretches of a mask as strokes, which take fewer letters than boxes."""
+    """The runs of a mask as strokes, which make a smaller file than boxes."""
     found = runs(mask)
     if not found:
         return ""
@@ -154,11 +154,11 @@ def _box(a: int, b: int, width: float, pattern: str) -> str:
 
 
 def _curve(seen: Columns, width: float, colour: int) -> str:
-    """The value as steps over a base of zero; within a column from its least to its greatest."""
+    """The value as steps above zero, in each column from the least to the greatest value."""
     top = seen.top if np.isfinite(seen.top) and seen.top > 0.0 else 1.0
 
     def level(values: np.typing.NDArray[np.float64]) -> np.typing.NDArray[np.float64]:
-        """Height above the base in half pixels; what is not valid may be above the top."""
+        """Height above the base in half pixels; invalid values may exceed the top."""
         return np.round(np.clip(values / top, 0.0, 1.1) * (CURVE_BASE - CURVE_TOP) * 2)
 
     low, high, last = level(seen.low), level(seen.high), level(seen.last)
@@ -182,7 +182,7 @@ def _curve(seen: Columns, width: float, colour: int) -> str:
 
 
 def legend(report: Report, name: str, y: float) -> str:
-    """What the signs of the rows mean, in a line."""
+    """The legend of the timeline, in two lines."""
     named = {sensor.kind_name for sensor in report.sensors}
     kinds = [kind for kind in KINDS.values() if kind.identifier in named]
     parts, x = [], 4.0

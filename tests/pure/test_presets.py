@@ -11,7 +11,7 @@ from sensor_logic.kinds import KINDS
 from sensor_logic.kinds.optical_switch.model import SlottedSwitch
 from sensor_logic.kinds.pressure.force_resistor import ForceResistor
 from sensor_logic.model import Pose, Update
-from sensor_logic.parameters import defaults, specs, used
+from sensor_logic.parameters import defaults, is_chosen, specs
 
 PRESETS = [(kind, preset) for kind in KINDS.values() for preset in kind.presets]
 IDS = [f"{kind.identifier}-{preset.identifier}" for kind, preset in PRESETS]
@@ -35,7 +35,7 @@ def test_a_preset_gives_parameters_without_problems(kind, preset):
     assert parameters.problems() == []
     known = specs(type(parameters))
     for name, value in preset.values.items():
-        assert used(parameters, name, known[name]), f"{name} is not used with this preset"
+        assert is_chosen(parameters, known[name].used_when), f"{name} is not used with this preset"
         default = defaults(type(parameters))[name]
         assert type(value) is type(default), f"{name} is stored as {type(default).__name__}"
 

@@ -130,7 +130,7 @@ def test_convert_takes_any_format(written, tmp_path) -> None:
         (b'{"objects": [', ["ocel"]),
         (b'{"objects": []}', ["ocel", "'events'"]),
         (b'{"topic": "a"}\n', ["home-assistant", "'payload'"]),
-        (b"\x89MCAP0\r\n\x06\xff\x00\x00\x00\x00\x00\x00\x00", ["mcap", "cut off"]),
+        (b"\x89MCAP0\r\n\x06\xff\x00\x00\x00\x00\x00\x00\x00", ["mcap", "truncated"]),
         (b"cpu,host=a load=1 1\nno line\n", ["influx", "no line"]),
         (b"2010-11-04 00:00:01 M001 ON\n2010-13-04 00:00:02 M001 ON\n", ["casas", "line 2"]),
         (b"2010-11-04 00:00:02 M001 ON\n2010-11-04 00:00:01 M001 ON\n", ["casas", "sort"]),

@@ -16,7 +16,7 @@ from sensor_logic.kinds import KINDS
 from sensor_logic.recording.columns import Column
 from sensor_logic.recording.tracks import Recording, Track
 from sensor_logic.report import page
-from sensor_logic.report.facts import Placed, Report, SensorFacts, Shape, Storey
+from sensor_logic.report.facts import Report, SensorFacts, SensorInPlan, Shape, Storey
 from sensor_logic.report.sections import Line
 from sensor_logic.report.svg import fitting, safe, text_width, ticks
 from sensor_logic.report.theme import HUES, INKS, hue, plain_style, style
@@ -64,7 +64,7 @@ def home(names: tuple[str, ...] = ("Hall", "Door", "Sofa", "Lamp"), room: str = 
         track(name, kind, times, on, on * 50.0) for name, kind in zip(names, kinds, strict=True)
     ]
     placed = tuple(
-        Placed(name, np.array([1.0 + i, 2.0]), np.array([0.0, 1.0]), 2.0, *seen)
+        SensorInPlan(name, np.array([1.0 + i, 2.0]), np.array([0.0, 1.0]), 2.0, *seen)
         for i, (name, seen) in enumerate(
             zip(names, [((SQUARE,),), ((), (SQUARE[:2],)), ((), (), SQUARE / 9), ()], strict=True)
         )
@@ -180,7 +180,7 @@ def test_a_day_of_500_busy_sensors_is_small() -> None:
     turn = np.linspace(-1, 1, 120)
     fans = tuple(np.stack([np.cos(turn), np.sin(turn)], axis=1) * (4 - 0.3 * k) for k in range(9))
     placed = tuple(
-        Placed(t.sensor, at, np.ones(2), 2.0, tuple(fan + at for fan in fans))
+        SensorInPlan(t.sensor, at, np.ones(2), 2.0, tuple(fan + at for fan in fans))
         for t, at in zip(tracks, random.uniform(0, 60, (500, 2)), strict=True)
     )
     view = np.array([(-4.0, -4.0), (64.0, 64.0)])

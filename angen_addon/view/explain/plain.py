@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ....sensor_logic.kind import RAYS
-from ....sensor_logic.parameters import specs, used, value_text
+from ....sensor_logic.parameters import is_chosen, specs, value_text
 from ....sensor_logic.wording import quoted
 from .facts import Explanation, Facts
 from .replay import Replay
@@ -25,7 +25,7 @@ def explain_plainly(replay: Replay, index: int) -> Explanation:
         taken.reading()
         facts.append(("Nearest", _nearest(replay)))
     for name, spec in specs(kind.parameters).items():
-        if used(taken.parameters, name, spec):
+        if is_chosen(taken.parameters, spec.used_when):
             value = getattr(taken.parameters, name)
             facts.append(
                 (spec.label, value_text(value, spec, kind.unit_of(spec, taken.parameters), lengths))

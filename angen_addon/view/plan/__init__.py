@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.model import Array
-from ....sensor_logic.report.facts import Placed, Shape, Storey
+from ....sensor_logic.report.facts import SensorInPlan, Shape, Storey
 from ...runtime import state
 from ...runtime.time_base import evaluated_depsgraph
 from ...scene.sensors import Sensor
@@ -60,7 +60,7 @@ def _storey(home: Home, level: Level) -> Storey:
     return Storey(level.floor, cut, view, shapes, level.sensors)
 
 
-def _extent(sensor: Placed) -> Array:
+def _extent(sensor: SensorInPlan) -> Array:
     """Corners (n, 2) of where a sensor is and what it sees."""
     return np.concatenate([sensor.at[None], *sensor.fans, *sensor.beams])
 

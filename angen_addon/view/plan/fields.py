@@ -9,7 +9,7 @@ import numpy as np
 from mathutils.geometry import convex_hull_2d
 
 from ....sensor_logic.model import Array
-from ....sensor_logic.report.facts import Placed
+from ....sensor_logic.report.facts import SensorInPlan
 from ...kinds import appearance_of
 from ...runtime.sensor_runner import SensorRunner
 from ...runtime.time_base import clock_of
@@ -21,7 +21,7 @@ from .home import Home
 BUNDLE = 0
 
 
-def placed(home: Home, sensor: Sensor) -> tuple[Uid, Placed] | None:
+def placed(home: Home, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
     """The sensor with its session uid, its `height` in the world; None while it is switched off.
     Raises SensorError."""
     sight = sight_of(SensorRunner(sensor, clock_of(home.depsgraph.scene)), home.depsgraph)
@@ -39,7 +39,7 @@ def placed(home: Home, sensor: Sensor) -> tuple[Uid, Placed] | None:
             rows = rays.rows if len(segments) % rays.rows == 0 else 1
             fans = [*segments[:, 1].reshape(rows, -1, 2)]
     pose = sight.pose
-    return sensor.uid, Placed(
+    return sensor.uid, SensorInPlan(
         sensor.name,
         pose.origin[:2].copy(),
         -pose.axes[:2, 2],

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....sensor_logic.report.facts import Placed
+from ....sensor_logic.report.facts import SensorInPlan
 from ...scene.instances import Uid
 from .home import Home
 
@@ -31,13 +31,13 @@ class Level:
     """A storey: height of its floor in m, and its sensors, by name."""
 
     floor: float
-    sensors: tuple[Placed, ...]
+    sensors: tuple[SensorInPlan, ...]
 
 
-def levels(home: Home, sensors: Sequence[tuple[Uid, Placed]]) -> list[Level]:
+def levels(home: Home, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> list[Level]:
     """The storeys, the lowest first, of sensors that come with their session uids; their `height`,
     which is that in the world, becomes that above the floor."""
-    found: list[tuple[float, Placed]] = []
+    found: list[tuple[float, SensorInPlan]] = []
     floors = [_floor_below(home, uid, sensor) for uid, sensor in sensors]
     known = [floor for floor in floors if floor is not None]
     for (_, sensor), floor in zip(sensors, floors, strict=True):
@@ -47,7 +47,7 @@ def levels(home: Home, sensors: Sequence[tuple[Uid, Placed]]) -> list[Level]:
             floor = max(below, default=sensor.height)
         found.append((floor, sensor))
     found.sort(key=lambda pair: (pair[0], pair[1].name))
-    groups: list[list[tuple[float, Placed]]] = []
+    groups: list[list[tuple[float, SensorInPlan]]] = []
     for floor, sensor in found:
         if not groups or floor - groups[-1][0][0] >= STOREY_M:
             groups.append([])
@@ -55,7 +55,7 @@ def levels(home: Home, sensors: Sequence[tuple[Uid, Placed]]) -> list[Level]:
     return [_level(group) for group in groups]
 
 
-def _level(group: list[tuple[float, Placed]]) -> Level:
+def _level(group: list[tuple[float, SensorInPlan]]) -> Level:
     counted = Counter(round(floor / GRAIN_M) for floor, _ in group)
     # The upper one of two: what lies in a floor has its underside below.
     most = max(counted, key=lambda grain: (counted[grain], grain))
@@ -64,7 +64,7 @@ def _level(group: list[tuple[float, Placed]]) -> Level:
     return Level(floor, tuple(sorted(members, key=lambda sensor: sensor.name)))
 
 
-def _floor_below(home: Home, uid: Uid, sensor: Placed) -> float | None:
+def _floor_below(home: Home, uid: Uid, sensor: SensorInPlan) -> float | None:
     """Height in m of what most rays down meet; the lower of two that as many do."""
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     offsets = np.array(

@@ -95,8 +95,8 @@ class CyclesLight:
 
     `reference`: light paths a reading of the reference; there is none where that is not more than
     the reading's own, and none for what is asked only once: of a sensor that is not `steady`.
-    `told`: whether `forget` is called where more than the power of lamps has changed; else
-    everything may have at each update.
+    `told`: the caller calls `forget` whenever more than the power of lamps has changed; without it
+    every update counts as such a change.
     """
 
     def __init__(self, reference: int = 0, told: bool = False) -> None:
@@ -128,7 +128,7 @@ class CyclesLight:
             self.forget()
 
     def forget(self) -> None:
-        """What light paths found is of another state of the scene."""
+        """Drops what light paths found: the scene has changed since."""
         self._found.clear()
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Array], list[str]]]:
@@ -288,19 +288,19 @@ def _light_of(asked: _Asked, passes: Array, weights: Array) -> Array:
 
 
 def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
-    """(requests, TWICE) Whether the light (groups, requests, TWICE, views, 3) is so unlike the
-    reference's that its errors may be too, such as where somebody stands close to the sensor or its
-    lamp: as each pixel's paths say."""
+    """(requests, TWICE) Whether the light `own` (groups, requests, TWICE, views, 3) differs so much
+    from the reference's that their errors have little in common, such as where somebody stands
+    close to the sensor or its lamp; each of a view's two pixels decides for itself."""
     change = np.einsum("grtvc,gc->rt", np.abs(own - few), np.abs(weights))
     return np.asarray(change > ALIKE * np.einsum("grtvc,gc->rt", few, np.abs(weights)))
 
 
 def _corrected(light: Array, few: Array, many: Array) -> Array:
-    """What few paths found, with what many find beyond few in the reference; never negative."""
+    """The light of few paths plus the reference's (many − few), scaled where it is darker; ≥ 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(light < few, light / few, 1.0)
         more = share * (many - few)
-    # What is no number is left out where it is read.
+    # The probe leaves NaN light out, and says so in the note.
     return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
 
 

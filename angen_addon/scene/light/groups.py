@@ -47,7 +47,7 @@ class _Group:
 
 
 class LightGroups:
-    """The groups of a light scene; `lamps`: the data of its lamps."""
+    """The light groups of a light scene; `lamps`: its lamps' data, whose median power all get."""
 
     def __init__(self, light_scene: Any, lamps: Iterable[Any]) -> None:
         self._light_scene = light_scene

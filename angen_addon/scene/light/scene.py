@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A passing scene to render light in: what the viewport shows, with Blender's factory settings.
+"""A temporary scene to render light in: what the viewport shows, with Blender's factory settings.
 
 The user's own scene, objects and settings are never written to. The scene made here stands at the
 frame at which the user's stands; a render evaluates it anew there, so neither the frames before
@@ -112,14 +112,14 @@ class LightScene:
         self.scene.camera = self._user_scene.camera
 
     def follow_frozen(self) -> bool:
-        """Takes over the moment for what is frozen; whether that could be done."""
+        """Gives frozen copies their originals' present pose and shape; False where one cannot follow."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, first_frame: bool = False) -> None:
-        """Takes over the moment, and what else of the scene drivers and nodes look at.
+        """Sets the frame, and copies the user scene's settings that drivers and nodes read.
 
-        `first_frame`: the moment of the scene's first frame, without what is known of the present
-        one alone.
+        `first_frame`: the scene's first frame instead of the present one; what is known only at the
+        present frame (frozen copies, animated custom properties) is hidden or left out.
         """
         user, scene = self._user_scene, self.scene
         _take_over(user, scene, "frame_start", "frame_end")
@@ -147,7 +147,7 @@ class LightScene:
 
     def _show(self) -> None:
         """Puts in what the viewport shows, whatever is hidden in renders."""
-        # Linked while the collection is in no scene, which would be told of each object.
+        # Linked while no scene holds the collection: else Blender tags the scene for each object.
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
         instances = Instances(self.own, housings)
@@ -161,7 +161,7 @@ class LightScene:
         self.scene.collection.children.link(shown)
 
     def _stand_ins(self, obj: Any) -> Iterator[Any]:
-        """What is to be seen for an object."""
+        """The objects that represent an object in the light scene."""
         if is_portal(obj) and self._user_scene.world is None:
             # It would lead nowhere, and Blender 5.2 crash.
             return
@@ -176,11 +176,11 @@ class LightScene:
                 yield lamp
 
     def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
-        """What is to be seen for a lamp; `is_own`: it was made for this scene. None: nothing."""
+        """The lamp that represents it here, or None; `is_own`: it was made for this scene."""
         return lamp
 
     def _world(self) -> None:
-        """Bounds the time that Cycles spends on looking where the world is bright."""
+        """Bounds the size of the world's importance map, which Cycles computes at each start."""
         world = self.scene.world = self._user_scene.world
         if world is None or getattr(world.cycles, "sampling_method", "") != "AUTOMATIC":
             return
@@ -192,14 +192,14 @@ class LightScene:
 
 
 def _take_over(of: Any, to: Any, *names: str) -> None:
-    """Sets what differs: what is set, Blender evaluates anew."""
+    """Copies properties that differ; Blender evaluates anew whatever is set, also to the same value."""
     for name in names:
         if getattr(to, name) != getattr(of, name):
             setattr(to, name, getattr(of, name))
 
 
 def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
-    """What decides which objects a light scene is made of, and its world."""
+    """The objects that a light scene would hold, and its world, for comparison."""
     housings = Housings()
     shown = tuple(
         (obj.session_uid, must_be_frozen(obj, simulated))
@@ -220,7 +220,7 @@ def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
 
 
 def is_portal(obj: Any) -> bool:
-    """Whether it is a lamp that shines not itself, but shows Cycles where the world's light is."""
+    """Whether it is a Cycles light portal: an area lamp that guides rays to the world, and is dark."""
     return bool(obj.type == "LIGHT" and obj.data.type == "AREA" and obj.data.cycles.is_portal)
 
 
@@ -256,7 +256,7 @@ def shown_objects(view_layer: Any) -> Iterator[Any]:
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """Nobody is told of what is rendered."""
+    """Silences the handlers of others and standard output while the sensors' scenes render."""
     with _handlers_quiet(), standard_output_silenced():
         yield
 
@@ -275,8 +275,8 @@ def _handlers_quiet() -> Iterator[None]:
 
 
 def remove_left() -> None:
-    """Removes the light scenes of a run amid which the file was saved or an undo step was made:
-    with the file or the step they come back, and nobody keeps them any more."""
+    """Removes light scenes that came back with a file or an undo step that was saved while a run
+    used them."""
     if any(MARK in scene for scene in bpy.data.scenes):
         left = [d for group in MADE for d in getattr(bpy.data, group) if MARK in d]
         bpy.data.batch_remove(left)

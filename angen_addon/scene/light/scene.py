@@ -112,7 +112,7 @@ class LightScene:
         self.scene.camera = self._user_scene.camera
 
     def follow_frozen(self) -> bool:
-        """Gives frozen copies their originals' present pose and shape; False where one cannot follow."""
+        """Gives frozen copies their originals' present pose; False where one cannot follow."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, first_frame: bool = False) -> None:
@@ -192,7 +192,7 @@ class LightScene:
 
 
 def _take_over(of: Any, to: Any, *names: str) -> None:
-    """Copies properties that differ; Blender evaluates anew whatever is set, also to the same value."""
+    """Copies what differs: Blender evaluates anew whatever is set, even to the same value."""
     for name in names:
         if getattr(to, name) != getattr(of, name):
             setattr(to, name, getattr(of, name))
@@ -220,7 +220,7 @@ def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
 
 
 def is_portal(obj: Any) -> bool:
-    """Whether it is a Cycles light portal: an area lamp that guides rays to the world, and is dark."""
+    """Whether it is a Cycles light portal: a dark area lamp that guides rays to the world."""
     return bool(obj.type == "LIGHT" and obj.data.type == "AREA" and obj.data.cycles.is_portal)
 
 

@@ -26,7 +26,7 @@ SCRIPT = Path(__file__).with_name("light_story.py")
 METHODS = ("FOUR_WALL", "ILLUMINANCE")
 # Light paths of an update, and of the reference; the last is what the home has, and what the other
 # checkout is measured by is what it had.
-WAYS = ((1024, 0), (64, 16_384), (256, 32_768))
+WAYS = ((1024, 0), (64, 16_384), (128, 32_768), (256, 32_768))
 BESIDE = (256, 16_384)
 SEEDS, TRUE_SEEDS = 4, 4
 # The story has so many frames, of which one in each second is timed, and these are compared.

@@ -13,8 +13,8 @@ import numpy as np
 from angen_sensors.angen_addon.coverage.floor import cells_of
 from angen_sensors.angen_addon.coverage.maps import at_once
 from angen_sensors.angen_addon.coverage.views import detectors, view_of
+from angen_sensors.angen_addon.scene.home import Home
 from angen_sensors.angen_addon.scene.sensors import all_sensors
-from angen_sensors.angen_addon.view.plan.home import Home
 from angen_sensors.sensor_logic.coverage.detect import RangeView
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS

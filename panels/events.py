@@ -9,9 +9,9 @@ from typing import Any
 import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
+from ..angen_addon.explain import MEMORY, Explanation
 from ..angen_addon.runtime import state
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.explain import MEMORY, Explanation
 from ..angen_addon.view.timeline.history import HISTORIES, Row
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh

@@ -264,7 +264,7 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
     """What Explain says of the event at a frame: what was measured, and which updates it names."""
-    context, memory = bpy.context, part("angen_addon.view.explain").MEMORY
+    context, memory = bpy.context, part("angen_addon.explain").MEMORY
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
     bpy.ops.angen.explain("EXEC_DEFAULT")

@@ -31,6 +31,7 @@ from ..advice.lacking import lacking
 from ..coverage import command as coverage
 from ..days import command as days
 from ..doctor import command as doctor
+from ..explain.command import ExplainedTime
 from ..layout.apply import apply_layout
 from ..output.describe import describe
 from ..output.exports import Exports
@@ -51,7 +52,6 @@ from ..runtime.simulation import simulate
 from ..runtime.time_base import ends_before_time
 from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chosen, simulated
 from ..scene.units import lengths_of
-from ..view.explain.command import ExplainedTime
 from . import run_advice
 from .arguments import parse
 from .console import note

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.model import Array, Pose
-from ..view.plan.home import Home
-from ..view.plan.shapes import WALL_M, may_move
+from ..plan.shapes import WALL_M, may_move
+from ..scene.home import Home
 from .cells import Steps, met_along
 
 # m: how far walls are looked for from a cell; what is wider than this holds a sensor; its lens

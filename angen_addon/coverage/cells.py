@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from ..view.plan.home import Home
+from ..scene.home import Home
 
 Mask = NDArray[np.bool_]
 # m above the floor: under the heads of doors and over what one could look across.

@@ -10,10 +10,10 @@ import numpy as np
 from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.model import Array
+from ..plan.fields import placed
+from ..plan.storeys import levels
+from ..scene.home import Home
 from ..scene.sensors import Sensor, SensorError
-from ..view.plan.fields import placed
-from ..view.plan.home import Home
-from ..view.plan.storeys import levels
 from .cells import (
     MOST_CELLS,
     OVER_M,

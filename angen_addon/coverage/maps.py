@@ -13,8 +13,8 @@ import numpy as np
 from ...sensor_logic.coverage.detect import View
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
+from ..scene.home import Home
 from ..scene.sensors import Sensor, SensorError, check_names
-from ..view.plan.home import Home
 from .floor import cells_of
 from .views import detectors, view_of
 

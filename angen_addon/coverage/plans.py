@@ -12,11 +12,11 @@ import numpy as np
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import svg
 from ...sensor_logic.report.facts import SensorInPlan, Storey
+from ..plan.fields import placed
+from ..plan.shapes import shapes_at
+from ..plan.storeys import levels
+from ..scene.home import Home
 from ..scene.sensors import Sensor
-from ..view.plan.fields import placed
-from ..view.plan.home import Home
-from ..view.plan.shapes import shapes_at
-from ..view.plan.storeys import levels
 
 # Where a plan is cut, above its floor (m), and how much is shown around the cells and detectors.
 CUT_M, AROUND_M, LEAST_M = 1.1, 0.7, 2.0

@@ -17,9 +17,9 @@ from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.coverage.placement import Choice, choose
 from ...sensor_logic.model import Array
+from ..scene.home import Home
 from ..scene.sensors import Sensor, SensorError
 from ..scene.warmth import Warmth
-from ..view.plan.home import Home
 from .candidates import Candidate, candidates
 from .cells import saying
 from .floor import cells_of

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.grid import NO_ROOM
 from ...sensor_logic.model import Array
+from ..scene.home import Home
 from ..scene.marks import COVERAGE_MARK
 from ..scene.rooms import room_of
 from ..scene.sensors import Sensor
-from ..view.plan.home import Home
 from .cells import CASTS_AT_ONCE, OVER_M, Grid, Mask, Steps, flood, floors, free_ways, passable
 
 # Cells this near (m) to a sensor are of its room, if no wall is between.

@@ -23,6 +23,7 @@ from ...sensor_logic.coverage.detectors import (
     zones_of,
 )
 from ...sensor_logic.model import Pose
+from ..scene.home import Home
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,
@@ -34,7 +35,6 @@ from ..scene.sensors import (
     read_pose,
 )
 from ..scene.warmth import Warmth, kelvin
-from ..view.plan.home import Home
 
 BUNDLE = -10
 # What moves is as warm as a person, skin and clothing together; a cat's coat about as much.

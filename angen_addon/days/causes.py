@@ -12,12 +12,12 @@ from ...sensor_logic.log.event_log import Event, NewEvents
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.residents.acted import Acted
 from ..advice.weights import chain
+from ..explain.replay import Recalled, Replay
 from ..kinds import appearance_of
 from ..runtime import state
 from ..runtime.notes import Notes, NotNoted
 from ..runtime.probes import Probes
 from ..scene.sensors import Sensor
-from ..view.explain.replay import Recalled, Replay
 
 
 class Causes:

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...sensor_logic.model import Array
+from ..scene.home import Home
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, all_sensors, simulated, unit_scale
-from ..view.plan.home import Home
 
 
 class Finding(NamedTuple):

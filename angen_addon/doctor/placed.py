@@ -15,12 +15,12 @@ from ...sensor_logic.wording import named
 from ..advice import warmth
 from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
+from ..runtime.sight import sight_of
 from ..runtime.time_base import clock_of
 from ..scene.animation import action_curves
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
-from ..view.sight import sight_of
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43

@@ -17,9 +17,9 @@ from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.report import page
 from ...sensor_logic.report.facts import Report, SensorFacts
 from ...sensor_logic.report.svg import shown_number
+from .. import plan
 from ..advice.lacking import lacking
 from ..scene.sensors import Sensor, decimal, read_parameters, simulated
-from ..view import plan
 from .version import extension_version
 
 PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}

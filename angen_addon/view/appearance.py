@@ -9,12 +9,12 @@ from typing import Any
 
 from ..authoring.housing import Housing
 from ..authoring.placing import Stand, looking_out
+from ..explain.facts import Explanation
+from ..explain.plain import explain_plainly
+from ..explain.replay import Replay
 from ..runtime.last_rays import RaysMet
-from .explain.facts import Explanation
-from .explain.plain import explain_plainly
-from .explain.replay import Replay
+from ..runtime.sight import Rays, Sight
 from .overlay.figures import Figure, beams, plain_figure
-from .sight import Rays, Sight
 
 
 def own_rays(sight: Sight, metres: float) -> Rays:

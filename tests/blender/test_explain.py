@@ -21,9 +21,7 @@ def explained(world, addon_part):
         sensor = next(s for s in world.sensors() if s.object == obj)
         recording = recording or world.run()
         track = recording.tracks[obj.name]
-        found = addon_part("angen_addon.view.explain").explain(
-            world.scene, sensor, recording, index
-        )
+        found = addon_part("angen_addon.explain").explain(world.scene, sensor, recording, index)
         return track, found
 
     return run
@@ -346,7 +344,7 @@ def kept(world, addon_part, obj):
         return None
     scene, event_at = world.scene, addon_part("operators.explain").event_at
     index = event_at(recording.tracks[obj.name], scene.frame_current)
-    return addon_part("angen_addon.view.explain").MEMORY.recall(recording, obj.session_uid, index)
+    return addon_part("angen_addon.explain").MEMORY.recall(recording, obj.session_uid, index)
 
 
 def test_it_is_shown_until_the_playhead_leaves_or_the_scene_changes(world, addon_part):

@@ -115,10 +115,10 @@ def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
 
 def test_a_plan_and_an_explanation_keep_nothing_evaluated(home, addon_part):
     recording = home.run(1, 12)
-    explain = addon_part("angen_addon.view.explain").explain
+    explain = addon_part("angen_addon.explain").explain
     for sensor in home.sensors():
         assert evaluated(explain(home.scene, sensor, recording, 3)) == []
-    plan = addon_part("angen_addon.view.plan.home").Home(home.update())
+    plan = addon_part("angen_addon.scene.home").Home(home.update())
     assert len(list(plan.surfaces(plan.caster.solids.version > 0))) > 10
     assert evaluated(plan) == []
 

@@ -12,7 +12,7 @@ ROOM = (4.0, 3.0)
 
 @pytest.fixture
 def plan(addon_part: Any) -> Any:
-    return addon_part("angen_addon.view.plan")
+    return addon_part("angen_addon.plan")
 
 
 @pytest.fixture

@@ -496,7 +496,7 @@ def test_triangles_are_sorted_once_while_instances_move(world, swept, addon_part
 
 def test_its_beam_is_shown_and_planned_as_unswept(world, swept, addon_part):
     """The overlay and the floor plan ask for rays where there are no probes."""
-    sight = addon_part("angen_addon.view.sight").sight_of
+    sight = addon_part("angen_addon.runtime.sight").sight_of
     runner = addon_part("angen_addon.runtime.sensor_runner").SensorRunner
     clock = addon_part("angen_addon.runtime.time_base").clock_of(world.scene)
     seen = []
@@ -517,7 +517,7 @@ def test_what_went_through_is_named(world, swept, addon_part, each_caster):
     obj = swept(update_rate=12.0)
     recording = world.run()
     sensor = next(s for s in world.sensors() if s.object == obj)
-    explain = addon_part("angen_addon.view.explain").explain
+    explain = addon_part("angen_addon.explain").explain
     track = recording.tracks["switch"]
     index = list(track.frames).index(11)
     told = {i: explain(world.scene, sensor, recording, i) for i in (index - 1, index, index + 1)}

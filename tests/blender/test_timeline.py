@@ -38,7 +38,7 @@ def test_events_are_those_of_the_event_log(addon_part, made, seed):
     numbers = random.Random(seed)
     count = numbers.choice([1, 2, 40, 200])
     frames = range(1, count + 1)
-    events = addon_part("angen_addon.view.timeline.events")
+    events = addon_part("sensor_logic.log.event_indices")
     log = addon_part("sensor_logic.log.event_log")
     kind = ("PIR", "PRESSURE")[seed % 2]
     columns = {}
@@ -238,7 +238,7 @@ def test_a_history_is_made_once_a_recording(world, addon_part):
 def test_a_day_is_made_ready_quickly(addon_part, made):
     """86 400 s at 10 Hz: the events by numpy, not row by row."""
     recording = addon_part("sensor_logic.recording.tracks")
-    events = addon_part("angen_addon.view.timeline.events")
+    events = addon_part("sensor_logic.log.event_indices")
     history = addon_part("angen_addon.view.timeline.history")
     count = 864_000
     track = recording.Track("day", "PIR")

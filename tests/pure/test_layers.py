@@ -14,6 +14,8 @@ INTERFACE = (
     "panels",
     *(f"angen_addon.{name}" for name in ("view", "kinds", "commands", "output", "api")),
 )
+# What draws and what is drawn; angen_addon itself registers all.
+WINDOW = ("operators", "panels", "angen_addon.view", "angen_addon.kinds")
 
 
 def modules() -> dict[str, Path]:
@@ -65,6 +67,18 @@ def test_sensing_imports_nothing_that_shows_or_writes_it() -> None:
         if other.startswith(INTERFACE)
     }
     assert not wrong
+
+
+def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
+    """Plans, explanations, coverage, days and the command line work without it."""
+    outside = [name for name in MODULES if not name.startswith(WINDOW) and name != "angen_addon"]
+    wrong = {
+        (name, other)
+        for name in outside
+        for other in reached(name, set())
+        if other.startswith(WINDOW) and other != "angen_addon.kinds"
+    }
+    assert len(outside) > 200 and not wrong
 
 
 def test_nothing_imports_in_a_circle() -> None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from ....sensor_logic.quantities import Lengths, measured
 from ....sensor_logic.wording import quoted
-from ...view.explain.facts import Explanation, at_frame
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, at_frame
+from ...explain.replay import Replay
 from .panel import NO_MAGNET
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from ....sensor_logic.kinds.distance.model import sigma
 from ....sensor_logic.kinds.distance.parameters import DistanceParameters
 from ....sensor_logic.wording import named, quoted
-from ...view.explain.facts import Explanation, Facts, at_frame
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, Facts, at_frame
+from ...explain.replay import Replay
 
 # m: a recorded distance that differs by more is of another scene.
 TOLERANCE = 1e-6

@@ -11,8 +11,8 @@ import numpy as np
 from ....sensor_logic.kinds.distance.model import zone_rays
 from ....sensor_logic.model import Array, Pose
 from ...runtime.last_rays import RaysMet
+from ...runtime.sight import Rays, Sight
 from ...view.overlay.figures import Figure, corners_of, pairs
-from ...view.sight import Rays, Sight
 
 # Of a plane across the axis: rays from side to side that the plan shows.
 ACROSS = 25

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from ....sensor_logic.kind import Field
 from ....sensor_logic.wording import quoted
-from ...view.explain.facts import Explanation, at_frame, more_needed
-from ...view.explain.lamps import LampShare, LightParts, light_parts
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, at_frame, more_needed
+from ...explain.lamps import LampShare, LightParts, light_parts
+from ...explain.replay import Replay
 
 LAMPS_SHOWN = 6
 SHADOWED_SHOWN = 3

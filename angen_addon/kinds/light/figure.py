@@ -10,9 +10,9 @@ import numpy as np
 
 from ....sensor_logic.model import Pose
 from ...runtime.last_rays import RaysMet
+from ...runtime.sight import Rays, Sight
 from ...scene.light.views import view_rays
 from ...view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
-from ...view.sight import Rays, Sight
 
 # m: how far the lobe of an illuminance sensor is drawn.
 LOBE = 0.25

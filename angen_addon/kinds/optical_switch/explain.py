@@ -10,8 +10,8 @@ import numpy as np
 from ....sensor_logic.kinds.optical_switch.model import SWITCHING_LEVEL, OpticalSwitchParameters
 from ....sensor_logic.quantities import Lengths
 from ....sensor_logic.wording import quoted
-from ...view.explain.facts import Explanation, Facts, at_frame
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, Facts, at_frame
+from ...explain.replay import Replay
 
 RANGE_TOLERANCE = 1e-6
 

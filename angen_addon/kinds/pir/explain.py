@@ -10,8 +10,8 @@ import numpy as np
 
 from ....sensor_logic.physics.output_timing import waiting
 from ....sensor_logic.wording import capital, quoted
-from ...view.explain.facts import Explanation, Facts
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, Facts
+from ...explain.replay import Replay
 from .explain_scan import SAME as CHANGED
 from .explain_scan import explain_range_scan
 from .explain_warmth import WarmCause, explain_pyroelectric

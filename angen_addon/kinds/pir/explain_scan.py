@@ -14,8 +14,8 @@ from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Pose
 from ....sensor_logic.quantities import Lengths
 from ....sensor_logic.wording import quoted
-from ...view.explain.facts import Explanation, at_frame
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, at_frame
+from ...explain.replay import Replay
 
 # A range that changed by less than this, in m, without the noise, did not change.
 SAME = 1e-6

@@ -17,8 +17,8 @@ from ....sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.model import Array, Emission
 from ....sensor_logic.wording import quoted
-from ...view.explain.facts import Explanation
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation
+from ...explain.replay import Replay
 
 # s: what the elements felt earlier than this the amplifier has mostly forgotten.
 WINDOW = 0.5

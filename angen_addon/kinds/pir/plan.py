@@ -9,7 +9,7 @@ import numpy as np
 
 from ....sensor_logic.kinds.pir.pyroelectric.detector import zones_of
 from ....sensor_logic.kinds.pir.pyroelectric.zones import Zone
-from ...view.sight import Rays, Sight
+from ...runtime.sight import Rays, Sight
 
 RAYS_A_ZONE = 5
 

@@ -13,8 +13,8 @@ from ....sensor_logic.kinds.pressure.model import PressureParameters, pad_readin
 from ....sensor_logic.log.partner_names import split
 from ....sensor_logic.quantities import Lengths, typed
 from ....sensor_logic.wording import capital, quoted
-from ...view.explain.facts import Explanation, at_frame, more_needed
-from ...view.explain.replay import Replay
+from ...explain.facts import Explanation, at_frame, more_needed
+from ...explain.replay import Replay
 from .words import centre_text
 
 # Of the recorded force, or of a newton where that is less.

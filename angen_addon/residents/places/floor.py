@@ -30,9 +30,9 @@ from ...coverage.cells import (
 )
 from ...coverage.floor import storeys_of
 from ...coverage.rooms import labels_of, volumes
+from ...scene.home import Home
 from ...scene.rays.solids import Solid
 from ...scene.sensors import SensorError, all_sensors
-from ...view.plan.home import Home
 from ..settings import is_resident, residents_in
 
 # m: of a cell, where the home is not too large for it; of the largest.

@@ -11,8 +11,8 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DOOR, LIE, SIT
 from ...coverage.cells import finished, free_ways
 from ...scene.door_motion import DoorError
+from ...scene.home import Home
 from ...scene.sensors import unit_scale
-from ...view.plan.home import Home
 from .leaves import keyed_angle, keyed_slide, leaf_of
 from .marks import FACING, set_look
 from .thing import Thing

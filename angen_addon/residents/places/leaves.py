@@ -11,7 +11,7 @@ from mathutils import Vector
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DRAWER, Door
 from ...scene.door_motion import DoorError, Leaf, leaves_of, shutting_of
-from ...view.plan.home import Home
+from ...scene.home import Home
 from .marks import look_of
 from .thing import Thing
 

@@ -12,8 +12,8 @@ import numpy as np
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import DOOR, LAMP, MOVED, STAND, Door, Lamp, Place, Places
 from ...scene.door_motion import DoorError
+from ...scene.home import Home
 from ...scene.rooms import room_of
-from ...view.plan.home import Home
 from .floor import PlaceError, grounds, under, walked
 from .leaves import door_of
 from .marks import marked

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....sensor_logic.model import Array
 from ...coverage.cells import finished, free_ways
-from ...view.plan.home import Home
+from ...scene.home import Home
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
+from ....sensor_logic.log.event_indices import Indices, event_indices, log_indices
 from ....sensor_logic.recording.tracks import Recording, Track
 from ...scene.instances import Uid
-from .events import Indices, event_indices, log_indices
 
 Array = NDArray[np.float64]
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3

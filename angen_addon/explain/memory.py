@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import weakref
 
-from ....sensor_logic.recording.tracks import Recording
-from ...scene.instances import Uid
+from ...sensor_logic.recording.tracks import Recording
+from ..scene.instances import Uid
 from .facts import Explanation
 
 

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from mathutils.geometry import convex_hull_2d
 
-from ....sensor_logic.model import Array
-from ....sensor_logic.report.facts import SensorInPlan
-from ...kinds import appearance_of
-from ...runtime.sensor_runner import SensorRunner
-from ...runtime.time_base import clock_of
-from ...scene.instances import Uid
-from ...scene.sensors import Sensor
-from ..sight import Rays, sight_of
-from .home import Home
+from ...sensor_logic.model import Array
+from ...sensor_logic.report.facts import SensorInPlan
+from ..kinds import appearance_of
+from ..runtime.sensor_runner import SensorRunner
+from ..runtime.sight import Rays, sight_of
+from ..runtime.time_base import clock_of
+from ..scene.home import Home
+from ..scene.instances import Uid
+from ..scene.sensors import Sensor
 
 BUNDLE = 0
 

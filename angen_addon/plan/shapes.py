@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.model import Array
-from ....sensor_logic.report.facts import Shape
-from ....sensor_logic.report.sections import Line, cut, from_above
-from .home import Home, Surface
+from ...sensor_logic.model import Array
+from ...sensor_logic.report.facts import Shape
+from ...sensor_logic.report.sections import Line, cut, from_above
+from ..scene.home import Home, Surface
 
 # What is cut and rises this far above the floor (m) is a wall: wardrobes and door leaves do not.
 WALL_M = 2.2

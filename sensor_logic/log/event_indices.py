@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.log.event_log import event_updates
-from ....sensor_logic.recording.tracks import Track
+from ..recording.tracks import Track
+from .event_log import event_updates
 
 Indices = NDArray[np.intp]
 

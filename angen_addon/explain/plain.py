@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from ....sensor_logic.kind import RAYS
-from ....sensor_logic.parameters import is_chosen, specs, value_text
-from ....sensor_logic.wording import quoted
+from ...sensor_logic.kind import RAYS
+from ...sensor_logic.parameters import is_chosen, specs, value_text
+from ...sensor_logic.wording import quoted
 from .facts import Explanation, Facts
 from .replay import Replay
 

@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ....sensor_logic.clock import Schedule
-from ....sensor_logic.kind import LIGHT
-from ....sensor_logic.recording.tracks import Recording
-from ...runtime import outputs
-from ...runtime.simulation import Progress, simulate
-from ...runtime.time_base import clock_of
-from ...scene.sensors import Sensor, SensorError, decimal, simulated
-from ..timeline.events import log_indices
+from ...sensor_logic.clock import Schedule
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.log.event_indices import log_indices
+from ...sensor_logic.recording.tracks import Recording
+from ..runtime import outputs
+from ..runtime.simulation import Progress, simulate
+from ..runtime.time_base import clock_of
+from ..scene.sensors import Sensor, SensorError, decimal, simulated
 from . import explain
 
 

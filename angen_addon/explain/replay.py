@@ -12,15 +12,15 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ....sensor_logic.model import Array, Pose
-from ....sensor_logic.recording.tracks import Recording, Track
-from ...runtime import handlers, outputs, state
-from ...runtime.notes import Met, Notes, NotNoted
-from ...runtime.probes import Probes
-from ...runtime.sensor_runner import PendingUpdates, SensorRunner
-from ...runtime.time_base import evaluated_depsgraph
-from ...scene.sensors import Sensor, all_sensors, read_pose, unit_scale
-from ...scene.units import lengths_of
+from ...sensor_logic.model import Array, Pose
+from ...sensor_logic.recording.tracks import Recording, Track
+from ..runtime import handlers, outputs, state
+from ..runtime.notes import Met, Notes, NotNoted
+from ..runtime.probes import Probes
+from ..runtime.sensor_runner import PendingUpdates, SensorRunner
+from ..runtime.time_base import evaluated_depsgraph
+from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
+from ..scene.units import lengths_of
 from .facts import Explanation
 
 

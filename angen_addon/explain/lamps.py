@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.physics.photometry import luminance
-from ...scene.light.closed_forms import shine
-from ...scene.light.direct import Direct
-from ...scene.light.faces import face_size
-from ...scene.light.instances import light_housings
-from ...scene.light.lamps import Lamp, lamps_of
-from ...scene.light.shadow_rays import LightRays
+from ...sensor_logic.physics.photometry import luminance
+from ..scene.light.closed_forms import shine
+from ..scene.light.direct import Direct
+from ..scene.light.faces import face_size
+from ..scene.light.instances import light_housings
+from ..scene.light.lamps import Lamp, lamps_of
+from ..scene.light.shadow_rays import LightRays
 
 Array = NDArray[np.float64]
 

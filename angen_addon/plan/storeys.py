@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....sensor_logic.report.facts import SensorInPlan
-from ...scene.instances import Uid
-from .home import Home
+from ...sensor_logic.report.facts import SensorInPlan
+from ..scene.home import Home
+from ..scene.instances import Uid
 
 # Rays go down around the sensor, at these distances from it (m).
 RINGS_M, DIRECTIONS, REACH_M = (0.35, 0.8, 1.4), 8, 12.0

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ....sensor_logic.recording.tracks import Recording
-from ...kinds import appearance_of
-from ...scene.sensors import Sensor
+from ...sensor_logic.recording.tracks import Recording
+from ..kinds import appearance_of
+from ..scene.sensors import Sensor
 from .facts import Explanation
 from .memory import MEMORY
 from .replay import replaying

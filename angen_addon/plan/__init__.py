@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.model import Array
-from ....sensor_logic.report.facts import SensorInPlan, Shape, Storey
-from ...runtime import state
-from ...runtime.time_base import evaluated_depsgraph
-from ...scene.sensors import Sensor
+from ...sensor_logic.model import Array
+from ...sensor_logic.report.facts import SensorInPlan, Shape, Storey
+from ..runtime import state
+from ..runtime.time_base import evaluated_depsgraph
+from ..scene.home import Home
+from ..scene.sensors import Sensor
 from .fields import placed
-from .home import Home
 from .shapes import shapes_at
 from .storeys import Level, levels
 

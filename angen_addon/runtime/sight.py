@@ -11,8 +11,8 @@ import numpy as np
 
 from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import Array, Pose
-from ..runtime.sensor_runner import SensorRunner
 from ..scene.sensors import unit_scale
+from .sensor_runner import SensorRunner
 
 
 @dataclass(frozen=True)

@@ -56,9 +56,10 @@ def view_of(home: Home, sensor: Sensor) -> View:
     check(sensor)
     evaluated = sensor.object.evaluated_get(home.depsgraph)
     check_evaluated(sensor, evaluated)
-    parameters = read_parameters(sensor, evaluated.angen_sensor)
+    settings = sensor.settings_in(evaluated)
+    parameters = read_parameters(sensor, settings)
     pose = read_pose(sensor, sensor.world_matrix(home.depsgraph), home.metres)
-    rate = decimal(evaluated.angen_sensor.update_rate)
+    rate = decimal(settings.update_rate)
     return view_from(home, Warmth(home.caster), parameters, pose, rate, sensor.uid)
 
 

@@ -23,7 +23,8 @@ from ..scene.sensors import Sensor
 class Causes:
     """Of the events of a day's run that takes `notes`, each told as soon as it was read.
     `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
-    `told`: the events, each with person and object; those up to midnight have none."""
+    `told`: the events, each with person and object; those up to midnight have none, and no event
+    has where they are not `wanted`."""
 
     def __init__(
         self,
@@ -33,6 +34,7 @@ class Causes:
         acted: Acted,
         residents: Mapping[str, Any],
         midnight: float,
+        wanted: bool = True,
     ) -> None:
         self._scene = scene
         self._sensors = {sensor.name: sensor for sensor in sensors}
@@ -46,7 +48,7 @@ class Causes:
         # By sensor, who made the last event that somebody did.
         self._last: dict[str, str] = {}
         self._left: list[Event] = []
-        self.notes = Notes(self._note)
+        self.notes = Notes(self._note) if wanted else None
         self.told: list[tuple[Event, str, str]] = []
 
     def _note(self, name: str) -> None:
@@ -70,6 +72,9 @@ class Causes:
     def take_left(self) -> None:
         """The events that are left, while the keys of their time are in the home and nothing is
         sensed."""
+        if self.notes is None:
+            self.told += [(event, "", "") for event in self._new.take()]
+            return
         was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
         try:

@@ -36,7 +36,8 @@ class Keys(Protocol):
 
 class DayRun:
     """Day `number` (from 0) of a run, with what was `acted` on it, or the s `between` of it.
-    `residents`: the object of each person. After `progress` was gone through, `events` are those of
+    `residents`: the object of each person; `causes`: whether events are to be told with who and what
+    made them. After `progress` was gone through, `events` are those of
     the day, and `recording` is what was read, in the frames of the day."""
 
     def __init__(
@@ -48,13 +49,14 @@ class DayRun:
         keys: Keys,
         number: int,
         between: tuple[float, float] | None = None,
+        causes: bool = True,
     ) -> None:
         self._scene, self._sensors, self._keys, self._acted = scene, sensors, keys, acted
         self._clock = clock_of_day(number)
         self._midnight = LEAD_S + number * DAY_S
         self.recording = Recording()
         what = self.recording, acted, residents, self._midnight
-        self._causes = Causes(scene, sensors, *what)
+        self._causes = Causes(scene, sensors, *what, causes)
         begin, last = between or (0.0, DAY_S)
         first = begin - LEAD_S
         cuts = stretches(acted.spans(first, last), first, last, MOST_MOVEMENT)

@@ -123,6 +123,8 @@ class Household:
             raise DayError(str(error)) from None
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
+        # Whether events are to be told with who and what made them.
+        self.causes = True
 
     def acted(self, number: int) -> Acted:
         """What is done on day `number`, whatever days are asked for. Raises DayError."""
@@ -151,7 +153,8 @@ class Household:
         """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises DayError,
         SensorError."""
         acted = self.acted(number)
-        day = DayRun(self.scene, self.sensors, acted, self.residents, keys, number, between)
+        what = acted, self.residents, keys, number, between, self.causes
+        day = DayRun(self.scene, self.sensors, *what)
         on = self.start + timedelta(number)
         with Daylight(self.scene, self.sensors, on), self._seeded():
             yield from day.progress()

@@ -40,6 +40,9 @@ class Replay:
 
     def _begin(self, scene: Any, sensor: Sensor, recording: Recording, notes: Notes) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
+        if sensor.variant:
+            # The others of the same sensor have that too.
+            track = recording.tracks[sensor.name]
         assert track is not None and clock is not None
         self.scene = scene
         self.sensor = sensor

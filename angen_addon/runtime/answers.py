@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 Beside = dict[str, Any] | None
 
 
+# A model has fewer bundles of rays than this.
+BUNDLES = 1 << 20
+
+
 @dataclass(frozen=True)
 class Question:
     """Whose model asks, as it was `read`, and about which `steps`: their `frames` (n,) among those
@@ -45,6 +49,11 @@ class Question:
     frames: Index
     depsgraph: Any
     probes: Probes
+
+    def bundle(self, number: int) -> int:
+        """What the casters know the model's bundle of that number by: with other settings a sensor
+        casts other rays."""
+        return number + BUNDLES * self.runner.sensor.variant
 
 
 @dataclass(frozen=True)
@@ -71,10 +80,10 @@ def ranges(
     frames = asked.frames if which is None else asked.frames[which]
     metres, cast = asked.read.metres, asked.probes.caster.cast_at
     if metres == 1.0:
-        found = cast(asked.runner.uid, bundle, origins, directions, length, frames)
+        found = cast(asked.runner.uid, asked.bundle(bundle), origins, directions, length, frames)
     else:
         in_units = origins / metres, directions, length / metres
-        found = cast(asked.runner.uid, bundle, *in_units, frames)
+        found = cast(asked.runner.uid, asked.bundle(bundle), *in_units, frames)
         found = Answers([ranges * metres for ranges in found.table], found.rows)
     if len(frames):
         _note(asked, bundle, RaysMet(origins, directions, length, found[-1]), which)
@@ -100,10 +109,11 @@ def surfaces(
     """What the probe called `name` knows of the surfaces that rays meet."""
     frames = asked.frames if which is None else asked.frames[which]
     metres, probe = asked.read.metres, getattr(asked.probes, name)
+    known = asked.runner.uid, asked.bundle(bundle)
     rays = origins / metres, directions, length / metres
-    found: Answers = probe.see(asked.depsgraph, asked.runner.uid, bundle, *rays, frames)
+    found: Answers = probe.see(asked.depsgraph, *known, *rays, frames)
     if len(frames):
-        ranges = probe.ranges(asked.runner.uid, bundle) * metres
+        ranges = probe.ranges(*known) * metres
         _note(asked, bundle, RaysMet(origins, directions, length, ranges), which)
     return found
 

@@ -50,10 +50,11 @@ def output_curves(obj: Any) -> list[Any]:
     return curves(obj, {ACTIVE_PATH, VALUE_PATH})
 
 
-def are_driven() -> bool:
-    """Whether any driver of the file reads a sensor's group."""
+def are_driven(*paths: str) -> bool:
+    """Whether any driver of the file reads outputs, or what else of sensors begins with these data
+    paths."""
     return any(
-        target.data_path in {ACTIVE_PATH, VALUE_PATH}
+        target.data_path.startswith(paths or (ACTIVE_PATH, VALUE_PATH))
         for animated in all_animated()
         for curve in animated.animation_data.drivers
         for variable in curve.driver.variables

@@ -148,10 +148,11 @@ class SensorRunner:
             return known
         self._read = None
         evaluated = self.sensor.object.evaluated_get(depsgraph)
-        if not evaluated.angen_sensor.enabled:
+        settings = self.sensor.settings_in(evaluated)
+        if not settings.enabled:
             return None
         check_evaluated(self.sensor, evaluated)
-        parameters = read_parameters(self.sensor, evaluated.angen_sensor)
+        parameters = read_parameters(self.sensor, settings)
         pose = self._pose_now(self.sensor.world_matrix(depsgraph), metres)
         beside = beside_of(self.sensor, evaluated, depsgraph, metres)
         if known is None or not known.same(metres, parameters, pose, beside):
@@ -219,7 +220,7 @@ class SensorRunner:
             notes, question = probes.notes, Question(self, read, steps, frames, depsgraph, probes)
             needs = self.sensor.kind.needs
             scene_asked = {need: partial(ANSWERS[need], question) for need in needs}
-        scene, name = depsgraph.scene, self.sensor.name
+        scene, name = depsgraph.scene, self.sensor.stands_for or self.sensor.name
         updates = Updates(
             dates.numbers,
             self.clock.times_and_frames(dates.steps)[0],

@@ -39,6 +39,11 @@ class Sensor:
     kind: Kind
     object: Any
     holders: Holders = ()
+    # Where a run senses with several settings of one sensor: the object that has these, which no
+    # scene shows; the sensor's own name, by which it draws random numbers; their number, from 1.
+    settings_of: Any = None
+    stands_for: str = ""
+    variant: int = 0
 
     @property
     def uid(self) -> Uid:
@@ -60,7 +65,11 @@ class Sensor:
 
     @property
     def settings(self) -> Any:
-        return self.object.angen_sensor
+        return self.settings_in(self.object)
+
+    def settings_in(self, obj: Any) -> Any:
+        """Those that it has in its object as it is evaluated."""
+        return (obj if self.settings_of is None else self.settings_of).angen_sensor
 
     @property
     def room(self) -> str:
@@ -75,7 +84,7 @@ class Sensor:
 
     def parameters_in(self, obj: Any) -> Any:
         """The same of its object as it is evaluated."""
-        return getattr(obj.angen_sensor, self.kind.attribute)
+        return getattr(self.settings_in(obj), self.kind.attribute)
 
     @property
     def reading(self) -> Field:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import bpy
@@ -53,28 +53,11 @@ class Changes:
             sensor = sensors[name]
             for parameter, value in values.items():
                 if parameter not in POSE:
-                    self._set(sensor, parameter, value)
+                    set_parameter(sensor, parameter, value, self.set)
             by = {key: float(values[key]) for key in POSE if values.get(key)}
             if by:
                 self._move(sensor, by)
         bpy.context.view_layer.update()
-
-    def _set(self, sensor: Sensor, parameter: str, value: Any) -> None:
-        common = parameter in COMMON
-        group = sensor.settings if common else sensor.parameters
-        path = f"angen_sensor.{parameter}"
-        if not common:
-            path = f"angen_sensor.{sensor.kind.attribute}.{parameter}"
-        if getattr(group, parameter) == value:
-            return
-        if is_animated(sensor.object, path):
-            raise AngenError(f"'{sensor.name}': {parameter} is animated or driven: clear that")
-        if not sensor.object.is_editable:
-            raise AngenError(f"'{sensor.name}' is linked: override it in the home, or vary there")
-        try:
-            self.set(group, parameter, value)
-        except (TypeError, ValueError) as error:
-            raise AngenError(f"'{sensor.name}': {parameter}: {error}") from None
 
     def _move(self, sensor: Sensor, by: Mapping[str, float]) -> None:
         """By metres along the home's axes, and radians about its own."""
@@ -96,3 +79,24 @@ class Changes:
         reached = np.array(sensor.world_matrix(evaluated_depsgraph()))
         if not np.allclose(reached, np.array(wanted), atol=SAME_PLACE, rtol=SAME_PLACE):
             raise AngenError(f"'{sensor.name}' cannot be moved: something holds it")
+
+
+def set_parameter(
+    sensor: Sensor, parameter: str, value: Any, put: Callable[[Any, str, Any], object]
+) -> None:
+    """Has `put` set a parameter where the sensor has its settings. Raises AngenError."""
+    common = parameter in COMMON
+    group = sensor.settings if common else sensor.parameters
+    path = f"angen_sensor.{parameter}"
+    if not common:
+        path = f"angen_sensor.{sensor.kind.attribute}.{parameter}"
+    if getattr(group, parameter) == value:
+        return
+    if is_animated(sensor.object, path):
+        raise AngenError(f"'{sensor.name}': {parameter} is animated or driven: clear that")
+    if not sensor.object.is_editable:
+        raise AngenError(f"'{sensor.name}' is linked: override it in the home, or vary there")
+    try:
+        put(group, parameter, value)
+    except (TypeError, ValueError) as error:
+        raise AngenError(f"'{sensor.name}': {parameter}: {error}") from None

@@ -1,24 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run of days in the open home: lived by a routine, measured against what was done."""
+"""Runs of days in the open home: lived by a routine, measured against what was done."""
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import date
+from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ...sensor_logic.days.rows import Days
+from ...sensor_logic.days.rows import Day, Days
+from ...sensor_logic.files import OutputError, write_files
 from ...sensor_logic.study import truth
+from ...sensor_logic.study.digest import digest_of
 from ...sensor_logic.study.truth import DAY_S, Lived
 from ..api.error import raised_as_angen_error
+from ..days.folder import digest_of as digest_of_home
 from ..days.run import DayError, Household, Plan, run_days
 from ..scene.sensors import Sensor, all_sensors
 from .measures import coverage, of_functions
-from .tasks import Done, Task, found
+from .tasks import Task, found
+from .variants import day_of_run, named
 
 
 def household_of(task: Task) -> Household | None:
@@ -33,16 +38,56 @@ def household_of(task: Task) -> Household | None:
         return Household(bpy.context.scene, sensors, plan, start, task.seed)
 
 
-def done(task: Task, household: Household, sensors: Sequence[Sensor]) -> Done:
-    """Lives the days of a task, sensed by these, and measures them. Raises AngenError."""
-    begin = time.perf_counter()
+def lived(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[Day]:
+    """The days of a task, sensed by these. Raises AngenError."""
     household.sensors = list(sensors)
+    household.causes = bool(task.keep or task.functions)
+    kept = _Kept(task, household)
     with raised_as_angen_error(DayError):
-        tables = Days.of(list(run_days(household, range(task.days)))).files()
-    seconds = time.perf_counter() - begin
+        missing = [number for number in range(task.days) if kept.day(number) is None]
+        for number, day in zip(missing, run_days(household, missing), strict=True):
+            kept.keep(number, day)
+    return [kept.days[number] for number in range(task.days)]
+
+
+class _Kept:
+    """Days that were lived, also in the driver's folder where that is seen from here: a worker that
+    is killed loses the day it was at, no more."""
+
+    def __init__(self, task: Task, household: Household) -> None:
+        self.days: dict[int, Day] = {}
+        facts = digest_of_home(household), task.of_the_home, task.versions, household.causes
+        self._digest = digest_of({"day": facts})
+        folder = Path(task.days_in)
+        self._folder = folder / self._digest if task.days_in and folder.is_dir() else None
+
+    def day(self, number: int) -> Day | None:
+        if number not in self.days and self._folder is not None:
+            with suppress(OSError, ValueError):
+                text = (self._folder / f"{number}.json").read_text(encoding="utf-8")
+                found = Day.of_json(text, self._digest)
+                if found is not None:
+                    self.days[number] = found
+        return self.days.get(number)
+
+    def keep(self, number: int, day: Day) -> None:
+        self.days[number] = day
+        if self._folder is not None:
+            # Where it cannot be written, all there is to lose is time.
+            with suppress(OSError, OutputError):
+                self._folder.mkdir(exist_ok=True)
+                write_files({self._folder / f"{number}.json": day.as_json(self._digest)})
+
+
+def measured(
+    together: Sequence[Day], task: Task, on: Sequence[Sensor]
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Of a run, among those that lived these days together: measures by name, and tables."""
+    tables = Days.of([day_of_run(day, on) for day in together]).files()
+    sensors = named(on)
     rooms = {sensor.name: sensor.room for sensor in sensors}
     lived = truth.read(tables, task.days)
-    values: dict[str, Any] = {"sensors_on": len(sensors)}
+    values: dict[str, Any] = {}
     if "events" in task.measure:
         counts = Counter(event.sensor for event in lived.events if event.time_s > 0.0)
         values["events"] = counts.total()
@@ -54,8 +99,7 @@ def done(task: Task, household: Household, sensors: Sequence[Sensor]) -> Done:
     if "truth" in task.measure:
         values |= truth.judged(lived, rooms, task.empty_for)
     values |= of_functions(task, lived, lived.truth)
-    kept = {f"{task.digest}/{name}": text for name, text in tables.items()}
-    return Done(task.digest, values, seconds, files=kept if "events" in task.keep else {})
+    return values, {f"{task.digest}/{name}": text for name, text in tables.items()}
 
 
 def _active(lived: Lived, names: Sequence[str]) -> dict[str, Any]:

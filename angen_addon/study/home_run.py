@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run in this process's Blender, whose homes stay open from one to the next."""
+"""Runs in this process's Blender, whose homes stay open from one to the next."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +20,14 @@ from ..api.error import AngenError, raised_as_angen_error
 from ..api.opening import opened
 from ..api.recording import Recording
 from ..output.run_log import about, sensor_facts
+from ..runtime.outputs import are_driven
 from ..runtime.simulation import simulate
-from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors, simulated
+from ..scene.animation import may_set
+from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors
 from . import days_run, measures
 from .changes import Changes
 from .tasks import Done, File, Task, found
+from .variants import Variants, named, of_run
 
 # The digest of the home that is open now.
 _open = ""
@@ -39,7 +44,8 @@ def facts(path: Path, home: File, versions: dict[str, str]) -> HomeFacts:
         raise AngenError(f"{home.name} has no sensors in its scene")
     kinds = {sensor.name: sensor.kind.identifier for sensor in sensors}
     digest = digest_of({"home": home.digest, "beside": _beside()})
-    return HomeFacts(home.name, kinds, digest, versions, bpy.context.scene.frame_start)
+    begin = bpy.context.scene.frame_start
+    return HomeFacts(home.name, kinds, digest, versions, begin, _free(sensors))
 
 
 def _beside() -> list[str]:
@@ -48,41 +54,95 @@ def _beside() -> list[str]:
     return [digest_of_bytes(path.read_bytes()) for path in paths if path.is_file()]
 
 
-def done(task: Task) -> Done:
-    """Simulates and measures. Raises AngenError, and what a user's own function raises."""
+def _free(sensors: Sequence[Sensor]) -> frozenset[str]:
+    """Those that nothing but themselves depends on how they are set: runs that set them otherwise
+    can live the home together. Light and forces are found for all that ask at once."""
+    if are_driven("angen_sensor."):
+        return frozenset()
+    return frozenset(
+        sensor.name
+        for sensor in sensors
+        if not (sensor.kind.requires_light or sensor.kind.requires_forces or sensor.holders)
+        and not may_set(sensor.object, "angen_sensor.")
+    )
+
+
+def done(group: Sequence[Task]) -> list[Done]:
+    """What came of runs that live the home together; if that fails, of each of them alone."""
     global _open
-    if _open != task.home.digest:
-        _open = ""
-        opened(found(task.home))
-        _open = task.home.digest
+    begin = time.perf_counter()
     try:
-        with Changes() as changes, raised_as_angen_error(SensorError, NoSuchSensor, OutputError):
-            household = days_run.household_of(task)
-            changes.set(bpy.context.scene, "angen_seed", task.seed)
-            changes.make(task.settings)
-            return _measured(task, changes, household)
-    except Exception:
+        return _lived(group)
+    except Exception as error:
         # What was amiss may be amiss in the open home.
         _open = ""
-        raise
+        if len(group) > 1:
+            return [one for task in group for one in done([task])]
+        return [_failed(group[0], error, time.perf_counter() - begin)]
 
 
-def _measured(task: Task, changes: Changes, household: days_run.Household | None) -> Done:
-    scene = bpy.context.scene
-    sensors = all_sensors(bpy.context.view_layer)
-    on = simulated(sensors)
-    if not on:
-        raise AngenError("no sensor is switched on")
+def _failed(task: Task, error: Exception, seconds: float = 0.0) -> Done:
+    told = str(error) if isinstance(error, AngenError) else f"{type(error).__name__}: {error}"
+    return Done(task.digest, {}, seconds, " ".join(told.split()))
+
+
+def _lived(group: Sequence[Task]) -> list[Done]:
+    """Raises AngenError where the home cannot be lived."""
+    global _open
+    first, failed = group[0], []
+    if _open != first.home.digest:
+        _open = ""
+        opened(found(first.home))
+        _open = first.home.digest
+    with Changes() as changes, raised_as_angen_error(SensorError, NoSuchSensor, OutputError):
+        household = days_run.household_of(first)
+        changes.set(bpy.context.scene, "angen_seed", first.seed)
+        changes.make(first.of_the_home)
+        with Variants() as variants:
+            own: list[tuple[Task, list[Sensor]]] = []
+            for task in group:
+                try:
+                    own.append((task, variants.of(task.settings)))
+                except (AngenError, SensorError) as error:
+                    failed.append(_failed(task, AngenError(str(error))))
+            if not own:
+                return failed
+            sensors = {sensor.name: sensor for _, on in own for sensor in on}
+            begin = time.perf_counter()
+            measure = _ran(first, [*sensors.values()], household)
+            seconds = (time.perf_counter() - begin) / len(own)
+            return failed + [_measured(task, on, measure, seconds) for task, on in own]
+
+
+Measure = Callable[[Task, Sequence[Sensor]], tuple[dict[str, Any], dict[str, str]]]
+
+
+def _ran(task: Task, sensors: list[Sensor], household: days_run.Household | None) -> Measure:
+    """Simulates; what then tells a run's measures by name, and its logs by name."""
     if household is not None:
-        return days_run.done(task, household, on)
-    begin = time.perf_counter()
-    readings = readings_of(on, task.frames)
-    seconds = time.perf_counter() - begin
-    recording = Recording(readings, {s.name: sensor_facts(s) for s in on}, about(scene))
-    values: dict[str, Any] = {"sensors_on": len(on)}
-    values |= measures.measured(task, recording, readings, on, changes)
-    kept = {f"{task.digest}.csv": events_csv(readings)} if "events" in task.keep else {}
-    return Done(task.digest, values, seconds, files=kept)
+        return partial(days_run.measured, days_run.lived(task, household, sensors))
+    return partial(_measured_plain, readings_of(sensors, task.frames))
+
+
+def _measured(task: Task, on: Sequence[Sensor], measure: Measure, seconds: float) -> Done:
+    try:
+        with raised_as_angen_error(SensorError, OutputError):
+            values, files = measure(task, on)
+    except Exception as error:
+        return _failed(task, error, seconds)
+    values = {"sensors_on": len(on), **values}
+    return Done(task.digest, values, seconds, files=files if "events" in task.keep else {})
+
+
+def _measured_plain(
+    together: Readings, task: Task, on: Sequence[Sensor]
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Of a run of the home's own animation, among those that were simulated together."""
+    readings, sensors = of_run(together, on), named(on)
+    facts = {sensor.name: sensor_facts(sensor) for sensor in sensors}
+    recording = Recording(readings, facts, about(bpy.context.scene))
+    values = measures.measured(task, recording, readings, sensors)
+    return values, {f"{task.digest}.csv": events_csv(readings)} if task.keep else {}
 
 
 def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:

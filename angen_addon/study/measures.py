@@ -36,7 +36,6 @@ def measured(
     recording: Recording,
     readings: Readings,
     sensors: Sequence[Sensor],
-    changes: Changes,
 ) -> dict[str, Any]:
     """Name → number of all that the task asks for. Raises AngenError."""
     found: dict[str, Any] = {}
@@ -50,7 +49,7 @@ def measured(
     if "coverage" in task.measure:
         found["coverage"] = coverage(sensors)
     if "light_error" in task.measure:
-        found["light_error"] = _light_error(task, readings, sensors, changes)
+        found["light_error"] = _light_error(task, readings, sensors)
     return found | of_functions(task, recording, None)
 
 
@@ -103,9 +102,7 @@ def coverage(sensors: Sequence[Sensor]) -> float:
     return found.total().share
 
 
-def _light_error(
-    task: Task, readings: Readings, sensors: Sequence[Sensor], changes: Changes
-) -> float:
+def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> float:
     """Rms difference of what light sensors read to what many paths give, as a share of the mean of
     that."""
     from .home_run import readings_of
@@ -113,10 +110,11 @@ def _light_error(
     lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
         raise AngenError("light_error: no light sensor is switched on")
-    for sensor in lights:
-        changes.set(sensor.parameters, "samples", REFERENCE_PATHS)
-    bpy.context.view_layer.update()
-    reference = readings_of(lights, task.frames)
+    with Changes() as changes:
+        for sensor in lights:
+            changes.set(sensor.parameters, "samples", REFERENCE_PATHS)
+        bpy.context.view_layer.update()
+        reference = readings_of(lights, task.frames)
     errors, scale = [], []
     for name, track in reference.tracks.items():
         (_, truth), (_, read) = quantity(track), quantity(readings.tracks[name])

@@ -21,6 +21,8 @@ from .tasks import Done
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 
 RUNS, CSV, PARQUET, LOGS = "runs.jsonl", "results.csv", "results.parquet", "logs"
+# Days of runs that are not over yet.
+DAYS = "days"
 # What the report needs to know of the study.
 FACTS = "study.json"
 # Rows of a Parquet file that are in memory at once.

@@ -9,7 +9,6 @@ import platform
 import sys
 import tempfile
 import threading
-import time
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -40,8 +39,10 @@ class File:
 
 @dataclass(frozen=True)
 class Task:
-    """All that a run needs. `settings`: sensor → parameter → value. `functions`: (label, name,
-    source) of those that measure. `versions` are those that all runs of the study have."""
+    """All that a run needs. `settings`: sensor → parameter → value; those of them that change the
+    home are `of_the_home`. `functions`: (label, name, source) of those that measure. `versions` are
+    those that all runs of the study have. `days_in`: where days are kept, by its path at the
+    driver."""
 
     digest: str
     home: File
@@ -56,6 +57,8 @@ class Task:
     start: str = ""
     days: int = 0
     empty_for: float = 30.0
+    of_the_home: dict[str, dict[str, Any]] = field(default_factory=dict)
+    days_in: str = ""
 
 
 @dataclass(frozen=True)
@@ -151,20 +154,13 @@ def examine(home: File) -> HomeFacts:
         return home_run.facts(found(home), home, versions())
 
 
-def run(task: Task) -> Done:
-    """Simulates a run. Raises VersionsDiffer; all else that goes wrong is told in what it
-    returns."""
-    differ = differences(task.versions, versions())
+def run(group: list[Task]) -> list[Done]:
+    """Simulates runs that differ in their sensors alone: the home is lived once for all of them.
+    Raises VersionsDiffer; all else that goes wrong is told in what it returns."""
+    differ = differences(group[0].versions, versions())
     if differ:
         raise VersionsDiffer(f"{platform.node()} is not as the other workers: {differ}")
     with _one_at_a_time:
-        begin = time.perf_counter()
-        try:
-            from . import home_run
+        from . import home_run
 
-            return home_run.done(task)
-        except AngenError as error:
-            told = str(error)
-        except Exception as error:
-            told = f"{type(error).__name__}: {error}"
-        return Done(task.digest, {}, time.perf_counter() - begin, " ".join(told.split()))
+        return home_run.done(group)

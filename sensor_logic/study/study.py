@@ -76,7 +76,8 @@ class Study:
     """A study as its file has it. Paths are absolute. `vary`: the values of each key, or a range;
     `fixed`: what all runs have in common. `empty_for` (s): a sensor that goes on
     in a room that is empty for so long before and after gives a false alarm. `best`: the measure
-    that matters, and whether most of it is wanted."""
+    that matters, and whether most of it is wanted. `together`: whether runs that differ in their
+    sensors alone live the home once."""
 
     name: str
     homes: tuple[Path, ...]
@@ -94,6 +95,7 @@ class Study:
     routines: tuple[Path, ...] = ()
     days: Days | None = None
     empty_for: float = 30.0
+    together: bool = True
     lines: tuple[tuple[str, str], ...] = ()
 
     def where(self, key: str) -> str:
@@ -160,6 +162,7 @@ def _study(top: Table, folder: Path) -> Study:
         routines,
         days,
         top.take("empty_for", number(0, 3600), 30.0),
+        top.take("together", _flag, True),
         tuple(
             (key, _place(table, key)) for name in ("vary", "set") for table, key in _keys(top, name)
         ),

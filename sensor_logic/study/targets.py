@@ -26,13 +26,15 @@ BETWEEN = "; "
 @dataclass(frozen=True)
 class HomeFacts:
     """What is known of a home before it is simulated: the kinds of its sensors by name, in order,
-    the digest of its file and of all that it links, and the versions that would simulate it."""
+    the digest of its file and of all that it links, the versions that would simulate it, and which
+    sensors are `free`: nothing but they themselves depends on how they are set."""
 
     name: str
     kinds: Mapping[str, str]
     digest: str
     versions: Mapping[str, str]
     frame_start: int = 1
+    free: frozenset[str] = frozenset()
 
     def fitting(self, pattern: str) -> list[str]:
         """The sensors of a name, or whose name fits a pattern, or one of several; empty where one

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs that differ in their sensors alone live the home once: what each of them gives is what it
+gives alone, to the byte."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bpy
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from test_day_command import home as lived_home  # noqa: F401  (a fixture)
+
+PLAIN = """
+home = "home.blend"
+seeds = [1, 2]
+measure = ["events", "active", "coverage"]
+keep = ["events"]
+[set]
+"PIR*.noise_sigma" = 0.02
+[vary]
+"PIR hall.hold_time" = [0.0, 0.5]
+"PIR hall.range_max" = [1.2, 1.8]
+"Swept.update_rate" = [6.0, 24.0]
+"PIR warm.move_z" = [0.0, 0.25]
+sensors = ["*", ["PIR hall", "Swept"], ["PIR hall"]]
+"""
+DAYS = """
+home = "home.blend"
+routine = "week.toml"
+start = 2026-03-02
+days = 1
+measure = ["events", "active", "truth"]
+keep = "events"
+[set]
+"PIR left.move_z" = -0.3
+[vary]
+"PIR*.hold_time" = [0.0, 20.0]
+sensors = ["*", ["PIR right"]]
+"""
+
+
+@pytest.fixture
+def plain_home(world: Any, tmp_path: Path) -> Path:
+    """Detectors, of which one has its housing in the other's view, a swept switch and light; a
+    wall moves before them, and a lamp goes on."""
+    world.pir("PIR hall", sweep="ALL", range_max=1.8)
+    warm = world.pir("PIR warm", model="PYROELECTRIC", warm_up_time=0.0)
+    warm.location = (0.2, 0, -0.6)
+    housing = world.box((0.1, 0.1, 0.1), (0.0, 0, 0), "housing")
+    housing.parent = warm
+    world.switch("Swept", swept=True).location = (0.5, 0, 0)
+    light = world.sensor("LIGHT", "Light", engine="DIRECT", update_rate=24.0)
+    light.location = (0, 0, 0.2)
+    lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (0.5, 0, 0))
+    world.key(lamp.data, "energy", {1: 10.0, 24: 40.0})
+    wall = world.wall(1.0)
+    world.key(wall, "location", {1: (0, 0, -1.0), 8: (0, 0, -1.0), 9: (0, 0, -1.5), 24: (0, 0, -3)})
+    bpy.context.scene.frame_end = 24
+    path = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def lives_of(
+    home: Path, text: str, addon_part: Callable[[str], Any], days_in: str = ""
+) -> list[list[Any]]:
+    """The runs of a study beside a home, together with those that live it together."""
+    study, draws, tasks, engine = map(
+        addon_part,
+        (
+            "sensor_logic.study.study",
+            "sensor_logic.study.draws",
+            "angen_addon.study.tasks",
+            "angen_addon.study.engine",
+        ),
+    )
+    path = home.parent / "study.toml"
+    path.write_text(text, encoding="utf-8")
+    found = study.read(path)
+    digest = addon_part("sensor_logic.study.digest").digest_of_bytes
+    files = {
+        str(path): tasks.File(str(path), digest(path.read_bytes()))
+        for path in (*found.homes, *found.routines)
+    }
+    homes = {str(home): tasks.examine(files[str(home)])}
+    planned = engine.Tasks(found, files, homes, tasks.versions(), days_in)
+    lives = defaultdict(list)
+    for run in draws.runs(found):
+        lives[planned.life(run)].append(planned.of(run))
+    return list(lives.values())
+
+
+def outcome(done: Any) -> tuple[Any, ...]:
+    """All but the seconds, which differ from one time to the next."""
+    return done.digest, done.values, done.error, done.files
+
+
+@pytest.mark.parametrize("text", [PLAIN, DAYS], ids=["plain", "days"])
+def test_together_each_run_gives_what_it_gives_alone(
+    text: str, request: pytest.FixtureRequest, addon_part: Callable[[str], Any]
+) -> None:
+    home = request.getfixturevalue("plain_home" if text is PLAIN else "lived_home")
+    tasks = addon_part("angen_addon.study.tasks")
+    lives = lives_of(home, text, addon_part)
+    # Where one stands is of the home, and so are the seed, and whether light is measured.
+    sizes = sorted(len(life) for life in lives)
+    assert sizes == ([8] * 4 + [16] * 4 if text is PLAIN else [4])
+    objects = set(bpy.data.objects.keys())
+    different = set()
+    for life in lives:
+        together = {done.digest: outcome(done) for done in tasks.run(life)}
+        for task in life[:: 5 if text is PLAIN else 3]:
+            (alone,) = map(outcome, tasks.run([task]))
+            assert not alone[2] and together[task.digest] == alone
+        different |= {str(one[1:]) for one in together.values()}
+    assert len(different) == sum(sizes)
+    assert set(bpy.data.objects.keys()) == objects
+
+
+def test_one_that_fails_is_told_and_the_others_go_on(
+    plain_home: Path, addon_part: Callable[[str], Any]
+) -> None:
+    tasks = addon_part("angen_addon.study.tasks")
+    (life,) = lives_of(
+        plain_home,
+        'home = "home.blend"\n[vary]\n"PIR hall.range_max" = [1.8, 0.01, 1.2]\n'
+        'sensors = [["PIR hall"]]\n',
+        addon_part,
+    )
+    found = {done.digest: done for done in tasks.run(life)}
+    first, bad, last = (found[task.digest] for task in life)
+    assert "range_m" in bad.error and not bad.values
+    assert first.values["events"] and last.values["events"]
+    assert not first.error and not last.error
+
+
+def test_days_that_a_killed_worker_lived_are_not_lived_again(
+    lived_home: Path,  # noqa: F811
+    addon_part: Callable[[str], Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = DAYS.replace('keep = "events"\n', "").replace("days = 1", "days = 2")
+    tasks, days_run = map(addon_part, ("angen_addon.study.tasks", "angen_addon.study.days_run"))
+    kept = lived_home.parent / "days"
+    kept.mkdir()
+    (life,) = lives_of(lived_home, text, addon_part, str(kept))
+    lived, really = [], days_run.run_days
+
+    def run_days(household: Any, numbers: list[int]) -> Any:
+        lived.append(list(numbers))
+        for day in really(household, numbers):
+            yield day
+            if len(lived) == 1:
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(days_run, "run_days", run_days)
+    with pytest.raises(KeyboardInterrupt):
+        tasks.run(life)
+    again = [outcome(done) for done in tasks.run(life)]
+    assert lived == [[0, 1], [1]]
+    shutil.rmtree(kept)
+    assert [outcome(done) for done in tasks.run(life)] == again and lived[2:] == [[0, 1]]

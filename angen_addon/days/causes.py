@@ -62,6 +62,7 @@ class Causes:
                 continue
             try:
                 if event.frame not in because:
+                    assert self.notes is not None
                     recalled = Recalled(self._scene, sensor, self._recording, self.notes)
                     because[event.frame] = self._because(recalled, event)
             except NotNoted:

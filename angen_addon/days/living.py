@@ -36,9 +36,9 @@ class Keys(Protocol):
 
 class DayRun:
     """Day `number` (from 0) of a run, with what was `acted` on it, or the s `between` of it.
-    `residents`: the object of each person; `causes`: whether events are to be told with who and what
-    made them. After `progress` was gone through, `events` are those of
-    the day, and `recording` is what was read, in the frames of the day."""
+    `residents`: the object of each person; `causes`: whether events are to be told with who and
+    what made them. After `progress` was gone through, `events` are those of the day, and
+    `recording` is what was read, in the frames of the day."""
 
     def __init__(
         self,

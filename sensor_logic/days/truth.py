@@ -55,15 +55,14 @@ def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Where]:
     body = acted.bodies[person]
     moving = body.moving()
     last: Where | None = None
-    for stay in acted.where:
-        first, end = max(stay.start, 0.0), min(stay.end, DAY_S)
-        if stay.person != person or first >= end:
-            continue
-        times = _looks(first, end, moving)
-        gone = stay.posture == AWAY
-        hips = np.zeros((len(times), 3)) if gone else _hips(body, times)
-        told = -np.inf
-        for time, at in zip(times.tolist(), hips, strict=True):
+    stays = [s for s in acted.where if s.person == person and s.start < DAY_S and s.end > 0.0]
+    looks = [_looks(max(s.start, 0.0), min(s.end, DAY_S), moving) for s in stays]
+    # Of all at once: each call goes through all gestures of the day.
+    hips = _hips(body, np.concatenate([np.zeros(0), *looks]))
+    parts = np.split(hips, np.cumsum([len(times) for times in looks])[:-1])
+    for stay, times, where in zip(stays, looks, parts, strict=True):
+        first, gone, told = max(stay.start, 0.0), stay.posture == AWAY, -np.inf
+        for time, at in zip(times.tolist(), where, strict=True):
             room = "" if gone else room_at(at)
             place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
             same = time > first and last is not None and room == last.room
@@ -75,6 +74,8 @@ def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Where]:
 
 
 def _hips(body: Any, times: Array) -> Array:
+    if not len(times):
+        return np.zeros((0, 3))
     return np.broadcast_to(body.poses(times).pelvis, (len(times), 3))
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..model import Array
-from .body.pose import Pose, placed
+from .body.pose import Pose
 from .body.turns import ease
 
 
@@ -112,7 +112,7 @@ class Timeline:
             part = self.clips[number].at(times[index])
             if pose is None:
                 pose = part.spread(len(times))
-            pose = placed(pose, index, part)
+            pose.put(index, part)
         assert pose is not None
         return pose
 
@@ -124,11 +124,11 @@ class Timeline:
         for gesture in self.gestures:
             if gesture.end <= first or gesture.start >= last:
                 continue
-            weight = gesture.weight(times)
-            index = np.flatnonzero(weight > 0)
+            during = np.flatnonzero((times > gesture.start) & (times < gesture.end))
+            weight = gesture.weight(times[during])
+            index, weight = during[weight > 0], weight[weight > 0]
             if len(index):
-                part = gesture.apply(pose.take(index), times[index], weight[index])
-                pose = placed(pose, index, part)
+                pose.put(index, gesture.apply(pose.take(index), times[index], weight))
         return pose
 
     def moving(self) -> Array:

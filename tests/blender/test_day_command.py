@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import math
 import os
 import signal
@@ -173,6 +174,28 @@ def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
     monkeypatch.setattr(run.Household, "run", None)
     assert day("--format", "casas", out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
+
+
+def test_a_full_disk_is_one_line_and_keeps_whole_days(
+    day: Any, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, write_through = home.parent / "out", os.fsync
+
+    def full(number: int) -> None:
+        if (out / "days" / "2026-03-02.json").exists():
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write_through(number)
+
+    monkeypatch.setattr(os, "fsync", full)
+    status, told = day()
+    assert status == 1 and "No space left on device" in told and len(told.splitlines()) == 1, told
+    kept = content(out)
+    assert set(kept) == {"days/run.txt", "days/2026-03-02.json"}
+    monkeypatch.undo()
+    # With room again the same command goes on.
+    assert day()[0] == 0
+    assert content(out).items() > kept.items()
+    assert {r["start"][:10] for r in rows(out / "activities.csv")} >= {"2026-03-02", "2026-03-03"}
 
 
 def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[..., Any]) -> None:

@@ -64,6 +64,27 @@ def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> Non
     assert set(bpy.data.actions.keys()) == actions
 
 
+def test_undo_brings_the_home_back_as_it_was(scene: Any) -> None:
+    before = state(scene)
+    bpy.ops.ed.undo_push(message="made")
+    bpy.ops.angen.day_read()
+    bpy.ops.ed.undo_push(message="read")
+    actions = set(bpy.data.actions.keys())
+    bpy.ops.angen.day_show(index=1)
+    bpy.ops.ed.undo_push(message="shown")
+    assert bpy.context.scene.render.fps == 10 and bpy.ops.angen.day_leave.poll()
+    bpy.ops.ed.undo()
+    scene, asked = bpy.context.scene, bpy.context.scene.angen_day
+    assert np.allclose(state(scene), before, atol=1e-6)
+    assert set(bpy.data.actions.keys()) == actions and not bpy.ops.angen.day_leave.poll()
+    assert [item.name for item in asked.done] == ["Sleep", "Sit", "Sleep"]
+    # Redo shows it again, and it can be left as any.
+    bpy.ops.ed.redo()
+    assert bpy.context.scene.render.fps == 10
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    assert np.allclose(state(bpy.context.scene), before, atol=1e-6)
+
+
 def test_it_is_left_also_after_the_file_was_opened_again(scene: Any, tmp_path: Path) -> None:
     before = state(scene)
     bpy.ops.angen.day_read()

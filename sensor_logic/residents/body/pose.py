@@ -123,8 +123,18 @@ class Pose(Moments):
         return max(counts)
 
     def spread(self, count: int) -> Self:
-        """The first moment, held for `count`."""
+        """The first moment, held for `count`, in arrays of its own."""
         return self.take(np.zeros(count, np.intp))
+
+    def put(self, index: Index, part: Self) -> None:
+        """Writes other poses in place of the moments at the index, of a pose with arrays of its own
+        for all of its moments."""
+
+        def write(_name: str, whole: Array, new: Array) -> Array:
+            whole[index] = new
+            return whole
+
+        _each(self, part, do=write)
 
     def _even(self) -> Self:
         """With all n moments in every array: what is held is repeated."""
@@ -141,18 +151,6 @@ def joined(poses: Sequence[Pose]) -> Pose:
     """One pose after the other."""
     even = [pose._even() for pose in poses]
     result: Pose = _each(*even, do=lambda _name, *arrays: np.concatenate(arrays))
-    return result
-
-
-def placed(pose: Pose, index: Index, part: Pose) -> Pose:
-    """The pose with a part of it in place of the moments at the index."""
-
-    def put(_name: str, whole: Array, new: Array) -> Array:
-        result = np.array(whole)
-        result[index] = new
-        return result
-
-    result: Pose = _each(pose._even(), part._even(), do=put)
     return result
 
 

@@ -81,7 +81,7 @@ def reaching(
 
     def shoulder(lean: Array) -> Array:
         leaning = _leaning(pose, lean, slide)
-        return joint(trunk(leaning), leaning, bone)
+        return joint(trunk(leaning, head=False), leaning, bone)
 
     lean = np.zeros(len(pose))
     for _ in range(4):  # Newton with a fixed slope: always the same smooth function

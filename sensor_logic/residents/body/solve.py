@@ -98,16 +98,14 @@ def _follow(found: Bones, pose: Pose, bone: str, bend: Array, share: float) -> N
     found.turn[bone] = times(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
 
 
-def trunk(pose: Pose) -> Bones:
-    """Pelvis, spine, chest, neck and head."""
+def trunk(pose: Pose, head: bool = True) -> Bones:
+    """Pelvis, spine and chest; neck and head."""
     pose = pose.take(slice(None))
     found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
-    for bone, bend, share in (
-        ("spine", pose.spine, 0.5),
-        ("chest", pose.spine, 0.5),
-        ("neck", pose.look, 0.4),
-        ("head", pose.look, 0.6),
-    ):
+    follows = [("spine", pose.spine, 0.5), ("chest", pose.spine, 0.5)]
+    if head:
+        follows += [("neck", pose.look, 0.4), ("head", pose.look, 0.6)]
+    for bone, bend, share in follows:
         _follow(found, pose, bone, bend, share)
     return found
 

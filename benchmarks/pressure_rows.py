@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from angen_sensors.sensor_logic.model import NOT_YET
 
 from . import pressure_mujoco
 from .pressure_scenes import Followed
@@ -65,9 +66,6 @@ def validity(followed: Followed) -> Row:
             (r for t in tracks for r, v in zip(t.residual, t.valid, strict=True) if v), default=0.0
         ),
     }
-
-
-NOT_YET = "three frames in a row are not known"
 
 
 def total(scene: str, followed: Followed, exact: float) -> Row:

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from sensor_logic.kinds import KINDS
 from sensor_logic.quantities import short
+from sensor_logic.wording import aligned
 
 HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max")
 NAME_COLUMNS = 3
@@ -71,13 +72,5 @@ def row(sensor: Mapping[str, Any], report: Report) -> tuple[str, ...]:
 
 def table(rows: Sequence[tuple[str, ...]]) -> str:
     """Rows under the header in columns: names to the left, figures to the right."""
-    lines = [HEADER, *rows]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    text = [
-        "  ".join(
-            cell.ljust(width) if i < NAME_COLUMNS else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in lines
-    ]
+    text = aligned([HEADER, *rows], NAME_COLUMNS)
     return "\n".join([text[0], "-" * len(text[0]), *text[1:]])

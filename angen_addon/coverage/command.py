@@ -16,9 +16,10 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.coverage.detectors import DETECTOR
-from ...sensor_logic.coverage.grid import CoverageMap, columns, map_csv, table
+from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.report.facts import SensorInPlan
+from ...sensor_logic.wording import aligned
 from ..commands.console import tell
 from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
 from ..output.output_files import Outputs, check_outputs
@@ -153,4 +154,4 @@ def places_csv(proposal: Proposal) -> str:
 
 def _places(proposal: Proposal) -> str:
     heads = ("place", "room", "on", "x", "y", "z", "yaw °", "adds m²")
-    return columns([heads, *_rows(proposal)]) + proposal.told() + ".\n"
+    return "\n".join([*aligned([heads, *_rows(proposal)]), proposal.told() + ".\n"])

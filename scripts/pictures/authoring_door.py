@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
-from mathutils import Euler
 
 sys.path.append(str(Path(__file__).parent))
 import window
@@ -67,14 +66,9 @@ def steps() -> Iterator[None]:
     space = area.spaces[0]
     build()
     yield
-    space.region_3d.view_perspective = "PERSP"
-    space.region_3d.view_location = (1.08, -0.1, 1.98)
-    space.region_3d.view_rotation = Euler((math.radians(70), 0, math.radians(-6))).to_quaternion()
-    space.region_3d.view_distance = 0.85
+    window.view_from(space, (1.08, -0.1, 1.98), 0.85, 70.0, -6.0)
+    window.plain(space)
     space.shading.color_type = "OBJECT"
-    space.shading.show_cavity = True
-    space.overlay.show_floor = space.overlay.show_cursor = False
-    space.overlay.show_relationship_lines = False
     space.overlay.show_axis_x = space.overlay.show_axis_y = False
     space.show_region_ui = False
     yield

@@ -30,7 +30,6 @@ def steps() -> Iterator[None]:
     window.through_camera(space, CAMERA)
     window.plain(space)
     space.show_region_ui = False
-    # Played, so that the sensors have readings.
     window.play_up_to(FRAME)
     yield
     x, y = (int(region.x + MOUSE[0] * region.width), int(region.y + MOUSE[1] * region.height))

@@ -18,12 +18,6 @@ sys.path.append(str(Path(__file__).parent))
 import window
 
 ROUTINE = Path(__file__).resolve().parents[2] / "sample_blends" / "week.toml"
-# Closed in the picture, so that the tab shows the day alone.
-OTHERS = (
-    "table", "events", "simulation_settings", "simulation", "overlay", "active_sensor",
-    "sidebar_weight", "sidebar_warmth", "coverage_place", "coverage", "doctor", "study", "places",
-    "sidebar_resident", "resident",
-)  # fmt: skip
 SHOWN = "Meal preparation"
 
 
@@ -31,20 +25,18 @@ def steps() -> Iterator[None]:
     main = bpy.context.window_manager.windows[0]
     view = window.areas()["VIEW_3D"]
     space: Any = view.spaces[0]
-    window.from_above(space)
-    window.one_panel("day", OTHERS)
+    window.without_ceilings()
+    window.view_from(space, (4.6, 4.3, 0.0), 13.0, 18.0)
+    window.only_panels("day")
     window.plain(space)
-    space.overlay.show_relationship_lines = space.overlay.show_cursor = False
-    space.show_region_ui = True
-    space.show_gizmo = False
     bpy.context.scene.angen_show_places = False
-    asked = bpy.context.scene.angen_day
-    asked.routine = str(ROUTINE)
-    asked.date = "2026-03-02"
+    settings = bpy.context.scene.angen_day
+    settings.routine = str(ROUTINE)
+    settings.date = "2026-03-02"
     inside = window.region_of(view)
     with bpy.context.temp_override(window=main, area=view, region=inside):
         bpy.ops.angen.day_read()
-        index = next(i for i, done in enumerate(asked.done) if done.name == SHOWN)
+        index = next(i for i, done in enumerate(settings.done) if done.name == SHOWN)
         bpy.ops.angen.day_show(index=index)
     yield
     window.open_sidebar(view)

@@ -7,7 +7,6 @@
 VIEW is one of those listed below. READY is printed when the window shows it.
 """
 
-import math
 import os
 import sys
 from collections.abc import Iterator
@@ -15,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from mathutils import Euler
 
 sys.path.append(str(Path(__file__).parent))
 import window
@@ -33,22 +31,13 @@ VIEWS: dict[str, tuple[int, tuple[float, float, float], float, float, float, str
 
 def steps() -> Iterator[None]:
     frame, middle, distance, tilt, turn, name = VIEWS[os.environ.get("VIEW", "motion")]
-    scene = bpy.context.scene
-    areas = window.areas()
-    view = areas["VIEW_3D"]
+    view = window.areas()["VIEW_3D"]
     space: Any = view.spaces[0]
     window.select(name)
     window.plain(space)
     space.overlay.show_extras = False
-    space.show_gizmo = False
-    space.show_region_ui = True
-    region = space.region_3d
-    region.view_perspective = "PERSP"
-    region.view_location = middle
-    region.view_distance = distance
-    region.view_rotation = Euler((math.radians(tilt), 0.0, math.radians(turn))).to_quaternion()
-    settings = scene.angen_overlay
-    settings.which = os.environ.get("WHICH", "ALL")
+    window.view_from(space, middle, distance, tilt, turn)
+    bpy.context.scene.angen_overlay.which = os.environ.get("WHICH", "ALL")
     yield
     window.play_up_to(frame)
     yield

@@ -23,15 +23,9 @@ SENSOR = "PIR living room"
 def steps() -> Iterator[None]:
     areas = window.areas()
     space = areas["VIEW_3D"].spaces[0]
-    sensor = bpy.data.objects[SENSOR]
-    bpy.ops.object.select_all(action="DESELECT")
-    rig = bpy.data.objects["Person rig"]
-    bpy.context.view_layer.objects.active = rig
-    rig.select_set(True)
+    window.select("Person rig")
     bpy.ops.angen.warmth_set(sort="PERSON")
-    rig.select_set(False)
-    bpy.context.view_layer.objects.active = sensor
-    sensor.select_set(True)
+    sensor = window.select(SENSOR)
     sensor.angen_sensor.update_rate = 24.0
     sensor.angen_sensor.pir.model = "PYROELECTRIC"
     sensor.angen_sensor.pir.lens = "HC_SR501"

@@ -17,34 +17,20 @@ import bpy
 sys.path.append(str(Path(__file__).parent))
 import window
 
-# Closed in the picture, so that the tab shows the places alone.
-OTHERS = (
-    "table", "events", "simulation_settings", "simulation", "overlay", "active_sensor",
-    "sidebar_weight", "sidebar_warmth", "coverage_place", "coverage", "doctor",
-)  # fmt: skip
-
 
 def steps() -> Iterator[None]:
     main = bpy.context.window_manager.windows[0]
     view = window.areas()["VIEW_3D"]
     space: Any = view.spaces[0]
-    window.from_above(space)
-    window.one_panel("places", OTHERS)
-    space.shading.color_type = "MATERIAL"
+    window.without_ceilings()
+    window.view_from(space, (4.6, 4.3, 0.0), 13.0, 18.0)
+    window.only_panels("places")
+    window.plain(space)
     space.shading.light = "FLAT"
-    space.shading.show_cavity = True
-    space.overlay.show_floor = space.overlay.show_bones = space.overlay.show_cursor = False
-    space.overlay.show_relationship_lines = False
-    space.show_gizmo = False
-    space.show_region_ui = True
     bpy.context.scene.angen_overlay.show = False
     inside = window.region_of(view)
     with bpy.context.temp_override(window=main, area=view, region=inside):
-        for obj in bpy.context.selected_objects:
-            obj.select_set(False)
-        door = bpy.data.objects["Door kitchen"]
-        bpy.context.view_layer.objects.active = door
-        door.select_set(True)
+        window.select("Door kitchen")
         bpy.data.objects["Door bedroom"].angen_place.use = "NONE"
         bpy.ops.angen.places_check()
     yield

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
-from mathutils import Euler
 
 sys.path.append(str(Path(__file__).parent))
 import window
@@ -28,10 +27,7 @@ def steps() -> Iterator[None]:
         bpy.ops.angen.resident_add(sort=sort, walking_frame=sort == "OLDER_ADULT")
     space = window.areas()["VIEW_3D"].spaces[0]
     window.plain(space)
-    space.show_region_ui = True
-    view = space.region_3d
-    view.view_location, view.view_distance = (1.8, 0.0, 0.8), 4.4
-    view.view_rotation = Euler((1.2, 0.0, 0.0)).to_quaternion()
+    window.view_from(space, (1.8, 0.0, 0.8), 4.4, 69.0)
     yield
     window.open_sidebar(window.areas()["VIEW_3D"])
     yield

@@ -24,14 +24,6 @@ CAMERA = "Camera living"
 TIMELINE = 0.45
 
 
-def only_the_active_sensor() -> None:
-    """Takes other panels off the sidebar, so that the explanation is in sight."""
-    for cls in bpy.types.Panel.__subclasses__():
-        mine = cls.__name__.startswith("ANGEN_PT") and cls.bl_space_type == "VIEW_3D"
-        if mine and cls.__name__ != "ANGEN_PT_events":
-            bpy.utils.unregister_class(cls)
-
-
 def steps() -> Iterator[None]:
     main = bpy.context.window_manager.windows[0]
     scene = bpy.context.scene
@@ -48,7 +40,7 @@ def steps() -> Iterator[None]:
     timeline.ui_type = "TIMELINE"
     yield
     timeline.spaces.active.show_region_ui = False
-    only_the_active_sensor()
+    window.only_panels("events")
     yield
     for obj in bpy.data.objects:
         if obj.angen_sensor.kind == "LIGHT":
@@ -72,10 +64,8 @@ def steps() -> Iterator[None]:
                 space.region_3d.view_perspective = "CAMERA"
             else:
                 bpy.ops.action.view_all()
-    sidebar = next(region for region in view.regions if region.type == "UI")
-    sidebar.active_panel_category = "Sensors"
     yield
-    window.redraw()
+    window.open_sidebar(view)
     yield
     yield
 

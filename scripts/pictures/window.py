@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What scripts that set up Blender's window for a picture have in common."""
+"""Helpers of the scripts that set up Blender's window for a picture."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import bpy
@@ -19,7 +19,7 @@ def region_of(area: Any, kind: str = "WINDOW") -> Any:
 
 
 def select(name: str) -> Any:
-    """Makes an object the active one, and the only one that is selected."""
+    """Selects an object alone and makes it the active one."""
     for obj in bpy.context.selected_objects:
         obj.select_set(False)
     obj = bpy.data.objects[name]
@@ -29,10 +29,23 @@ def select(name: str) -> Any:
 
 
 def plain(space: Any) -> None:
-    """A 3D view without what Blender draws beside the home."""
+    """Shows materials only, with the sidebar and without floor, bones, cursor and gizmos."""
     space.shading.color_type = "MATERIAL"
     space.shading.show_cavity = True
-    space.overlay.show_floor = space.overlay.show_bones = False
+    space.show_gizmo, space.show_region_ui = False, True
+    overlay = space.overlay
+    overlay.show_floor = overlay.show_bones = overlay.show_cursor = False
+    overlay.show_relationship_lines = False
+
+
+def view_from(
+    space: Any, middle: tuple[float, float, float], distance: float, tilt: float, turn: float = 0.0
+) -> None:
+    """Looks at `middle` from a distance (m), tilted from above and turned (degrees)."""
+    region = space.region_3d
+    region.view_perspective = "PERSP"
+    region.view_location, region.view_distance = middle, distance
+    region.view_rotation = Euler((math.radians(tilt), 0.0, math.radians(turn))).to_quaternion()
 
 
 def through_camera(space: Any, name: str) -> None:
@@ -41,28 +54,29 @@ def through_camera(space: Any, name: str) -> None:
     space.region_3d.view_camera_zoom = 12
 
 
-def from_above(space: Any) -> None:
-    """The home from above, without its ceilings."""
+def without_ceilings() -> None:
     for obj in bpy.data.objects:
         if "eiling" in obj.name:
             obj.hide_set(True)
-    region = space.region_3d
-    region.view_perspective = "PERSP"
-    region.view_location = (4.6, 4.3, 0.0)
-    region.view_distance = 13.0
-    region.view_rotation = Euler((math.radians(18.0), 0.0, 0.0)).to_quaternion()
 
 
-def one_panel(name: str, others: Iterable[str]) -> None:
-    """Opens a panel, and takes the others away that would push it down."""
-    for other in others:
-        panel = getattr(bpy.types, f"ANGEN_PT_{other}", None)
-        if panel is not None:
-            bpy.utils.unregister_class(panel)
-    panel = getattr(bpy.types, f"ANGEN_PT_{name}")
-    bpy.utils.unregister_class(panel)
-    panel.bl_options = set()
-    bpy.utils.register_class(panel)
+def only_panels(*names: str) -> None:
+    """Opens these panels, and removes the extension's others from the sidebar."""
+    panels = [
+        panel
+        for panel in bpy.types.Panel.__subclasses__()
+        if panel.__name__.startswith("ANGEN_PT_")
+        and panel.bl_space_type == "VIEW_3D"
+        and hasattr(bpy.types, panel.__name__)
+    ]
+    # Subpanels before their parents.
+    for panel in sorted(panels, key=lambda panel: not hasattr(panel, "bl_parent_id")):
+        bpy.utils.unregister_class(panel)
+    known = {panel.__name__: panel for panel in panels}
+    for name in names:
+        panel = known[f"ANGEN_PT_{name}"]
+        panel.bl_options = set()
+        bpy.utils.register_class(panel)
 
 
 def play_up_to(frame: int) -> None:
@@ -82,7 +96,7 @@ def redraw() -> None:
 
 
 def show(steps: Iterator[None], every: float = 0.5) -> None:
-    """Does one step a tick, so that Blender draws in between; then prints READY."""
+    """Runs one step per timer tick, so that Blender draws in between; then prints READY."""
 
     def tick() -> float | None:
         for _ in steps:

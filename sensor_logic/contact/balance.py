@@ -29,28 +29,29 @@ from ..model import Array
 Mask = npt.NDArray[np.bool_]
 
 GROUND = -1
-# Springs against rubbing are this much weaker than against pressing: friction carries only what
-# pressing cannot.
+# Stiffness of tangential springs relative to normal ones: friction carries only what normal forces
+# cannot.
 TANGENTIAL = 0.01
-# E where the balance must be met, for a body that needs all of the force: small beside what is
-# asked of the forces, large enough that a balance which no forces meet is found in a few steps.
+# E for a balance that must be met, for a body that needs all of the force: small beside the
+# required wrench, but large enough that an impossible balance is found in a few steps.
 HARD = 1e-6
 LEAST_HARD = 1e-12
-# A balance softer than this is not one that must be met.
+# A balance with a larger E need not be met.
 FREE = 1e-5
 AGAIN = 2
 MAX_STEPS = 50
 MAX_HALVINGS = 30
-# How near to its minimum φ must be: the share of a body's need that may be off.
+# Tolerance of the minimum of φ, as a share of a body's required wrench.
 SETTLED = 1e-7
 
 
 @dataclass(frozen=True)
 class Load:
-    """What a body needs: `wrench` (6,), force in N and moment in N·m about `centre` (3,).
+    """The required wrench of a body: `wrench` (6,), force in N and moment in N·m about `centre`
+    (3,).
 
-    `size` in metres makes moments comparable with forces. `softness` (6,) tells how little each
-    part of the balance matters, along and about the rows of `axes` (3, 3): 0 for what must be met.
+    `size` in metres makes moments comparable with forces. `softness` (6,), along and about the rows
+    of `axes` (3, 3), is 0 for components of the balance that must be met, larger for others.
     """
 
     centre: Array
@@ -62,9 +63,9 @@ class Load:
 
 @dataclass(frozen=True)
 class Points:
-    """Contact points, n of them: places (n, 3), normals (n, 3) from body `b` to body `a` (indices,
-    GROUND for what does not move), friction coefficients (n,), spring stiffnesses (n,) > 0 in any
-    one unit, and `slack` (n,): how far a point is from touching, in units of the mean indentation.
+    """n contact points: places (n, 3), normals (n, 3) from body `b` to body `a` (indices, GROUND
+    for bodies that do not move), friction coefficients (n,), spring stiffnesses (n,) > 0 in any
+    common unit, and `slack` (n,), the gap in units of the mean indentation.
     """
 
     places: Array
@@ -78,8 +79,8 @@ class Points:
 
 @dataclass(frozen=True)
 class Joint:
-    """A constraint between bodies `a` and `b` at `place` (3,): it gives any force along the rows
-    of `forces` (k, 3) and any moment about the rows of `moments` (m, 3)."""
+    """A constraint between bodies `a` and `b` at `place` (3,): it can exert any force along the
+    rows of `forces` (k, 3) and any moment about the rows of `moments` (m, 3)."""
 
     a: int
     b: int
@@ -91,10 +92,10 @@ class Joint:
 
 @dataclass(frozen=True)
 class Balance:
-    """`forces` (n, 3): on body `a` at each point, N. `depths` (n,): how far each point is pressed
-    in, negative where it is off, in units of the mean indentation. `missing` (bodies, 6): what of
-    each body's needed wrench no force gives. `steps`: Newton steps taken; `settled`: whether they
-    sufficed."""
+    """`forces` (n, 3) in N on body `a` at each point. `depths` (n,): the indentation at each point,
+    negative for a gap, in units of the mean indentation. `missing` (bodies, 6): the part of each
+    body's required wrench that no force provides. `steps`: the number of Newton steps; `settled`:
+    whether they converged."""
 
     forces: Array
     depths: Array
@@ -103,14 +104,14 @@ class Balance:
     settled: bool
 
 
-class _Question:
-    """What `balance` is asked; equal to another where every number is."""
+class _Arguments:
+    """The arguments of `balance`, hashable for the cache: equal where all numbers are equal."""
 
     def __init__(self, loads: Sequence[Load], points: Points, joints: Sequence[Joint]) -> None:
         self.loads, self.points, self.joints = loads, points, joints
         parts = [[*vars(points).values()], *([*vars(part).values()] for part in (*loads, *joints))]
         arrays = [np.asarray(value) for part in parts for value in part]
-        # With the shapes no two questions have the same bytes.
+        # With their shapes, so that different arguments never have the same bytes.
         self._key = tuple((array.shape, array.tobytes()) for array in arrays)
         self._hash = hash(self._key)
 
@@ -118,18 +119,18 @@ class _Question:
         return self._hash
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Question) and self._key == other._key
+        return isinstance(other, _Arguments) and self._key == other._key
 
 
 def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ()) -> Balance:
-    """The contact forces on bodies 0 … len(loads) − 1; not to be written to: where nothing has
-    moved they are those of the last time."""
-    return _balance(_Question(loads, points, joints))
+    """The contact forces on bodies 0 … len(loads) − 1, in read-only arrays."""
+    return _balance(_Arguments(loads, points, joints))
 
 
+# Keeps the forces on bodies at rest, whose arguments do not change from frame to frame.
 @lru_cache(maxsize=64)
-def _balance(question: _Question) -> Balance:
-    loads, points, joints = question.loads, question.points, question.joints
+def _balance(arguments: _Arguments) -> Balance:
+    loads, points, joints = arguments.loads, arguments.points, arguments.joints
     axes = np.stack([load.axes for load in loads])
     wrench = _turned(axes, np.stack([load.wrench for load in loads]))
     sizes = np.array([load.size for load in loads])
@@ -151,9 +152,9 @@ def _balance(question: _Question) -> Balance:
     offset = np.zeros(len(springs))
     offset[0 : 3 * count : 3] = points.slack
     offset *= root
-    # In the scaled space of pressing and rubbing the cone is wider by the ratio of the springs.
+    # In the scaled space the friction cone is wider by the ratio of the springs.
     opening = points.friction / np.sqrt(TANGENTIAL)
-    # A light body's balance is held to its own need, not to that of the heavy ones upon it.
+    # A light body's balance is relative to its own wrench, not to that of heavy bodies on it.
     share = np.abs(wrench * unit).sum(axis=1) / scale
     hard = np.maximum(HARD * share, LEAST_HARD)
     soft = np.stack([load.softness * s for load, s in zip(loads, share, strict=True)])
@@ -164,9 +165,9 @@ def _balance(question: _Question) -> Balance:
     found = _minimise(problem, soft, problem.as_if_held(soft), near_enough)
     steps = found.steps
     for _ in range(AGAIN):
-        # What E took is asked for on top (the method of multipliers).
-        taken = np.where(soft < FREE, soft * found.displacement, 0.0)
-        problem = replace(problem, target=target + taken)
+        # The residual of E is added to the target (method of multipliers).
+        residual = np.where(soft < FREE, soft * found.displacement, 0.0)
+        problem = replace(problem, target=target + residual)
         found = _minimise(problem, soft, found.displacement, near_enough)
         steps += found.steps
     given, settled = found.given, found.settled
@@ -174,14 +175,14 @@ def _balance(question: _Question) -> Balance:
     local = (given * root * scale)[: 3 * count].reshape(count, 3)
     forces = np.einsum("nij,ni->nj", frames, local)
     depths = found.displacement @ mapping[:, ::3] - points.slack
-    for kept in (forces, depths):
-        kept.flags.writeable = False
+    for result in (forces, depths):
+        result.flags.writeable = False
     missing = (target - scaled @ given).reshape(-1, 6) * scale / unit
     return Balance(forces, depths, _turned(axes.transpose(0, 2, 1), missing), steps, settled)
 
 
 def _turned(axes: Array, wrenches: Array) -> Array:
-    """Wrenches (n, 6) along and about the rows of `axes` (n, 3, 3)."""
+    """The wrenches (n, 6) in the axes given by the rows of `axes` (n, 3, 3)."""
     parts: Array = np.einsum("nij,nkj->nki", axes, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
     return parts
 
@@ -217,7 +218,7 @@ def _mapping(
 
 
 def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
-    """The same for what joints can give, and the stiffness of each."""
+    """`_mapping` for the forces and moments of joints, and the stiffness of each."""
     columns, stiffness = [], []
     for joint in joints:
         for force in joint.forces:
@@ -250,9 +251,10 @@ def _column(
 
 @dataclass(frozen=True)
 class _State:
-    """φ at a displacement, its gradient, the scaled forces, and where each point's force is: inside
-    its cone (n,), on its side (n,); of those on the side how far they rub, how far along the cone
-    they are, and which way (n, 2) they rub."""
+    """φ at a displacement, its gradient, and the scaled forces `given`; the masks (n,) of points
+    whose force is inside its friction cone (`sticks`) or on the cone's surface (`slips`); the
+    tangential `size` (n,), the projection `onto` the cone (n,), and the tangential direction `way`
+    (n, 2)."""
 
     value: float
     gradient: Array
@@ -285,12 +287,12 @@ class _Problem:
 
     @cached_property
     def by_direction(self) -> list[Array]:
-        """The map (6·bodies, n) of pressing, and of rubbing along each of the two tangents."""
+        """The maps (6·bodies, n) of the normal and of both tangential directions."""
         pushes = self.scaled[:, : 3 * self.count]
         return [np.ascontiguousarray(pushes[:, i::3]) for i in range(3)]
 
     def as_if_held(self, soft: Array) -> Array:
-        """The displacement if all points could pull and rub without limit."""
+        """The displacement if all points could pull and had unlimited friction."""
         hessian = self.scaled @ self.scaled.T
         hessian[np.diag_indices_from(hessian)] += soft
         return _solve(hessian, self.target + self.scaled @ self.offset)
@@ -308,10 +310,10 @@ class _Problem:
         slips = ~sticks & ~loose
         onto = np.where(slips, (press + opening * size) / (1.0 + opening**2), 0.0)
         way = rub / np.where(size > 0.0, size, 1.0)[:, None]
-        kept = given[: 3 * self.count].reshape(self.count, 3)
-        kept[loose] = 0.0
-        kept[slips, 0] = onto[slips]
-        kept[slips, 1:] = (opening * onto)[slips, None] * way[slips]
+        forces = given[: 3 * self.count].reshape(self.count, 3)
+        forces[loose] = 0.0
+        forces[slips, 0] = onto[slips]
+        forces[slips, 1:] = (opening * onto)[slips, None] * way[slips]
         gradient = self.scaled @ given + soft * displacement - self.target
         value = 0.5 * float(given @ given) + 0.5 * float(soft @ displacement**2)
         value -= float(self.target @ displacement)
@@ -330,7 +332,7 @@ class _Problem:
             turning = mu * state.onto[index] / np.where(size > 0.0, size, 1.0)
             part[:, 1:, 1:] += turning[:, None, None] * across
             jacobian[index] = part
-        # One product of matrices for each direction is several times as quick as all in one.
+        # One matrix product for each direction is several times as fast as a single one.
         tied = self.scaled[:, 3 * self.count :]
         hessian: Array = tied @ tied.T
         for j, contacts in enumerate(self.by_direction):
@@ -340,7 +342,7 @@ class _Problem:
 
 
 def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
-    """Newton's method on φ from a first displacement, until its gradient is `near_enough` to 0."""
+    """Newton's method on φ from `displacement`, until its gradient is `near_enough` to 0."""
     state = problem.state(displacement, soft)
     for step in range(MAX_STEPS):
         if (np.abs(state.gradient) <= near_enough).all():
@@ -368,7 +370,7 @@ def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: 
 
 
 def _solve(hessian: Array, right: Array) -> Array:
-    """One step of refinement makes up for the range of stiffnesses in it."""
+    """Solves a linear system; one step of iterative refinement compensates its bad conditioning."""
     found = np.linalg.solve(hessian, right)
     refined: Array = found + np.linalg.solve(hessian, right - hessian @ found)
     return refined

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contacts that cannot carry, because something nearer is in between.
+"""Removes contacts that cannot carry, because a nearer surface lies in between.
 
-The floor is within reach of a box that stands on a thin pad, and under a pad into which the box
-sank; yet the pad carries. Without this rule such a pad would read half of the weight.
+A box on a thin pad is also near the floor below, and so is a box that sank into its pad; yet the
+pad carries it. Without this rule such a pad would read half of the weight.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from .shapes import Shape
 
 Flags = NDArray[np.bool_]
 
-NEARER = 3e-4  # m: contacts whose depths differ by less lie equally deep
-ALIGNED = 0.9  # cosine of the angle up to which two contacts push the same way
+NEARER = 3e-4  # m: contacts whose depths differ by less are equally deep
+ALIGNED = 0.9  # cosine of the angle up to which two contacts push in the same direction
 SLIVER = 1e-4  # of a patch's area: smaller pieces of it are dropped
-MOST_SIDES = 8  # a nearer face with more is taken for a quadrangle of the same area
+MOST_SIDES = 8  # a nearer face with more sides is replaced by a quadrangle of the same area
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Contact:
-    """Body `a` touches body `b`: their numbers, where, and the two shapes in the world."""
+    """The contact of bodies `a` and `b`: their numbers, the patch, and both shapes in the world."""
 
     a: int
     b: int
@@ -43,13 +43,13 @@ class Contact:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Side:
-    """A contact as one of its bodies feels it."""
+    """A contact from the side of one of its bodies."""
 
     number: int
     other: int
     patch: Patch
-    normal: Array  # (3,) the way in which the body is pushed
-    shape: Shape  # of the other
+    normal: Array  # (3,) the direction of the force on the body
+    shape: Shape  # of the other body
     nearest: float  # least gap, m
     furthest: float
 
@@ -59,10 +59,10 @@ def without_covered(
     movable: Sequence[bool],
     preferred: Collection[int] = (),
 ) -> list[Contact]:
-    """The contacts without what lies behind a nearer contact of the same movable body.
+    """The contacts without the parts behind a nearer contact of the same movable body.
 
-    `movable` tells of each body whether it is to be held up. Of two contacts that are equally deep
-    neither covers the other, but a body of `preferred`, a pressure pad, covers one that is not.
+    `movable`: whether each body must be supported. Of two equally deep contacts neither covers the
+    other, except that a body in `preferred`, a pressure pad, covers one that is not.
     """
     sides: dict[int, list[_Side]] = {}
     for number, contact in enumerate(contacts):
@@ -89,18 +89,19 @@ def without_covered(
                 rest = left.get(back.number, back.patch)
                 if rest is not None:
                     left[back.number] = _uncovered(rest, back, fronts)
-    kept = []
+    found = []
     for number, contact in enumerate(contacts):
         patch_left = left.get(number, contact.patch)
         if patch_left is contact.patch:
-            kept.append(contact)
+            found.append(contact)
         elif patch_left is not None:
-            kept.append(replace(contact, patch=patch_left))
-    return kept
+            found.append(replace(contact, patch=patch_left))
+    return found
 
 
 def _ahead(front: int, back: int, preferred: Collection[int]) -> float:
-    """By how much a body must be nearer to cover another, m; below zero: it wins ties."""
+    """How much nearer a body must be to cover another, in m; negative: it covers equally near
+    ones."""
     return -NEARER if front in preferred and back not in preferred else NEARER
 
 
@@ -132,7 +133,7 @@ def _uncovered(patch: Patch, back: _Side, fronts: Sequence[tuple[_Side, float]])
 
 
 class _View:
-    """A patch seen along the way in which its body is pushed; heights are in that direction."""
+    """A patch projected along the direction of its force, which is also that of heights."""
 
     def __init__(self, patch: Patch, normal: Array) -> None:
         self.whole = patch
@@ -153,7 +154,8 @@ class _View:
         self.extent = _extent(outline)
 
     def shadow(self, front: _Side, ahead: float) -> list[Point] | None:
-        """What a nearer flat face covers, maybe nothing; None where the shape is not flat there."""
+        """The outline that a nearer flat face covers, maybe empty; None if the shape has no flat
+        face there."""
         shape = front.shape
         facing = shape.normals @ self.frame[2]
         if len(facing) == 0 or facing.max() < FLAT:
@@ -192,7 +194,7 @@ class _View:
         self.pieces = [p for p in pieces if _extent(p) > SLIVER * self.extent]
 
     def patch(self) -> Patch | None:
-        """What is left; each piece with points of its own."""
+        """The remaining patch; each piece gets new sample points. None: nothing remains."""
         if not self.changed:
             return self.whole
         total = float(self.whole.areas.sum())
@@ -220,7 +222,7 @@ class _View:
         return Patch(local @ self.frame + self.origin, self.whole.normal, gaps, np.array(areas))
 
     def hidden(self, front: _Side, ahead: float) -> Flags:
-        """Which of the points the front's shape covers."""
+        """Mask of the points that the front's shape covers."""
         shape = front.shape
         if not len(shape.faces):
             return np.zeros(len(self.flat), np.bool_)
@@ -235,7 +237,7 @@ class _View:
 
 
 def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
-    """Convex pieces of what the shadow leaves of a polygon, a segment or a point."""
+    """Convex pieces of a polygon, segment or point outside the shadow."""
     pieces = []
     rest = piece
     px, py = shadow[-1]
@@ -263,7 +265,7 @@ def _extent(outline: Sequence[Point]) -> float:
 
 
 def _quadrangle(outline: Sequence[Point]) -> list[Point]:
-    """Of the same area and middle, in the place of a round outline."""
+    """A quadrangle of the same area and centroid as a round outline."""
     area, x, y = planar.moments(outline)[:3]
     corners = planar.fewer(outline, 4)
     less, mx, my = planar.moments(corners)[:3]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The direction in which two convex shapes push each other.
 
-Where they are apart, that of their closest points; where their cores overlap, the way out that is
-shortest, faces before edges, so that noise in the poses does not turn the contact over.
+For separate shapes, that of their closest points; for overlapping cores, that of the shortest
+translation that separates them, with faces preferred to edges, so that noise in the poses does not
+flip the contact.
 """
 
 from __future__ import annotations
@@ -19,20 +20,20 @@ from .corners import perpendiculars
 from .shapes import SIDES, Shape
 
 FLAT = math.cos(math.radians(2))  # faces and edges tilted further touch with an edge or a corner
-TOUCHING = 1e-5  # of the smaller shape's size: cores nearer than this count as overlapping
+TOUCHING = 1e-5  # of the smaller shape's size: cores closer than this count as overlapping
 SAME = 2e-6  # of that size: depths that differ by less are equal, and the order of faces decides
-EDGE_BIAS = 0.005  # of that size: an edge must be a better way out than a face by this much
-PLANE_SHARE = 0.25  # a body less deep in a flat polygon is on one side of it
-MANY = 60_000  # products of edges and corners up to which edges are tried one by one
+EDGE_BIAS = 0.005  # of that size: an edge must separate better than a face by this much
+PLANE_SHARE = 0.25  # share of its depth up to which a body in a flat polygon is on one side of it
+MANY = 60_000  # products of edges and corners up to which all pairs of edges are tried
 
 
 @dataclass(slots=True)
 class Direction:
-    """One way in which a may be pushed off b."""
+    """A candidate for the direction in which b pushes a."""
 
     normal: Array  # (3,) unit, from b to a
     separation: float  # of the cores along it, m; negative: they overlap
-    accept: float  # the gap that the contact must reach, else the direction is not the right one
+    accept: float  # the largest gap of a contact that confirms this direction
     face_a: int | None = None
     face_b: int | None = None
     last: bool = False  # no other direction follows
@@ -44,7 +45,7 @@ class Direction:
 
 
 class Pair:
-    """Two placed shapes about a point between them, so that far from the origin is as near it."""
+    """Two placed shapes relative to a nearby point, for precision far from the origin."""
 
     __slots__ = ("a", "at_a", "at_b", "b", "origin", "plane", "scale", "swept", "tolerance")
 
@@ -60,7 +61,8 @@ class Pair:
         return direction.separation < TOUCHING * self.scale
 
     def frame(self, normal: Array) -> Array:
-        """Rows: two directions across the normal, tied to the shapes' edges, and the normal."""
+        """Rows: two directions perpendicular to the normal, aligned with an edge, and the
+        normal."""
         nx, ny, nz = normal.tolist()
         for shape in (self.a, self.b):
             for x, y, z in shape.edges[:3].tolist():
@@ -75,7 +77,7 @@ class Pair:
 
 
 def candidates(pair: Pair) -> Iterator[Direction]:
-    """Directions to try, the likeliest first. None where a gap above the tolerance is proved."""
+    """Directions to try, the likeliest first; none where a gap above the tolerance is proven."""
     a, b, scale = pair.a, pair.b, pair.scale
     limit = pair.tolerance + pair.swept
     face = None
@@ -98,7 +100,7 @@ def candidates(pair: Pair) -> Iterator[Direction]:
 
 
 def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator[Direction]:
-    """The ways out of an overlap, or what only looks like one."""
+    """Directions that separate overlapping cores, or those that only seem to overlap."""
     apart, normal = separation(pair.at_a, pair.at_b)
     if apart > TOUCHING * pair.scale:
         yield from _apart(pair, (apart, normal))
@@ -121,18 +123,19 @@ def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator
 def _apart(
     pair: Pair, known: tuple[float, tuple[float, float, float]] | None = None
 ) -> Iterator[Direction]:
-    """The direction of the closest points of two cores that do not meet."""
+    """The direction of the closest points of two separate cores."""
     apart, toward = known or separation(pair.at_a, pair.at_b)
     if apart <= 0 or apart > pair.tolerance + pair.swept:
         return
     normal = np.array(toward)
     if pair.plane is not None and abs(float(normal @ pair.plane)) < 0.7:
-        return  # beside the polygon, whose neighbour continues it
+        return  # beside the polygon: its neighbour in the mesh has the contact
     yield Direction(normal, apart, pair.tolerance, last=True)
 
 
 def _best_face(pair: Pair) -> Direction | None:
-    """The face that separates best; the first of equals. None: beside a flat polygon."""
+    """The direction of the face that separates best, the first of equal ones; None: the bodies are
+    beside a flat polygon."""
     a, b, scale = pair.a, pair.b, pair.scale
     pair.plane = _one_side(pair)
     best: Direction | None = None
@@ -158,9 +161,9 @@ def _best_face(pair: Pair) -> Direction | None:
 
 
 def _one_side(pair: Pair) -> Array | None:
-    """Normal of the flat polygon, if one shape is one and the other lies on one side of it.
+    """The normal of the flat polygon, if one shape is one and the other lies on one side of it.
 
-    Such a polygon is a part of a surface: what is beside it touches its neighbour, not its rim.
+    Such a polygon is a part of a mesh: a body beside it touches its neighbour, not its edge.
     """
     for flat, own, solid, at in (
         (pair.a, pair.at_a, pair.b, pair.at_b),
@@ -176,7 +179,7 @@ def _one_side(pair: Pair) -> Array | None:
 
 
 def _best_edge(pair: Pair) -> Direction | None:
-    """The pair of edges whose common perpendicular separates best."""
+    """The direction perpendicular to a pair of edges that separates best."""
     a, b = pair.a, pair.b
     pairs = len(a.edges) * len(b.edges)
     if pairs == 0:
@@ -204,13 +207,13 @@ def _edge_direction(pair: Pair, normal: Array, apart: float) -> Direction:
 
 
 def _accepted(pair: Pair, apart: float) -> float:
-    """Gap that proves a direction: what separates the cores along it is what the contact shows."""
+    """The largest contact gap that confirms a direction: about the cores' separation along it."""
     slack = 2 * SAME * pair.scale - 0.1 * apart if apart < TOUCHING * pair.scale else 0.0
     return apart - pair.swept + max(slack, 1e-7 * pair.scale)
 
 
 def _best_arc(pair: Pair) -> Direction | None:
-    """The same for many edges: only pairs whose arcs cross on the sphere of normals can touch.
+    """`_best_edge` for many edges: only pairs whose arcs cross on the Gauss sphere can touch.
 
     D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013.
     """
@@ -238,7 +241,7 @@ def _best_arc(pair: Pair) -> Direction | None:
 
 
 def _aside(pair: Pair) -> Array:
-    """A direction for points and segments that lie in each other: any, but always the same."""
+    """An arbitrary but constant direction for points and segments that coincide."""
     spans = [shape.edges[0] for shape in (pair.a, pair.b) if len(shape.edges)]
     if not spans:
         return np.array((0.0, 0.0, 1.0))
@@ -246,10 +249,8 @@ def _aside(pair: Pair) -> Array:
 
 
 def lateral(a: Shape, b: Shape) -> Array | None:
-    """Direction from b to a where a cylinder's round side touches; None at its ends and for cones.
-
-    A cylinder's side is that of the capsule about its axis.
-    """
+    """The direction from b to a where a cylinder's round side touches, computed as for the capsule
+    around its axis; None at its ends and for cones."""
     cores = [_core(a), _core(b)]
     if cores[0] is None and cores[1] is None:
         return None
@@ -269,7 +270,7 @@ def lateral(a: Shape, b: Shape) -> Array | None:
 
 
 def beaten(pair: Pair, direction: Direction) -> bool:
-    """Whether some face is a clearly better way out than this direction."""
+    """Whether a face separates clearly better than this direction."""
     face = _best_face(pair)
     return face is not None and face.separation > direction.separation + 0.003 * pair.scale
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the feet of a stiff thing stand on: a pad that stands out of the floor holds a leg alone."""
+"""The supports of a stiff body's feet: a pad higher than the floor carries a leg alone."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from .settling import TOUCHING
 from .shapes import perpendiculars
 
 Mask = npt.NDArray[np.bool_]
-# m: parts of an underside that are farther apart than about this are feet of their own.
+# m: parts of an underside farther apart than about this are separate feet.
 APART = 0.05
 DIRECTIONS = 32
 
 
 def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Array) -> Array:
-    """(n,) m²: the areas of an underside's points (n, 3), `gaps` (n,) m above what they stand on,
-    where a pad beneath the middle of a leg carries all of it, being higher than what is beside.
+    """The areas (n,) in m² of an underside's points (n, 3), `gaps` (n,) in m above their supports,
+    after this rule: a pad beneath the middle of a leg that is higher than the support beside it
+    carries the whole leg.
 
-    A leg among others stays upright. What has one foot alone may be a cushion: nothing is done.
+    A leg among others stays upright. A body with a single foot may be a cushion: its areas stay.
     """
     held = areas.copy()
     axes = np.stack(perpendiculars(up))
@@ -33,7 +34,7 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
             continue
         lower = own & ~on_pad & (gaps > gaps[pad].min() + TOUCHING)
         middle = areas[own] @ seen[own] / areas[own].sum()
-        # Each point stands for what is around it.
+        # Each point represents the area around it.
         around = 0.75 * float(np.sqrt(areas[own].mean()))
         if lower.any() and _among(seen[pad], middle, around):
             held[pad] *= 1.0 + areas[lower].sum() / areas[pad].sum()
@@ -42,15 +43,15 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
 
 
 def _among(places: Array, place: Array, around: float) -> bool:
-    """Whether a place (2,) is within the hull of others (n, 2), or less than `around` beside it."""
+    """Whether a place (2,) is inside the hull of `places` (n, 2), or less than `around` outside."""
     angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
     ways = np.stack([np.cos(angles), np.sin(angles)])
     return bool((((places - place) @ ways).max(axis=0) > -around).all())
 
 
 def _feet(seen: Array, apart: float) -> npt.NDArray[np.intp]:
-    """The foot that each of some points (n, 2) belongs to: those in neighbouring cells, `apart` m
-    wide, are one."""
+    """The number of the foot (n,) of each point (n, 2): points in neighbouring cells, `apart` m
+    wide, belong to one foot."""
     cells = np.floor(seen / apart).astype(int)
     left = {tuple(cell) for cell in cells.tolist()}
     number: dict[tuple[int, ...], int] = {}

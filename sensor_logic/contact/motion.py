@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The forces on a simulated body, from its motion: inverse dynamics (Newton–Euler).
 
-From its poses at three frames follow its accelerations, and from these the wrench that contacts
-must give: m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping), the way the Bullet
-engine damps.
+The poses at three frames give the accelerations, and these the wrench that contacts must exert:
+m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping) for the damping of the Bullet
+engine.
 """
 
 from __future__ import annotations
@@ -15,17 +15,18 @@ import numpy as np
 
 from ..model import Array
 
-# A body slower than this, in m/s and in rad/s at its rim, is at rest: what is left is the
-# engine's jitter, which its accelerations would turn into newtons.
+# m/s, of the centre of mass and of the rim: a slower body counts as at rest. The remaining motion
+# is the engine's jitter, whose accelerations would read as forces.
 REST_SPEED = 0.010
-# A body with a soft margin, as an active mesh has, jitters more.
+# A body with a soft collision margin, such as an active mesh, jitters more.
 MARGIN_REST_SPEED = 0.10
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocity (3,) m/s, acceleration (3,) m/s², the same of turning in rad/s and rad/s², and
-    how far the body moved in a frame, in metres."""
+    """Velocity (3,) in m/s, acceleration (3,) in m/s², angular velocity `spin` (3,) in rad/s,
+    angular acceleration `spin_change` (3,) in rad/s², and how far the body moves in a frame,
+    `reach` in m."""
 
     velocity: Array
     acceleration: Array
@@ -76,9 +77,9 @@ def wrench(
     linear_damping: float = 0.0,
     angular_damping: float = 0.0,
 ) -> Array:
-    """(6,) force in N and moment in N·m about the centre of mass that contacts must give.
+    """The force in N and moment in N·m about the centre of mass (6,) that contacts must exert.
 
-    `inertia` (3,) kg·m² is about the body's own axes.
+    `inertia` (3,) in kg·m² is about the body's own axes.
     """
     if not moved.moving:
         return np.concatenate([-mass * gravity, np.zeros(3)])
@@ -95,7 +96,7 @@ def wrench(
 
 
 def _rate(damping: float) -> float:
-    """1/s: the engine multiplies velocities by (1 − damping)^dt."""
+    """The damping rate in 1/s: the engine multiplies velocities by (1 − damping)^dt."""
     return -math.log(max(1.0 - damping, 1e-9))
 
 
@@ -111,7 +112,7 @@ def rotation_of(pose: Array) -> Array:
 
 
 def _length(vector: Array) -> float:
-    """Of a single vector; `np.linalg.norm` takes several times as long."""
+    """The length of a single vector, several times as fast as `np.linalg.norm`."""
     return math.sqrt(float(vector @ vector))
 
 
@@ -127,7 +128,7 @@ def rotation_vector(rotation: Array) -> Array:
     sine = _length(axis)
     cosine = (float(np.trace(rotation)) - 1.0) / 2.0
     if sine < 1e-9:
-        # Half a turn has no direction here; a body that spins so fast is not resolved anyway.
+        # A half turn has no axis here; frames do not resolve such a fast spin anyway.
         return axis
     turned: Array = axis / sine * math.atan2(sine, cosine)
     return turned

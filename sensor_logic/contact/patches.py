@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where two convex shapes touch: points, normal, gaps, and the area that each point stands for.
+"""The contact of two convex shapes: points, normal, gaps, and the area that each point represents.
 
-The contact's direction comes first (directions.py), then the faces, edges or corners that face
-each other along it, and what they share. Lengths are metres.
+First comes the contact's direction (directions.py), then the faces, edges or corners that face each
+other along it, and their overlap. Lengths are metres.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from .directions import FLAT, Direction, Pair, beaten, candidates, lateral
 from .planar import Point
 from .shapes import Shape
 
-NARROW = 1e-3  # of a shape's size: a line counts as that wide, and so does a point
-DEEP = 0.01  # of the smaller shape's size: deeper, all that is below the surface touches
-TURNS = 4  # of round bodies: each takes their contact nearer to where true circles touch
+NARROW = 1e-3  # of a shape's size: the width of contact lines and points
+DEEP = 0.01  # of the smaller shape's size: beyond this depth all points below the surface touch
+TURNS = 4  # iterations that turn the sides of round bodies towards the contact of true circles
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Patch:
-    """Where body a touches body b."""
+    """The contact of body a with body b."""
 
     points: Array  # (k, 3) world, midway between the two surfaces
-    normal: Array  # (3,) unit, from b to a: the way in which a is pushed
+    normal: Array  # (3,) unit, from b to a: the direction of the force on a
     gaps: Array  # (k,) m between the surfaces along the normal; negative: they overlap
-    # (k,) m²: the share of the contact's area. Sums with areas integrate second-degree polynomials
-    # over a polygon exactly. A line counts as NARROW times the smaller shape's size wide, a point
-    # as a square of that side.
+    # (k,) m²: the share of the contact's area. Sums weighted with areas integrate second-degree
+    # polynomials over a polygon exactly. A line is NARROW times the smaller shape's size wide, a
+    # point is a square of that side.
     areas: Array
 
 
@@ -47,7 +47,7 @@ def contact_patch(a: Shape, b: Shape, tolerance: float) -> Patch | None:
 
 
 def _rank(shape: Shape) -> tuple[float, ...]:
-    """Order in which a pair is treated, so that its result does not depend on who comes first."""
+    """A sorting key of the shapes, so that the result does not depend on their order."""
     return (len(shape.vertices), -shape.size, *shape.lo.tolist())
 
 
@@ -63,7 +63,7 @@ def _contact(a: Shape, b: Shape, tolerance: float) -> Patch | None:
             patch = _along(pair, direction)
             if patch is not None:
                 return patch
-    # The sides are off by less than 0.3 % of the radius before they are turned.
+    # Before they are turned, the sides are less than 0.3 % of the radius inside the circle.
     rough = _searched(Pair(a, b, tolerance + 0.003 * max(a.size, b.size)))
     if rough is None:
         return None
@@ -94,7 +94,7 @@ def _searched(pair: Pair) -> Patch | None:
 
 
 class _Surface:
-    """A feature seen along the normal: its corners, and its height as a plane."""
+    """A face, edge or corner seen along the normal: its outline, and its height as a plane."""
 
     __slots__ = ("outline", "slope_x", "slope_y", "x", "y", "z")
 
@@ -114,7 +114,7 @@ class _Surface:
 
 
 def _along(pair: Pair, direction: Direction) -> Patch | None:
-    """The contact along one direction: of flat features, or of all that lies below the surface."""
+    """The contact along one direction: of flat features, or of all points below the surface."""
     frame = pair.frame(direction.normal)
     deep = -direction.separation
     if deep > DEEP * pair.scale and pair.penetrating(direction):
@@ -128,7 +128,7 @@ def _along(pair: Pair, direction: Direction) -> Patch | None:
 
 
 def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
-    """Contact of the face, edge or corner of each; how many of the two are faces."""
+    """The contact of the shapes' face, edge or corner, and how many of the two are faces."""
     normal = direction.normal
     upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
     lower = _feature(pair.b, pair.at_b, normal, frame, direction.face_b)
@@ -157,7 +157,7 @@ def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] |
 def _point(
     pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
 ) -> Patch:
-    """Contact along a proved direction of features that miss each other, being seen aslant."""
+    """The contact along a proven direction of features whose oblique outlines do not overlap."""
     outline = planar.clipped(upper.outline, lower.outline, pair.scale)
     outline = outline or [upper.outline[0], lower.outline[0]]
     x = sum(p[0] for p in outline) / len(outline)
@@ -169,26 +169,24 @@ def _point(
 
 
 def _below(pair: Pair, frame: Array, deep: float, lowest: list[list[float]]) -> Patch | None:
-    """Contact of all of the two shapes that is within `deep` of their furthest points.
-
-    The furthest, `lowest`, are among its points.
-    """
+    """The contact of the parts of both shapes within `deep` of their furthest points, which include
+    `lowest`."""
     upper = planar.hull(_cut(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
     lower = planar.hull(_cut(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
     outline = planar.clipped(upper, lower, 0.0) or planar.clipped(upper, lower, 1e-6 * pair.scale)
     if not outline:
         return None
-    near = 1e-7 * pair.scale
-    extra = [(x, y) for x, y in lowest if planar.clipped([(x, y)], outline, near)]
+    weld = 1e-7 * pair.scale
+    extra = [(x, y) for x, y in lowest if planar.clipped([(x, y)], outline, weld)]
     points, areas = _shared(outline, pair.scale, extra)
     top = surface(pair.at_a, pair.a, frame, -1.0, points) - pair.a.radius
     bottom = surface(pair.at_b, pair.b, frame, 1.0, points) + pair.b.radius
-    kept = top - bottom <= pair.tolerance
-    if not kept.any():
+    near = top - bottom <= pair.tolerance
+    if not near.any():
         return None
-    points = [point for point, keep in zip(points, kept.tolist(), strict=True) if keep]
-    areas = [area for area, keep in zip(areas, kept.tolist(), strict=True) if keep]
-    return _patch(pair, frame, points, areas, top[kept], bottom[kept])
+    points = [point for point, touches in zip(points, near.tolist(), strict=True) if touches]
+    areas = [area for area, touches in zip(areas, near.tolist(), strict=True) if touches]
+    return _patch(pair, frame, points, areas, top[near], bottom[near])
 
 
 def _patch(
@@ -201,7 +199,7 @@ def _patch(
 
 
 def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | None) -> _Surface:
-    """The face that looks `outward`, else the edge, else the corner furthest that way."""
+    """The face that faces `outward`, else the edge, else the corner furthest in that direction."""
     if len(shape.faces):
         if face is None:
             facing = shape.normals @ outward
@@ -230,7 +228,7 @@ def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | 
 
 
 def _cut(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
-    """Corners within `deep` of the furthest, and where the edges leave that slab."""
+    """Corners within `deep` of the furthest one, and the points where edges leave that slab."""
     heights = sign * (at @ frame[2])
     level = heights.max() - deep
     flat = at @ frame[:2].T
@@ -244,7 +242,8 @@ def _cut(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> lis
 
 
 def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Point]) -> Array:
-    """Height of the shape's surface over points of the plane, on the side that `sign` says."""
+    """Heights (k,) of the shape's surface over points of the plane: of its upper side for `sign` 1,
+    of its lower side for -1."""
     normals = shape.normals @ frame.T
     if shape.flat:
         facing = np.array([int((sign * normals[:, 2]).argmax())])
@@ -264,7 +263,7 @@ def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Poi
 def _shared(
     outline: list[Point], scale: float, extra: Sequence[Point] = ()
 ) -> tuple[list[Point], list[float]]:
-    """Points and areas of a polygon, of a line (Simpson's rule) or of a point."""
+    """Sample points and areas of a polygon, of a line (Simpson's rule) or of a point."""
     wide = NARROW * scale
     if len(outline) == 1:
         return outline, [wide * wide]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Convex polygons in a plane, as lists of (x, y): small ones, where numpy's calls cost too much."""
+"""Convex polygons in a plane, as lists of (x, y): for few points plain Python is faster than
+numpy."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from collections.abc import Sequence
 
 Point = tuple[float, float]
 
-CORNER_SHARE = 1e-3  # of the area, for each corner: lets an edge carry all when a body tips
+CORNER_SHARE = 1e-3  # of the area, for each corner, so that an edge can carry a tipping body
 MOST_CORNERS = 16
 
 
@@ -34,12 +35,12 @@ def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[P
 
 
 def clipped(subject: Sequence[Point], by: Sequence[Point], near: float) -> list[Point]:
-    """What a convex polygon, segment or point shares with another; both counter-clockwise.
+    """The intersection of two convex polygons, segments or points, counter-clockwise.
 
-    Points and segments may miss each other by `near`.
+    Points and segments may be `near` apart.
     """
     if len(by) < len(subject) if len(by) < 3 else 3 <= len(subject) < len(by):
-        subject, by = by, subject  # few sides cut many
+        subject, by = by, subject  # the one of fewer sides does the cutting
     if len(by) >= 3:
         out = list(subject)
         px, py = by[-1]
@@ -84,7 +85,7 @@ def _on_segment(subject: Sequence[Point], by: Sequence[Point], near: float) -> l
 
 
 def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float, float]:
-    """Area, middle (x, y), and the mean of x², xy, y² about the middle."""
+    """Area, centroid (x, y), and the mean of x², xy, y² about the centroid."""
     ox, oy = polygon[0]
     area = sx = sy = sxx = sxy = syy = 0.0
     ax = ay = 0.0
@@ -112,7 +113,7 @@ def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float
 
 
 def tidied(polygon: Sequence[Point], near: float) -> list[Point]:
-    """Without points that lie within `near` of the one before."""
+    """The polygon without points that lie within `near` of the one before."""
     out: list[Point] = []
     for point in polygon:
         if not out or math.hypot(point[0] - out[-1][0], point[1] - out[-1][1]) > near:
@@ -134,13 +135,13 @@ def longest(polygon: Sequence[Point]) -> tuple[Point, Point]:
 
 
 def fewer(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
-    """At most so many of the corners: those that cut off the least area go first."""
+    """At most `most` of the corners, without those that cut off the least area."""
     out = list(polygon)
     if len(out) <= most:
         return out
     cuts = [_cut(out, i) for i in range(len(out))]
     while len(out) > most:
-        # Every other corner of a round outline goes before any of its neighbours does.
+        # With equal areas, every other corner of a round outline is removed first.
         least = min(cuts) + 1e-6 * abs(min(cuts))
         i = next(i for i, cut in enumerate(cuts) if cut <= least)
         del out[i], cuts[i]
@@ -150,18 +151,18 @@ def fewer(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
 
 
 def _cut(polygon: Sequence[Point], i: int) -> float:
-    """Twice the area that goes with corner i."""
+    """Twice the area that removing corner i cuts off."""
     (px, py), (qx, qy), (rx, ry) = polygon[i - 1], polygon[i], polygon[(i + 1) % len(polygon)]
     return (qx - px) * (ry - py) - (qy - py) * (rx - px)
 
 
 def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Point], list[float]]:
-    """Points and areas that give the integral of every polynomial up to the second degree.
+    """Sample points and areas that integrate every polynomial up to the second degree exactly.
 
-    Four points carry nearly all: the middle plus (±1, ±1) times the square root of the covariance.
-    On a rectangle along x and y they are the 2×2 points of Gauss. They never leave a convex
-    polygon (Kannan, Lovász, Simonovits 1995, theorem 4.1). `corners` are given CORNER_SHARE of the
-    area each, and come last.
+    Four points have nearly all of the area: the centroid plus (±1, ±1) times the square root of the
+    covariance. On an axis-aligned rectangle they are the 2×2 Gauss points. They lie inside every
+    convex polygon (Kannan, Lovász, Simonovits 1995, theorem 4.1). Each of the `corners`, which come
+    last, gets CORNER_SHARE of the area.
     """
     area, x, y, sxx, sxy, syy = moments(polygon)
     share = CORNER_SHARE
@@ -182,7 +183,7 @@ def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Po
 
 
 def hull(points: Sequence[Point], near: float) -> list[Point]:
-    """Convex hull, counter-clockwise; two points or one where they lie on a line or together."""
+    """The convex hull, counter-clockwise; two points or one for collinear or equal points."""
     ordered = sorted(points)
 
     def chain(way: Sequence[Point]) -> list[Point]:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which of the points where stiff bodies meet do touch, however small the steps between them.
+"""Decides which contact points of stiff bodies touch, also where heights differ very little.
 
-A simulated body lies a little aslant or off, by the engine's doing; how high its supports are is
-exact. So the bodies are first let down as far as their contacts allow, all springs very stiff:
-then what supports them has no gap, and a floor half a millimetre below a pad has one.
+The physics engine leaves a simulated body slightly tilted or above its supports, whose heights are
+exact. So the bodies are first lowered as far as their contacts allow, with very stiff springs: then
+their supports have no gap, and a floor half a millimetre below a pad has one.
 """
 
 from __future__ import annotations
@@ -19,24 +19,25 @@ from .balance import Joint, Load, Points, balance
 from .directions import FLAT
 from .shapes import Shape
 
-# m: a point less than this off touches, once the bodies have settled; of a body that moves, whose
-# contacts wander within a frame, less than that.
+# m: the largest gap at which a point touches once the bodies have settled; and that of a moving
+# body, whose contacts shift within a frame.
 TOUCHING, MOVING = 2e-5, 3e-4
-# m: surfaces that differ in height by less are meant to be level; by more, but less than this many
-# times what touches, it cannot be told which of them carries a body at rest.
+# m: surfaces whose heights differ by less count as level. With a larger difference, up to UNTOLD
+# times TOUCHING, it is uncertain which of them carries a body at rest.
 LEVEL, UNTOLD = 1e-6, 4.0
-# Places are kept in single precision: they are off by as much of their distance from the origin.
+# Positions are in single precision: the rounding error per metre of distance from the origin.
 ROUNDING = 4.0 * 2.0**-24
 # m: mean indentation of the stiff springs.
 INDENTATION = 1e-6
-# Mean indentations: how far off what does not touch is taken to be.
+# The slack of points that do not touch, in mean indentations.
 OFF = 1e4
 
 
 @dataclass(frozen=True)
 class Settled:
-    """`points` with their slack; of each of them (n,) in m, how little supports must differ in
-    height to be `level`, and up to which height it is `untold` which of them carries."""
+    """`points` with their slack; for each of them (n,) in m, the largest height difference of
+    supports that are `level`, and the largest at which it is uncertain (`untold`) which of them
+    carries."""
 
     points: Points
     level: Array
@@ -46,8 +47,8 @@ class Settled:
 def settled(
     loads: Sequence[Load], points: Points, gaps: Array, joints: Sequence[Joint] = ()
 ) -> Settled:
-    """The points with their slack: none for those that touch. `gaps` (n,) in m, as the bodies lie;
-    NaN for what touches in any case."""
+    """The points with their slack, which is 0 for those that touch. `gaps` (n,) in m between the
+    bodies where they are; NaN for points that touch in any case."""
     moves = np.array([*(load.softness[3:].any() for load in loads), False], bool)
     moves = moves[points.a] | moves[points.b]
     rounding = ROUNDING * np.abs(np.einsum("ni,ni->n", points.places, points.normals))
@@ -64,8 +65,8 @@ def settled(
 
 
 def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> float:
-    """m: the most that the faces of two shapes which look along a normal (3,) differ in height at
-    places (n, 3), carried on beyond their rims; inf where one has no such face."""
+    """The largest height difference in m, at places (n, 3), between the faces of two shapes that
+    face a normal (3,), extended beyond their edges; inf where a shape has no such face."""
     heights = []
     for shape in (one, two):
         facing = shape.normals @ normal

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Convex shapes that touch: a polytope swept by a ball, as physics engines use them.
+"""Convex collision shapes: the Minkowski sum of a polytope and a ball, as in physics engines.
 
-A sphere is a point swept by a ball, a capsule a segment; a hull with a collision margin is its
-polytope swept by the margin; a triangle of a mesh is a flat polygon that is hit from both sides.
-Lengths are metres.
+A sphere is a point plus a ball, a capsule a segment plus a ball; a hull with a collision margin is
+its polytope plus the margin; a triangle of a mesh is a flat, two-sided polygon. Lengths are metres.
 """
 
 from __future__ import annotations
@@ -31,15 +30,16 @@ from .corners import (
 )
 from .corners import perpendiculars as perpendiculars
 
-# Sides of round bodies. `turned` puts a side's edge where the body touches, so that rolling and
-# lying are exact; the disc under a standing cylinder is 0.29 % too small.
+# Sides of round bodies. `turned` turns an edge between sides to the contact, so that rolling and
+# lying bodies are exact; the disc under a standing cylinder is 0.29 % too small.
 SIDES = 48
-WELD = 1e-7  # points nearer than this, relative to the shape's size, are one
+WELD = 1e-7  # of the shape's size: points closer than this are welded
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shape:
-    """Minkowski sum of a convex core and a ball. Loops run counter-clockwise seen from outside."""
+    """The Minkowski sum of a convex core and a ball. Loops run counter-clockwise seen from
+    outside."""
 
     vertices: Array  # (n, 3)
     normals: Array  # (f, 3) outward, unit; none for points and segments, two for flat polygons
@@ -48,18 +48,18 @@ class Shape:
     edges: Array  # (e, 3) unique directions, unit, up to sign
     rims: Indices  # (m, 4) the core's edges: from and to vertex, the faces left and right of it
     radius: float  # of the ball
-    size: float  # diameter scale: twice the largest distance from the middle vertex, with the ball
-    lo: Array  # (3,) bounds, the ball included
+    size: float  # twice the largest distance from the mean vertex, with the ball
+    lo: Array  # (3,) bounds, with the ball
     hi: Array
     axis: Array | None = None  # (2, 3) of a round body: a point on its axis, the unit direction
 
     @property
     def flat(self) -> bool:
-        """Whether the core is a flat polygon: no inside, hit from both sides."""
+        """Whether the core is a flat, two-sided polygon."""
         return len(self.faces) == 2
 
     def placed(self, matrix: npt.ArrayLike) -> Shape:
-        """The shape in the world, by a 4×4 matrix. Shear, scale and mirror do not change radius."""
+        """The shape in the world, by a 4×4 matrix. Shear, scale and mirroring keep the radius."""
         m = np.asarray(matrix, np.float64)
         linear, shift = m[:3, :3], m[:3, 3]
         gram = linear @ linear.T
@@ -84,7 +84,7 @@ class Shape:
         )
 
     def turned(self, direction: Array) -> Shape:
-        """A round body turned about its axis until an edge of it faces `direction`, unit."""
+        """A round body turned about its axis until one of its edges faces the unit `direction`."""
         if self.axis is None:
             return self
         origin, axis = self.axis
@@ -166,9 +166,10 @@ def polygon(vertices: npt.ArrayLike, radius: float = 0.0) -> Shape:
 
 
 def polytope(vertices: npt.ArrayLike, faces: Iterable[Sequence[int]], radius: float = 0.0) -> Shape:
-    """A convex solid of polygons or triangles, wound either way; coplanar faces become one.
+    """A convex solid of polygons or triangles, wound in either direction; coplanar faces are
+    merged.
 
-    A solid of no thickness gives the flat polygon; one of no area is a ValueError.
+    A solid without thickness becomes a flat polygon. Raises ValueError for one without area.
     """
     points = _points(vertices)
     size = extent(points)
@@ -183,7 +184,7 @@ def polytope(vertices: npt.ArrayLike, faces: Iterable[Sequence[int]], radius: fl
         area = newell(loop)
         length = float(np.linalg.norm(area))
         if length <= 1e-10 * size * size:
-            continue  # a needle or a point says nothing of its plane
+            continue  # a degenerate face has no plane
         area = area / length
         if area @ (loop.mean(0) - middle) < 0:
             area = -area
@@ -213,7 +214,7 @@ def _assembled(
 
 
 def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
-    """Placed by a matrix that is not a rotation."""
+    """The shape placed by a matrix that is not a rotation."""
     volume = _determinant(linear)
     if not np.isfinite(linear).all() or abs(volume) <= 1e-12 * np.abs(linear).max() ** 3:
         raise ValueError("the matrix flattens the shape")
@@ -234,7 +235,7 @@ def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
 
 
 def _still_round(line: Array, linear: Array, shift: Array) -> Array | None:
-    """The new axis; None where the body's circles become ellipses."""
+    """The axis after the transformation; None where the body's circles become ellipses."""
     first, second = perpendiculars(line[1])
     x, y, axis = linear @ first, linear @ second, linear @ line[1]
     axis = axis / np.linalg.norm(axis)

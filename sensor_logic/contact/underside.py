@@ -12,31 +12,32 @@ import numpy.typing as npt
 
 from ..model import Array
 
-# m: triangles larger than this are sampled at several points, unless these would be too many.
+# m: larger triangles are sampled at several points, with at most MOST_SAMPLES in all.
 SPACING = 0.02
 MOST_SAMPLES = 2000
-# A face this steep, or overhanging less, carries nothing: cosine of its angle to the vertical.
+# Cosine of the angle between a face's normal and the vertical: a steeper face carries nothing.
 STEEPEST = 0.1
-# A body's contact with one thing is gathered in a grid of this many cells a side.
+# Cells per side of the grid in which a body's contact points with one other body are merged.
 CELLS = 8
-# Cells of a grid for each of its points, up to which a table of all of them is made.
+# Up to this many grid cells per point, a table of all cells is faster than sorting.
 TABLE = 30
-# A closed surface that holds less than this share of its bounds has no inside to speak of.
+# A closed surface with a smaller share of its bounds' volume counts as having no volume.
 LEAST_VOLUME = 1e-6
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Points (n, 3) on an underside and the areas (n,) m², seen from below, that they stand for."""
+    """Points (n, 3) on an underside, and the areas (n,) in m², seen from below, that they
+    represent."""
 
     points: Array
     areas: Array
 
 
 def centre_of_mass(triangles: Array, closed: bool) -> Array:
-    """(3,): of the volume where the triangles (n, 3, 3) enclose one, else of the surface.
+    """The centroid (3,) of the volume that the triangles (n, 3, 3) enclose, else of the surface.
 
-    The volume's centroid is the sum over tetrahedra to a common point (divergence theorem).
+    The volume's centroid is a sum over tetrahedra to a common point (divergence theorem).
     """
     places = _by_axis(triangles)
     origin: Array = places.mean(axis=(0, 2))
@@ -56,8 +57,8 @@ def centre_of_mass(triangles: Array, closed: bool) -> Array:
 
 
 def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
-    """Whether every edge of the triangles, given by their vertices (n, 3), runs once each way, so
-    that the surface has an inside."""
+    """Whether the triangles, given by vertex numbers (n, 3), have every edge once in each
+    direction, so that the surface has an inside."""
     starts = corners.ravel().astype(np.int64)
     ends = corners[:, [1, 2, 0]].ravel().astype(np.int64)
     count = int(corners.max(initial=0)) + 1
@@ -66,7 +67,7 @@ def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
 
 
 def _by_axis(triangles: Array) -> Array:
-    """(3 corners, 3 axes, n): of many triangles numpy is quickest with one number of each."""
+    """The triangles as (3 corners, 3 axes, n): numpy is fastest along the long axis."""
     return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
@@ -88,9 +89,9 @@ def _dot(one: Array, two: Array) -> Array:
 
 
 def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -> Samples:
-    """Samples of the faces that look down, within the box `lo` … `hi` alone.
+    """Samples of the faces that point down, within the box `lo` … `hi`.
 
-    Triangles (n, 3, 3) run counter-clockwise seen from outside; of a surface without an inside
+    Triangles (n, 3, 3) run counter-clockwise seen from outside; without an inside (`closed` false)
     both sides count.
     """
     places = _by_axis(triangles)
@@ -115,22 +116,22 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
         some = parts == count
         weights = _centroids(count)
         corners = triangles[some][:, None]
-        inside = weights[:, 0, None] * corners[:, :, 0]
-        inside += weights[:, 1, None] * corners[:, :, 1]
-        inside += weights[:, 2, None] * corners[:, :, 2]
-        points.append(inside.reshape(-1, 3))
+        sampled = weights[:, 0, None] * corners[:, :, 0]
+        sampled += weights[:, 1, None] * corners[:, :, 1]
+        sampled += weights[:, 2, None] * corners[:, :, 2]
+        points.append(sampled.reshape(-1, 3))
         areas.append(np.repeat(facing[some] / len(weights), len(weights)))
     found, share = np.concatenate(points), np.concatenate(areas)
     within = [(low <= x) & (x <= high) for low, high, x in zip(lo, hi, found.T, strict=True)]
-    kept = within[0] & within[1] & within[2]
-    if not kept.any():
+    inside = within[0] & within[1] & within[2]
+    if not inside.any():
         return Samples(np.empty((0, 3)), np.empty(0))
-    return Samples(*gathered(found[kept], share[kept], spacing))
+    return Samples(*gathered(found[inside], share[inside], spacing))
 
 
 def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
-    """Which (n,) of the triangles (n, 3, 3) of a surface with an inside do not look down: others
-    can lie on these alone. Which side is outside, the sign of the volume tells."""
+    """Which (n,) of the triangles (n, 3, 3) of a closed surface do not point down: other bodies can
+    lie only on these. The sign of the volume gives the outside."""
     places = _by_axis(triangles)
     facing = up @ _cross(places[1] - places[0], places[2] - places[0])
     upward: npt.NDArray[np.bool_] = facing >= 0.0 if _volume(places) >= 0.0 else facing <= 0.0
@@ -155,13 +156,13 @@ def _centroids(count: int) -> Array:
 
 
 def clustered(points: Array, areas: Array) -> tuple[Array, Array]:
-    """Gathered in few cells, whatever the size."""
+    """The points merged into a grid of about CELLS cells per side."""
     extent = float(np.ptp(points, axis=0).max())
     return gathered(points, areas, max(extent / CELLS, SPACING / 2.0))
 
 
 def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
-    """Fewer points that stand for the same areas: one for each filled cell of a grid.
+    """Merges points and their areas, one for each filled cell of a grid.
 
     Returns places (k, 3), the centroids of the areas in the cells, and areas (k,).
     """
@@ -176,12 +177,12 @@ def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
 
 
 def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.intp], int]:
-    """Of each of the cells (n,), which run from 0 to `count`, its number among those that there
-    are, in order; and how many these are."""
+    """The rank (n,) of each of the cells (n,), numbers from 0 to `count`, among the different ones;
+    and how many different ones there are."""
     if count > TABLE * len(cells):
         found, of = np.unique(cells, return_inverse=True)
         return of.ravel(), len(found)
-    # Where they are many of few, a table is quicker than sorting.
+    # For few different cells a table is faster than sorting.
     filled = np.zeros(count, bool)
     filled[cells] = True
     numbers = np.cumsum(filled)
@@ -189,6 +190,6 @@ def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.
 
 
 def firmness(gaps: npt.ArrayLike, tolerance: float) -> Array:
-    """How firm a contact is, by its gaps (n,) m, negative where sunk in: 1 where just touching,
-    0 at the tolerance, in proportion; an elastic layer of the tolerance's thickness."""
+    """The relative stiffness (n,) of contact points with gaps (n,) in m, negative where they
+    penetrate: 1 at a gap of 0, falling linearly to 0 at the tolerance, as of an elastic layer."""
     return np.maximum(0.0, 1.0 - np.asarray(gaps, np.float64) / tolerance)

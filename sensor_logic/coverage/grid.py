@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model import Array
+from ..wording import aligned
 from .motions import HEADINGS, Motion, Start
 
 # A cell is covered if a detector detects this share of the possible directions of motion.
@@ -158,7 +159,7 @@ def map_csv(coverage: CoverageMap) -> str:
 def table(coverage: CoverageMap) -> str:
     """The coverage of each room as a text table."""
     rows = [("room", "area m²", "covered", "dead m²", "overlap"), *room_rows(coverage)]
-    return columns(rows)
+    return "\n".join(aligned(rows)) + "\n"
 
 
 def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
@@ -173,16 +174,3 @@ def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
         )
         for room in [*coverage.rooms(), coverage.total()]
     ]
-
-
-def columns(rows: Sequence[Sequence[str]]) -> str:
-    """A text table: the first column aligned to the left, the others to the right."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = [
-        "  ".join(
-            cell.ljust(width) if i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in rows
-    ]
-    return "\n".join(line.rstrip() for line in lines) + "\n"

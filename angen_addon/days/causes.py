@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import bpy
+import numpy as np
+from mathutils import Vector
 
 from ...sensor_logic.log.event_log import Event, NewEvents
 from ...sensor_logic.recording.tracks import Recording
@@ -45,8 +47,8 @@ class Causes:
         self._persons = {obj.name: person for person, obj in residents.items()}
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
-        # By sensor, who made the last event that somebody did.
-        self._last: dict[str, str] = {}
+        # By sensor, what made the last event that something did, and who.
+        self._last: dict[str, tuple[str, str]] = {}
         self._left: list[Event] = []
         self.notes = Notes(self._note) if wanted else None
         self.told: list[tuple[Event, str, str]] = []
@@ -105,25 +107,37 @@ class Causes:
 
     def _person(self, event: Event, because: str, time: float) -> str:
         """Whose movement the event is of: what ends is of who began it."""
+        before, person = self._last.get(event.sensor, ("", ""))
         if because:
-            self._last[event.sensor] = self.person_of(because, time)
-        return self._last.get(event.sensor, "")
+            now = self.person_of(because, time)
+            person = person if because == before and not now else now
+            self._last[event.sensor] = because, person
+        return person
 
     def person_of(self, name: str, time: float) -> str:
-        """Whose body an object is part of, or who moves it at a time; empty where nobody does."""
+        """Whose body an object is part of, who moves it at a time, or who is on it, as on the
+        cushion over a pad; empty where nobody is."""
         for owner in self._chain(name):
             person = self._persons.get(owner) or self._acted.mover(owner, time)
             if person:
                 return person
-        return ""
+        obj = _object(name)
+        if obj is None or obj.type != "MESH":
+            return ""
+        corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
+        corners *= self._scene.unit_settings.scale_length
+        return self._acted.borne(corners.min(axis=0), corners.max(axis=0), time)
 
     def _chain(self, name: str) -> list[str]:
-        """The object itself and what it hangs on, by their names. Instances are told as "thing in
-        what brings it forth"."""
+        """The object itself and what it hangs on, by their names."""
         if name not in self._owners:
-            obj = bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])
-            self._owners[name] = [owner.name for owner in _chain(obj)]
+            self._owners[name] = [owner.name for owner in _chain(_object(name))]
         return self._owners[name]
+
+
+def _object(name: str) -> Any:
+    """Instances are told as "thing in what brings it forth"."""
+    return bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])
 
 
 def _chain(obj: Any) -> Iterable[Any]:

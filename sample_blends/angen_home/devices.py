@@ -142,11 +142,13 @@ def add_pressure_sensor() -> None:
 
 
 def add_masses() -> None:
-    """What weighs on the pad: the person, who is a resident, the cushion between, and what leans on
-    both."""
+    """What weighs on the pad: the person, who is a resident in warm clothes, the cushion between,
+    and what leans on both."""
     resident = bpy.data.objects["Person rig"]
     make_resident(resident, Sort.ADULT)
     resident.angen_resident.mass = plan.PERSON_MASS
+    clothes = bpy.data.objects["Person"].angen_warmth
+    clothes.use_temperature, clothes.temperature = True, 28.0
     cushion = bpy.data.objects["Sofa seat cushion west"].angen_load
     cushion.mass = plan.CUSHION_MASS
     cushion.tolerance = plan.CUSHION_TOLERANCE

@@ -17,6 +17,8 @@ from ..model import Array
 from .timeline import Hold, Swing, Timeline, merged
 
 STANDING, WALKING, SITTING, LYING, AWAY = "standing", "walking", "sitting", "lying", "away"
+# Hips and ankles of who sits down on something, gets up or stands are less above it, m.
+OVER = 0.4
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,17 @@ class Acted:
         every = np.concatenate([span.reshape(-1, 2) for span in spans])
         inside = every[(every[:, 1] >= start) & (every[:, 0] <= end)]
         return merged(np.clip(inside, start, end).tolist())
+
+    def borne(self, low: Array, high: Array, time: float) -> str:
+        """The person whose hips or feet are at a time on something with these corners (3,) m, or
+        come down on it; of several, who is lowest; empty where nobody is."""
+        found = []
+        for person, body in self.bodies.items():
+            pose = body.poses(np.array([time]))
+            points = np.concatenate([pose.pelvis, *pose.feet.ankle])
+            over = ((points >= low) & (points <= high + (0.0, 0.0, OVER))).all(axis=1)
+            found += [(float(z), person) for z in points[over, 2]]
+        return min(found, default=(0.0, ""))[1]
 
     def mover(self, object: str, time: float) -> str:
         """The person that moves a door, lamp or thing at a time, or has done so last; empty where

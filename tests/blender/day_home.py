@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,13 @@ def part(name: str) -> Any:
 
 @dataclass
 class Pelvis:
-    """Of a pose what the truth asks for."""
+    """Of a pose what the truth asks for; the feet are where the hips are."""
 
     pelvis: Any
+
+    @property
+    def feet(self) -> Any:
+        return SimpleNamespace(ankle=self.pelvis[:, None])
 
 
 @dataclass

@@ -99,6 +99,16 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     assert {e.because for e in found if e.sensor == "pad"} == {"anna"}
     lit = [e for e in found if e.sensor == "lux"]
     assert {"lamp", "lamp 2"} <= {e.because for e in lit} <= {"lamp", "lamp 2", ""}
+    # What lies under somebody, as a cushion over a pad, is that person's matter.
+    cushion = world.box((0.4, 0.4, 0.1), (0.4, 0.0, 0.5), "cushion")
+    world.bpy.context.view_layer.update()
+    acted.bodies["anna"].points[:] = (0.4, 0.0, 0.7)
+    causes = day_home.part("angen_addon.days.causes").Causes
+    found_out = causes(world.scene, [], None, acted, {"anna": world.bpy.data.objects["anna"]}, 0.0)
+    assert found_out.person_of("cushion", 200.0) == "anna"
+    cushion.location.x = 1.0
+    world.bpy.context.view_layer.update()
+    assert found_out.person_of("cushion", 200.0) == ""
     # Truth and data agree: whatever moves, somebody moves at that time.
     spans = acted.spans(0.0, short_days)
     for event in moved:

@@ -151,6 +151,17 @@ def test_the_room_of_a_visit_is_that_of_its_own_places(play) -> None:
     assert day.told("anna")[1] == ("Visit", "Washbasin")
 
 
+def test_who_sits_is_on_the_seat_and_nobody_else(day) -> None:
+    seat = day.places.places["Sofa"].target
+    low, high = seat - (0.4, 0.4, 0.2), seat + (0.4, 0.4, 0.0)
+    sat = next(s for s in day.acted.where if (s.place, s.posture) == ("Sofa", "sitting"))
+    assert day.acted.borne(low, high, sat.start + 60.0) == "anna"
+    # Also while she sits down, but not from where she stands before it.
+    assert day.acted.borne(low, high, sat.start) == "anna"
+    assert day.acted.borne(low, high, sat.start - 3.0) == ""
+    assert day.acted.borne(low, high, 550 * 60.0) == ""
+
+
 def test_whole_turns_are_taken_back(week) -> None:
     day = week(WEEK, 2)
     body, times = day.acted.bodies["anna"], day.moving_times("anna")

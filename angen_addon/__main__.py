@@ -20,9 +20,9 @@ VERBS = (
     "{simulate,list,apply,check,explain,coverage,place,places,day,doctor,convert,compare,replay,"
     "study}"
 )
-# Verbs that read logs alone, each in the module of its name.
+# Verbs that need no blend file, each in the module of its name.
 WITHOUT_BLENDER = ("convert", "compare", "replay", "study")
-# Where the home comes after another file.
+# Positions of the home among the arguments, where it is not the first.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
 TRUSTED = "--enable-autoexec"

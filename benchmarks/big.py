@@ -196,7 +196,9 @@ def measure(name: str, triangles: int) -> dict[str, float]:
         if last == 1:
             start_mb = _memory(peak=True) - before
     started = time.perf_counter()
-    part("angen_addon.recording.kept").keep(recording, scene, bpy.context.evaluated_depsgraph_get())
+    part("angen_addon.recording.stored_recording").stored_run(
+        recording, scene, bpy.context.evaluated_depsgraph_get()
+    )
     keep_s = time.perf_counter() - started
     events = part("sensor_logic.log.event_log").events(recording)
     found = [blender_s, before, spent[0], start_mb, spent[1], keep_s]

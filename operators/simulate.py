@@ -13,7 +13,7 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
 from ..angen_addon.commands.progress import TimeLeft
-from ..angen_addon.recording.kept import keep
+from ..angen_addon.recording.stored_recording import stored_run
 from ..angen_addon.runtime import outputs, state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
@@ -94,7 +94,7 @@ class ANGEN_OT_simulate(Operator):
             context.view_layer.update()
         lacking.look(context.view_layer)
         depsgraph = context.evaluated_depsgraph_get()
-        state.CACHE.keep(scene, keep(self._recording, scene, depsgraph))
+        state.CACHE.keep(scene, stored_run(self._recording, scene, depsgraph))
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
         self.report({"INFO"}, f"{how} frames {first} to {last}: {self._updates()} updates")

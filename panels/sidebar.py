@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
-from ..angen_addon.recording.kept import HERE, version_text
+from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..sensor_logic.wording import capital
 from .lines import draw_lines, draw_property
@@ -104,7 +104,7 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
         recording = kept.recording
         text = f"Recorded: frames {recording.frame_start} to {recording.frame_end}"
         layout.label(text=text, icon="CHECKMARK")
-        if kept.made_in != HERE:
+        if kept.made_in != THIS_BLENDER:
             layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
             layout.label(text=f"This frame is not in it: {values}", icon="INFO")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `import angen_sensors` gives to scripts and notebooks: homes, their sensors, recordings.
+"""The Python package `angen_sensors` for scripts and notebooks: homes, their sensors, recordings.
 
-`recording` needs no Blender: what a worker process sends back is read where there is none.
+`recording` needs no Blender, so that a process without it can read what its workers return.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Days in an open home, for scripts."""
+"""Runs days in an open home, for scripts."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ def run_days(
     diary: str | Path | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Iterator[Day]:
-    """Runs days of a routine's file from the date `start`, with all sensors or those named, and
-    yields each as soon as it is whole: `date`, `events`, `activities`, `people`, times in µs since
-    its midnight.
+    """Simulates days of a routine file from the date `start`, with all sensors or those named.
 
-    `diary`: what is done, instead of the routine's plans. `progress` is called with how much is
-    done, 0 to 1; what it raises ends the run. The home is as before in the end. Raises AngenError.
+    Yields each day once it is complete: `date`, `events`, `activities`, `people`, with times in µs
+    since its midnight. `diary`: a file of activities, instead of those that the routine plans.
+    `progress` is called with the share done, 0 to 1; an exception from it ends the run. At the end
+    the home is as before. Raises AngenError.
     """
     with raised_as_angen_error(DayError, NoSuchSensor, SensorError):
-        told = simulated(chosen(home.all_sensors(), sensors or ()))
-        if not told:
+        chosen_sensors = simulated(chosen(home.all_sensors(), sensors or ()))
+        if not chosen_sensors:
             raise AngenError(f"{home.path.name} has no sensors to simulate")
         plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
         try:
             first = date.fromisoformat(start) if isinstance(start, str) else start
         except ValueError:
-            raise AngenError(f"start: '{start}' is no date, such as 2026-03-02") from None
-        household = Household(bpy.context.scene, told, plan, first, seed)
+            raise AngenError(f"start: '{start}' is not a date such as 2026-03-02") from None
+        household = Household(bpy.context.scene, chosen_sensors, plan, first, seed)
 
-        def tell(number: int, step: Progress) -> None:
+        def report(number: int, step: Progress) -> None:
             if progress is not None:
                 progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
 
-        yield from living.run_days(household, range(days), tell)
+        yield from living.run_days(household, range(days), report)

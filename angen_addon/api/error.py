@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one error of the Python package. It can be named without Blender."""
+"""The one error of the Python package; importing it needs no Blender."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 class AngenError(Exception):
-    """What was asked for cannot be done; the text says why, and what would work, in one line."""
+    """A call failed; the text says in one line why, and what would work."""
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
-from ..recording.kept import keep
+from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph
@@ -42,23 +42,23 @@ from .days import run_days
 from .error import AngenError, raised_as_angen_error
 from .recording import Recording
 
-# Blender holds one file at a time: which home that is.
+# The open home: Blender holds one file at a time.
 _open: Home | None = None
 ERRORS = (NoSuchSensor, SensorError, OutputError, LayoutError)
-# What every sensor has beside its kind's parameters.
+# Attributes that every sensor has beside the parameters of its kind.
 COMMON = ("enabled", "update_rate", "room")
 
 
 def open_home(path: Path) -> Home:
-    """The home in the file that Blender has just opened; the one before it is closed."""
+    """The home in the file that Blender has just opened, which closes the home before it."""
     global _open
     _open = Home(path)
     return _open
 
 
 class HomeSensor:
-    """A sensor of an open home. Parameters are attributes, in SI units and radians, checked as in
-    the panel: `sensor.range_max = 3.0`."""
+    """A sensor of an open home. Its parameters are attributes, in SI units and radians, with the
+    limits of the panel: `sensor.range_max = 3.0`."""
 
     _home: Home
     _name: str
@@ -78,7 +78,7 @@ class HomeSensor:
 
     @property
     def pose(self) -> npt.NDArray[np.float64]:
-        """(4, 4): from its own space to the home's, in metres, as evaluated at this frame."""
+        """(4, 4): from its own space to world space, in metres, at the present frame."""
         depsgraph = evaluated_depsgraph()
         matrix = np.array(self._sensor().world_matrix(depsgraph))
         matrix[:3, 3] *= unit_scale(depsgraph.scene)
@@ -128,12 +128,12 @@ class HomeSensor:
 
 
 def _check_value(sensor: Sensor, name: str, value: Any) -> None:
-    """Raises AngenError for what is out of range: Blender itself would clamp it in silence."""
+    """Raises AngenError for a value out of range, which Blender would clamp silently."""
     if isinstance(value, (bool, int, float)):
         problems = sensor.kind.parameters(**{name: value}).problems()
-        told = next((text for text in problems if text.startswith(f"{name} ")), "")
-        if told:
-            raise AngenError(f"'{sensor.name}': {told}")
+        problem = next((text for text in problems if text.startswith(f"{name} ")), "")
+        if problem:
+            raise AngenError(f"'{sensor.name}': {problem}")
 
 
 def _unknown(sensor: Sensor, name: str) -> str:
@@ -142,7 +142,7 @@ def _unknown(sensor: Sensor, name: str) -> str:
 
 
 class Home:
-    """A blend file that is open. Opening another closes it, for Blender holds one at a time."""
+    """An open blend file. Opening another closes it, since Blender holds one at a time."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -154,7 +154,7 @@ class Home:
         self.close()
 
     def close(self) -> None:
-        """Forgets the file and what was not saved of it."""
+        """Closes the file without saving it."""
         global _open
         if _open is self:
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -162,7 +162,7 @@ class Home:
 
     @property
     def sensors(self) -> list[HomeSensor]:
-        """By name."""
+        """All sensors, in the order of their names."""
         return [HomeSensor(self, sensor.name) for sensor in self.all_sensors()]
 
     def sensor(self, name: str) -> HomeSensor:
@@ -179,11 +179,11 @@ class Home:
         look: Sequence[float] | None = None,
         preset: str = "",
     ) -> HomeSensor:
-        """A new sensor at the point `at` (metres), which looks in the direction `look`.
+        """Adds a sensor at the point `at` (metres), which looks in the direction `look`.
 
-        Without a direction it looks down, and a pressure sensor lies flat with its face up; with
-        one its +Y is as far up as it goes. `preset` is the identifier of a part, as `kind` is that
-        of a kind. A name that is taken gets a number, as Blender does. Raises AngenError.
+        With a direction, its +Y points up as far as possible. Without one it looks down; a pressure
+        sensor lies flat, face up. `kind` and `preset` are identifiers. Blender adds a number to a
+        name that another object has. Raises AngenError.
         """
         self.all_sensors()
         if kind not in KINDS or kind == NO_KIND:
@@ -199,9 +199,9 @@ class Home:
         return HomeSensor(self, obj.name)
 
     def apply(self, layout: str | Path, remove: bool = False) -> Applied:
-        """Adds and changes sensors as a layout file says; `remove` deletes those that it does not
-        have. Returns the names of those added, changed, unchanged, removed. Raises AngenError, and
-        changes nothing then."""
+        """Adds and changes sensors to match a layout file; with `remove`, deletes those that the
+        layout lacks. Returns the names of the sensors added, changed, unchanged and removed.
+        Raises AngenError, having changed nothing."""
         self.all_sensors()
         with raised_as_angen_error(*ERRORS):
             return apply_layout(Path(layout), remove)
@@ -214,7 +214,7 @@ class Home:
     ) -> Recording:
         """Simulates frames first … last (default: the scene's) with all sensors, or those named.
 
-        `progress` is called with how much is done, 0 to 1; what it raises ends the run. Raises
+        `progress` is called with the share done, 0 to 1; an exception from it ends the run. Raises
         AngenError.
         """
         scene = bpy.context.scene
@@ -223,7 +223,7 @@ class Home:
             first, last = frames or (scene.frame_start, scene.frame_end)
             if not scene.frame_start <= last or first > last:
                 raise AngenError(
-                    f"frames {first} to {last} are none of this scene, which begins at "
+                    f"the scene has no frames {first} to {last}: it begins at frame "
                     f"{scene.frame_start}"
                 )
             if not simulated(found):
@@ -232,7 +232,7 @@ class Home:
             for step in simulate(scene, found, first, last, run):
                 if progress is not None:
                     progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
-        CACHE.keep(scene, keep(run, scene, evaluated_depsgraph()))
+        CACHE.keep(scene, stored_run(run, scene, evaluated_depsgraph()))
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 
     def days(
@@ -245,7 +245,7 @@ class Home:
         diary: str | Path | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Iterator[Day]:
-        """Days that residents live by a routine, one after the other: see `run_days`."""
+        """Simulates days of residents with a routine, one after the other: see `run_days`."""
         return run_days(self, routine, start, days, seed, sensors, diary, progress)
 
     def save(self, path: str | Path) -> None:
@@ -258,7 +258,7 @@ class Home:
                 outputs.commit()
 
     def all_sensors(self) -> list[Sensor]:
-        """Those of the open file, as the add-on has them. Raises AngenError."""
+        """The sensors of the open file, as the add-on's objects. Raises AngenError."""
         if _open is not self:
             raise AngenError(
                 f"{self.path.name} is closed: Blender holds one home at a time; open it again"
@@ -267,7 +267,7 @@ class Home:
 
 
 def _placed(at: Sequence[float], look: Sequence[float] | None, metres: float) -> Matrix:
-    """The matrix of a sensor, in Blender units."""
+    """The world matrix of a new sensor, in Blender units."""
     point = np.asarray(at, float)
     direction = np.array([0.0, 0.0, -1.0]) if look is None else np.asarray(look, float)
     if point.shape != (3,) or not np.isfinite(point).all():

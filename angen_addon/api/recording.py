@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a simulation gave."""
+"""The recording of a simulation, for scripts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: ob
 
 
 class EventRow(NamedTuple):
-    """A row of the event log, as it is written there."""
+    """A row of the event log, as texts."""
 
     time_s: str
     frame: str
@@ -50,14 +50,15 @@ class Recording:
 
     @property
     def events(self) -> list[EventRow]:
-        """The rows of the event log: each field's first value, and each change."""
+        """The rows of the event log: the first value of each field, and each change."""
         return [EventRow(*event.row) for event in events(self._run)]
 
     def samples(self, sensor: str) -> dict[str, npt.NDArray[Any]]:
-        """Every update of a sensor: `time_s` (n,), `frame` (n,) and a column (n,) a field.
+        """Every update of a sensor: columns `time_s` (n,), `frame` (n,) and one (n,) for each
+        field.
 
-        A number that was not measured is NaN. Raises AngenError for a sensor that was not
-        simulated.
+        A number that the sensor did not measure is NaN. Raises AngenError for a sensor that the run
+        did not simulate.
         """
         track = self._run.tracks.get(sensor)
         if track is None:
@@ -89,27 +90,27 @@ class Recording:
         faults: str | Path | None = None,
         truth: str | Path | None = None,
     ) -> list[str]:
-        """Writes the run in a format of `angen convert`; `start` is what t = 0 stands for.
+        """Writes the run in a format of `angen convert`; `start` is the date and time of t = 0.
 
-        `faults`: a faults file that makes the log faulty, as `truth` then tells (else a file
-        beside it, PATH.truth.csv). Returns what the format could not hold, a sentence each. Raises
-        AngenError.
+        `faults`: a faults file that makes the log faulty; `truth` (default: PATH.truth.csv beside
+        it) then lists the changes. Returns a sentence for each thing that the format cannot hold.
+        Raises AngenError.
         """
         if format not in FORMATS:
             raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
         target, out = FORMATS[format], Path(path)
         with raised_as_angen_error(OutputError, FormatError, SourceError):
-            log, told = self._log(out, faults, truth, start)
+            log, truth_files = self._log(out, faults, truth, start)
             check_out(target, out)
             written = target.write(log)
             files = output_files(target, out, written)
             if format == "events":
                 files = {out: rows_csv((change.event for change in log.changes), start)}
-            for file in told:
+            for file in truth_files:
                 check_apart("truth", file, files)
             if target.is_folder:
                 out.mkdir(exist_ok=True)
-            write_files({**files, **told})
+            write_files({**files, **truth_files})
         return list(written.notes)
 
     def _log(
@@ -119,7 +120,8 @@ class Recording:
         truth: str | Path | None,
         start: datetime | None,
     ) -> tuple[Log, dict[Path, str]]:
-        """The run, perhaps with faults, and what tells them. Raises SourceError, AngenError."""
+        """The log of the run with its faults, and the text of the truth file by path. Raises
+        SourceError, AngenError."""
         try:
             chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         except OSError as error:

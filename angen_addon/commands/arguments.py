@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the command line takes."""
+"""The options of the command line."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from .parser import Parser, path
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
-    """The options of a command. Raises SystemExit, after telling what is wrong."""
+    """The options of a command. On an error, prints it and raises SystemExit."""
     arguments = list(arguments)
     if "--frames" in arguments[:-1]:
-        # argparse takes a negative first frame for an option of its own.
+        # argparse would read a negative first frame as an option.
         place = arguments.index("--frames")
         arguments[place : place + 2] = [f"--frames={arguments[place + 1]}"]
     return _make_parser(program).parse_args(arguments)
@@ -85,17 +85,21 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     )
     run = _of_runs(every)
     _add_simulate(verbs, run)
-    listing = verbs.add_parser("list", parents=[every], help="the sensors and their parameters")
+    listing = verbs.add_parser(
+        "list", parents=[every], help="list the sensors and their parameters"
+    )
     listing.add_argument("--json", action="store_true", help="for programs")
     _add_apply(verbs, every)
     _add_check(verbs, run)
     _add_explain(verbs, every)
     doctor = verbs.add_parser(
-        "doctor", parents=[every], help="what makes the home's sensors read nonsense"
+        "doctor", parents=[every], help="find what makes the home's sensors read nonsense"
     )
     doctor.add_argument("--json", action="store_true", help="for programs")
     places = verbs.add_parser(
-        "places", parents=[every], help="what is marked for residents, and what they cannot reach"
+        "places",
+        parents=[every],
+        help="list the places marked for residents, and those that they cannot reach",
     )
     places.add_argument("--json", action="store_true", help="for programs")
     add_verbs(verbs, path, every)
@@ -104,7 +108,7 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
 
 
 def _of_runs(every: Parser) -> Parser:
-    """What all verbs take that simulate."""
+    """The options of all verbs that simulate."""
     run = Parser(add_help=False, parents=[every])
     run.add_argument(
         "--frames",
@@ -148,7 +152,7 @@ def _add_simulate(verbs: Any, run: Parser) -> None:
     verb.add_argument(
         "--spreadsheet",
         action="store_true",
-        help="CSV for a spreadsheet: names that it would take for formulas get a leading '",
+        help="CSV for a spreadsheet: names that it would read as formulas get a leading '",
     )
     verb.add_argument(
         "--format",
@@ -156,28 +160,35 @@ def _add_simulate(verbs: Any, run: Parser) -> None:
         default=[],
         choices=list(FORMATS),
         metavar="NAME",
-        help=f"also in the format of another tool, to the --out that follows it; may be given "
-        f"again: {', '.join(FORMATS)}",
+        help=f"also write the log for another tool, to the --out after it; may be given again: "
+        f"{', '.join(FORMATS)}",
     )
     verb.add_argument(
-        "--out", action="append", default=[], type=path, metavar="PATH", help="of --format"
+        "--out",
+        action="append",
+        default=[],
+        type=path,
+        metavar="PATH",
+        help="file or folder of the --format before it",
     )
     faulty.add_options(verb, path)
     address.add_options(verb, required=False)
-    verb.add_argument("--bake", action="store_true", help="key the outputs; needs --save")
-    verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
+    verb.add_argument(
+        "--bake", action="store_true", help="bake the outputs to keyframes; needs --save"
+    )
+    verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file as a copy")
 
 
 def _add_apply(verbs: Any, every: Parser) -> None:
     verb = verbs.add_parser(
-        "apply", parents=[every], help="add and change sensors as a layout file says"
+        "apply", parents=[every], help="add and change sensors to match a layout file"
     )
     verb.add_argument("layout", type=path, metavar="LAYOUT.json", help="as `list --json` prints it")
     verb.add_argument(
         "--save", type=path, required=True, metavar="FILE.blend", help="the home with the sensors"
     )
     verb.add_argument(
-        "--remove", action="store_true", help="delete the sensors that the layout does not have"
+        "--remove", action="store_true", help="delete the sensors that the layout lacks"
     )
     verb.add_argument("--quiet", action="store_true", help="do not say what was done")
 
@@ -190,20 +201,20 @@ def _add_check(verbs: Any, run: Parser) -> None:
         type=_tolerance,
         default=0.0,
         metavar="X",
-        help="largest difference of numbers that is none (default 0)",
+        help="numbers that differ by at most this count as equal (default 0)",
     )
     verb.add_argument(
         "--time-tolerance",
         type=_tolerance,
         default=0.0,
         metavar="SECONDS",
-        help="largest difference of an event's time that is none (default 0)",
+        help="times that differ by at most this count as equal (default 0)",
     )
 
 
 def _add_explain(verbs: Any, every: Parser) -> None:
     verb = verbs.add_parser(
-        "explain", parents=[every], help="which object made a sensor report its last event"
+        "explain", parents=[every], help="name the object that made a sensor report its last event"
     )
     verb.add_argument("--sensor", required=True, metavar="NAME", help="the sensor")
     verb.add_argument(
@@ -211,13 +222,12 @@ def _add_explain(verbs: Any, every: Parser) -> None:
         type=_tolerance,
         required=True,
         metavar="SECONDS",
-        help="its last event at or before this time, as in the event log, is explained",
+        help="explain its last event at or before this time of the event log",
     )
     verb.add_argument(
         "--now",
         action="store_true",
-        help="what it reads at this time instead, and what would have to change where that is "
-        "nothing",
+        help="explain its reading at this time instead, or what would have to change for one",
     )
     verb.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`blender HOME.blend --command angen …`: simulate, list, check, apply, explain, coverage and
-place without a window."""
+"""`blender HOME.blend --command angen VERB …`: runs the verbs without a window."""
 
 from __future__ import annotations
 
@@ -44,7 +43,7 @@ from ..output.report import check_name, report_text
 from ..output.run_log import log_of_run
 from ..process.quiet import fill_closed_streams, standard_output_silenced
 from ..recording import bake
-from ..recording.kept import keep
+from ..recording.stored_recording import stored_run
 from ..residents.places import check as residents_places
 from ..residents.places.floor import PlaceError
 from ..runtime import state
@@ -65,14 +64,14 @@ INTERRUPTED = "interrupted; nothing was written"
 
 
 class BadInput(Exception):
-    """The command cannot be carried out as given; the text says why and what would work."""
+    """The command or a file that it names is wrong; the text says why, and what would work."""
 
 
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
-    """Carries out a command on the open file; returns the exit status."""
+    """Runs a command on the open file; returns the exit status."""
     fill_closed_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # The log is UTF-8 whatever the terminal speaks.
+        # The log is UTF-8, whatever the terminal's encoding.
         sys.stdout.reconfigure(encoding="utf-8")
     try:
         options = parse(arguments, program)
@@ -106,11 +105,11 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
         note(str(error))
         return FAILED
     except BrokenPipeError:
-        # Who reads our output had enough, as `head` does.
+        # The reader of the output has closed it, as `head` does.
         sys.stdout = None  # type: ignore[assignment]
         return FAILED
     except OSError as error:
-        # Files are dealt with where they are written.
+        # Only standard output is left: errors of files are handled where they are written.
         sys.stdout = None  # type: ignore[assignment]
         note(f"cannot write to standard output: {error.strerror}")
         return FAILED
@@ -125,11 +124,12 @@ def _give_up() -> None:
 
 
 def _open_file(options: argparse.Namespace) -> None:
-    """Raises BadInput where there is none."""
+    """Checks that Blender has opened a file, and opens it again with its scripts if it is trusted.
+    Raises BadInput."""
     if not bpy.data.filepath:
         raise BadInput(
             "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
-            "see Blender's own message above, if any"
+            "Blender may have printed why above"
         )
     if bpy.data.version[:2] > bpy.app.version[:2]:
         saved, here = (".".join(map(str, v[:2])) for v in (bpy.data.version, bpy.app.version))
@@ -140,12 +140,12 @@ def _open_file(options: argparse.Namespace) -> None:
 
 
 def _sensors(options: argparse.Namespace) -> list[Sensor]:
-    """All sensors of the scene; says what keeps them from sensing the home, which is kept in
-    `options.lacks`."""
+    """All sensors of the scene. Prints what the home lacks, such as missing files, and lists it in
+    `options.lacks`. Raises BadInput without sensors."""
     _open_file(options)
     sensors = all_sensors(bpy.context.view_layer)
     options.lacks = []
-    _tell_of_lacks(options, sensors)
+    _print_lacks(options, sensors)
     if not sensors:
         raise BadInput(
             f"{Path(bpy.data.filepath).name} has no sensors in its scene "
@@ -157,11 +157,11 @@ def _sensors(options: argparse.Namespace) -> list[Sensor]:
 def _run(
     options: argparse.Namespace,
     sensors: list[Sensor],
-    take: Callable[[Recording], None] = lambda _: None,
+    on_progress: Callable[[Recording], None] = lambda _: None,
 ) -> Recording:
-    """Simulates what the options ask for; `take` gets the recording as it grows."""
+    """Simulates the frames in the options; calls `on_progress` with the growing recording."""
     scene = bpy.context.scene
-    run_advice.tell(sensors, options.quiet)
+    run_advice.print_advice(sensors, options.quiet)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(ends_before_time(scene, first, last))
@@ -173,18 +173,18 @@ def _run(
             options.interrupt.check()
             line.show(progress)
             if not progress.doing:
-                take(recording)
+                on_progress(recording)
     line.finish(
         progress.seconds_total if progress else 0.0,
         sum(len(track) for track in recording.tracks.values()),
     )
     # Drivers can fail at any frame.
-    _tell_of_lacks(options, sensors)
+    _print_lacks(options, sensors)
     return recording
 
 
-def _tell_of_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
-    """Says what the file needs and does not have, each once."""
+def _print_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
+    """Prints what the file needs and lacks, each once."""
     light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
     for text in lacking(bpy.context.view_layer, light):
         if text not in options.lacks:
@@ -205,7 +205,7 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
             "with --faults, then `angen replay` the log"
         )
     sensors = _sensors(options)
-    told = chosen(sensors, options.sensor)
+    selected = chosen(sensors, options.sensor)
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
     try:
         faults.check_names(sensor.name for sensor in sensors)
@@ -214,16 +214,18 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         for flag, path in files.items():
             if path and faults.file and path.resolve() == faults.file.resolve():
                 raise OutputError(f"{flag}: {path} is also read; give another name")
-        check_outputs(files, options.samples, file_names(s.name for s in simulated(told)).values())
+        check_outputs(
+            files, options.samples, file_names(s.name for s in simulated(selected)).values()
+        )
         if options.report:
             check_name(options.report, "--report")
     except (OutputError, SourceError) as error:
         raise BadInput(str(error)) from None
-    with Sending(address, simulated(told), options) as sending:
-        recording = _run(options, told, sending.take)
+    with Sending(address, simulated(selected), options) as sending:
+        recording = _run(options, selected, sending.take)
         is_whole = sending.finish()
     shown = for_spreadsheets if options.spreadsheet else str
-    log, truth = faults.of(log_of_run(recording, bpy.context.scene, told, options.start))
+    log, truth = faults.of(log_of_run(recording, bpy.context.scene, selected, options.start))
     outputs.texts |= {path: shown(text) for path, text in truth.items()}
     text = shown(rows_csv((change.event for change in log.changes), options.start))
     if options.events:
@@ -239,16 +241,16 @@ def _simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         note(text)
     if options.report:
         outputs.texts[options.report] = report_text(
-            options.report, bpy.context.scene, told, recording, options.start
+            options.report, bpy.context.scene, selected, recording, options.start
         )
     if options.bake:
         baked = bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
         for text in baked.notes:
             note(text)
     if options.save:
-        # Whoever opens the copy can scrub through what was recorded.
+        # So that whoever opens the copy can scrub through the recording.
         scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
-        state.CACHE.keep(scene, keep(recording, scene, depsgraph))
+        state.CACHE.keep(scene, stored_run(recording, scene, depsgraph))
         outputs.save_blend(options.save)
     return DONE if is_whole else FAILED
 
@@ -288,7 +290,7 @@ def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
     except OutputError as error:
         raise BadInput(str(error)) from None
     if options.save.exists() and options.layout.exists() and options.save.samefile(options.layout):
-        raise BadInput(f"--save: {options.save} is the layout itself, which would be lost")
+        raise BadInput(f"--save: {options.save} is the layout itself, and would overwrite it")
     applied = apply_layout(options.layout, options.remove)
     outputs.save_blend(options.save)
     if not options.quiet:
@@ -360,7 +362,7 @@ def _day(options: argparse.Namespace, outputs: Outputs) -> int:
     try:
         return DONE if days.day(options, sensors) else FAILED
     except KeyboardInterrupt:
-        # What is whole was kept, and told of.
+        # The complete days are written, and their number was printed.
         options.interrupt.came = False
         return FAILED
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen compare LOG LOG`: needs no Blender."""
+"""`angen compare LOG LOG`: compares two event logs; needs no Blender."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ def _say(text: str) -> int:
     if sys.stdout is None:
         return _fail("standard output is closed", FAILED)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # Names are UTF-8 whatever the terminal speaks.
+        # Names are UTF-8, whatever the terminal's encoding.
         sys.stdout.reconfigure(encoding="utf-8")
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
     except OSError as error:
-        # What is left in it is not to be tried again at the end.
+        # Without it, Python does not try to write the rest at exit.
         sys.stdout = None  # type: ignore[assignment]
         if isinstance(error, BrokenPipeError):
-            # Who reads our output had enough, as `head` does.
+            # The reader of the output has closed it, as `head` does.
             return FAILED
         return _fail(f"cannot write to standard output: {error.strerror}", FAILED)
     return DONE

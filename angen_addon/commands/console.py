@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What commands say to their user, on standard error: out of the way of the events."""
+"""Messages to the user on standard error, apart from the events on standard output."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TextIO
 
 
 def note(text: str) -> None:
-    """A line for the user."""
+    """Prints one line for the user."""
     tell(f"angen: {' '.join(text.split())}\n")
 
 
 def tell(text: str, stream: TextIO | None = None) -> None:
-    """Writes to `stream`, or standard error. Where that is closed, or its disk is full, there is
-    nobody to tell, and the results do not depend on it."""
+    """Writes to `stream` (default: standard error). Ignores errors, such as a closed stream, so
+    that they do not end the run."""
     stream = stream or sys.stderr
     if stream is not None:
         with contextlib.suppress(OSError, ValueError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen convert EVENTS.csv --format NAME --out PATH`: needs no Blender."""
+"""`angen convert EVENTS.csv --format NAME --out PATH`: converts an event log; needs no Blender."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def main(arguments: list[str], program: str) -> int:
 
 
 def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
-    """The log that the options name, at its start, and the sensors that are known of. Raises
+    """The log that the options name, with its start, and the names of all known sensors. Raises
     SourceError, OSError."""
     sensors: dict[str, SensorFacts] = {}
     start: datetime | None = None
@@ -76,7 +76,7 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     source = read_log(options.events, start)
     events, start = source.events, source.start
     if source.has_activities and not options.activities:
-        note(f"activities in {options.events} are not read: --activities gives them")
+        note(f"the activities in {options.events} are ignored: give --activities FILE.csv")
     if options.undo_faults:
         events = undo(events, options.undo_faults)
     if start is None:
@@ -101,7 +101,9 @@ def _parser(program: str) -> Parser:
         prog=f"{program} convert",
         description="Writes an event log in the format of another tool; needs no Blender.",
     )
-    parser.add_argument("events", type=path, metavar="LOG", help="what simulate or convert wrote")
+    parser.add_argument(
+        "events", type=path, metavar="LOG", help="a log that simulate or convert wrote"
+    )
     parser.add_argument(
         "--format",
         required=True,
@@ -134,6 +136,6 @@ def _parser(program: str) -> Parser:
         "--undo-faults",
         type=path,
         metavar="TRUTH.csv",
-        help="take out the faults that this file tells of, which --truth wrote",
+        help="undo the faults that this file lists, which --truth wrote",
     )
     return parser

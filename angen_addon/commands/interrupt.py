@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ctrl-C, and the signals that end a job, also amid a render or a search that nothing else can
-break off."""
+"""Handles Ctrl-C and the signals that end a job, also during a long call into Blender, such as a
+render, that nothing else can end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-# s: a step of work that goes on for longer after Ctrl-C is ended with the process.
+# s: a step that goes on for longer than this after Ctrl-C is ended with the process.
 PATIENCE_S = 0.7
 
 SIGNALS = {
@@ -20,11 +20,11 @@ SIGNALS = {
 
 
 class Interrupt:
-    """A context in which Ctrl-C and the like are taken note of, and `check` raises: Blender would
-    swallow an exception that is raised in a frame handler.
+    """A context manager that notes Ctrl-C and the like, for `check` to raise later: an exception
+    raised inside a frame handler would be lost in Blender.
 
-    A second Ctrl-C raises at once. `leave` ends the process where work that is `watched` does not
-    come to its next `check` in time.
+    A second Ctrl-C raises at once. `leave` is called to end the process where `watched` work does
+    not reach its next `check` in time.
     """
 
     def __init__(self, leave: Callable[[], None]) -> None:
@@ -34,7 +34,7 @@ class Interrupt:
 
     def __enter__(self) -> Interrupt:
         for number in SIGNALS:
-            # Blender takes Ctrl-C for itself and would go on to the end; nohup has SIGHUP ignored.
+            # Blender handles Ctrl-C itself, and would run on; nohup ignores SIGHUP.
             if number == signal.SIGINT or signal.getsignal(number) != signal.SIG_IGN:
                 self._before[number] = signal.signal(number, self._on_signal)
         return self
@@ -49,16 +49,15 @@ class Interrupt:
         self.came = True
 
     def check(self) -> None:
-        """Raises KeyboardInterrupt if it came."""
+        """Raises KeyboardInterrupt if a signal has come."""
         if self.came:
             raise KeyboardInterrupt
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Work that has written nothing yet and leaves nothing behind: it is ended hard where it
-        would go on for longer."""
-        # Blender's C code keeps Python's handlers waiting, but neither the file descriptor that a
-        # signal wakes nor, as it renders without Python's lock, another thread.
+        """Wraps work that can be ended at any point, since it has written nothing yet."""
+        # During a call into Blender, Python runs no signal handler. But the signal still wakes a
+        # file descriptor, and another thread can read that, since rendering releases Python's lock.
         ours, theirs = socket.socketpair()
         theirs.setblocking(False)
         before = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)

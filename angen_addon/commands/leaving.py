@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ends the process where it stands."""
+"""Ends the process at once."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import NoReturn
 
 
 def leave_hard(status: int) -> NoReturn:
-    """Flushes what was said, removes Blender's temporary folder and ends the process. Nothing is
-    taken down, as Blender's module crashes or hangs in that where drivers ran Python."""
+    """Flushes the output, removes Blender's temporary folder and ends the process without cleaning
+    up: Blender's module crashes or hangs in its clean-up where drivers have run Python."""
     bpy = sys.modules.get("bpy")
     folder = Path(bpy.app.tempdir) if bpy is not None else None
-    # Of this session alone, not that of all programs.
+    # The folder of this session, not the one shared with other programs.
     if folder is not None and folder.name.startswith("blender_"):
         shutil.rmtree(folder, ignore_errors=True)
     for stream in (sys.stdout, sys.stderr):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Command lines that tell what is wrong in one line, as every other error."""
+"""An argument parser that prints its errors in one line, as all other errors are."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import NoReturn
 
 class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"angen: {message} (--help tells more)\n")
+        self.exit(2, f"angen: {message} (see --help)\n")
 
 
 def path(text: str) -> Path:
     if not text:
-        raise argparse.ArgumentTypeError("an empty name is no file or folder")
+        raise argparse.ArgumentTypeError("the name of a file or folder is empty")
     return Path(text)

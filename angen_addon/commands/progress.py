@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Progress on standard error: one line that renews itself on a terminal, else one now and then."""
+"""Prints progress on standard error: on a terminal one line that changes, else a line every 10
+s."""
 
 from __future__ import annotations
 
@@ -15,16 +16,16 @@ TERMINAL_INTERVAL_S = 0.2
 LOG_INTERVAL_S = 10.0
 
 
-# Before that, what is left of a run is a guess: seconds, and the part of it that is done.
+# An estimate needs this many seconds of the run, and this share of it done.
 SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
 # Two estimates agree if neither is more than this many times the other.
 AGREE = 1.5
 
 
 class TimeLeft:
-    """How long the rest of a run will take: nothing, until what the whole run so far says of it
-    and what its latter half says agree. A run may start with what takes long once, such as the
-    first pictures of the light."""
+    """Estimates how long the rest of a run will take, from the whole run so far and from its latter
+    half, and only once both agree: a run may begin with something slow, such as the first pictures
+    of the light."""
 
     def __init__(self) -> None:
         self._start = time.perf_counter()
@@ -41,7 +42,7 @@ class TimeLeft:
             self._noted.popleft()
 
     def seconds(self) -> float | None:
-        """None as long as it is not known."""
+        """None as long as the estimates disagree."""
         if self._last is None or not self._last.seconds_done:
             return None
         (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
@@ -54,7 +55,7 @@ class TimeLeft:
         return (whole + latter) / 2 if self._sure else None
 
     def text(self) -> str:
-        """In round numbers; empty as long as it is not known."""
+        """The time left in round numbers, or empty."""
         seconds = self.seconds()
         if seconds is None:
             return ""
@@ -67,7 +68,7 @@ class TimeLeft:
 
 
 class ProgressLine:
-    """Prints how far a run is, how fast, and how long it will take."""
+    """Prints the progress, speed and time left of a run."""
 
     def __init__(self, stream: TextIO, quiet: bool) -> None:
         self._stream = stream
@@ -76,7 +77,7 @@ class ProgressLine:
         self._start = self._shown = time.perf_counter()
         self._drawn = False
         self._left = TimeLeft()
-        self._told = {""}
+        self._announced = {""}
         self._last: Progress | None = None
 
     def show(self, progress: Progress) -> None:
@@ -84,11 +85,11 @@ class ProgressLine:
         self._last = progress
         now = time.perf_counter()
         interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
-        # What takes long is told before, in a log once.
-        news = bool(progress.doing) if self._terminal else progress.doing not in self._told
+        # A slow step is announced when it begins; off a terminal, only the first time.
+        news = bool(progress.doing) if self._terminal else progress.doing not in self._announced
         if self._quiet or (now - self._shown < interval and not news):
             return
-        self._told.add(progress.doing)
+        self._announced.add(progress.doing)
         self._shown = now
         elapsed = now - self._start
         rate = progress.seconds_done / elapsed

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen replay EVENTS.csv --mqtt HOST`: a log's sensors as live devices; needs no Blender."""
+"""`angen replay EVENTS.csv --mqtt HOST`: publishes a log's sensors as live devices; needs no
+Blender."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def main(arguments: list[str], program: str) -> int:
         work = _forget if options.forget else _replay
         address = address_of(options)
         assert address is not None
-        # That is how a loop ends.
+        # Ctrl-C is the normal end of a loop.
         interrupted = DONE if options.loop else FAILED
         with Interrupt(lambda: _give_up(interrupted)) as interrupt, interrupt.watched():
             return work(options, address, interrupt.check)
@@ -53,33 +54,33 @@ def main(arguments: list[str], program: str) -> int:
 
 
 def _give_up(status: int) -> None:
-    # The broker tells the others, as it was asked to when the connection was made.
+    # The broker then publishes the will: the sensors are offline.
     note(INTERRUPTED)
     leave_hard(status)
 
 
 def _replay(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
     if options.events is None:
-        raise AddressError("what is to be replayed? Give EVENTS.csv, or --forget")
+        raise AddressError("no log to replay: give EVENTS.csv, or --forget")
     log, start = _read(options.events, options.home)
     if not log.changes:
         raise SourceError(f"{options.events} has no events")
-    part = Part(log, _moment(options.since, start), _moment(options.until, start))
+    stretch = Stretch(log, _time_of(options.since, start), _time_of(options.until, start))
     speed = 1.0 if options.speed is None else options.speed
-    if options.loop and (speed == AT_ONCE or part.length <= 0):
-        raise AddressError("--loop: a round must take time; give a --speed, or another --from")
+    if options.loop and (speed == AT_ONCE or stretch.length <= 0):
+        raise AddressError("--loop: a round takes no time; give a --speed, or another --from")
     home = Home(log.channels, options.topic or TOPIC, extension_version())
     link = Link(address, home.status(OFFLINE))
     player = Player(link, home, speed, check)
     try:
-        player.begin(part.states)
-        player.pace.start(part.begin)
+        player.begin(stretch.states)
+        player.pace.start(stretch.begin)
         for number in itertools.count():
-            after = number * part.length
+            after = number * stretch.length
             if number:
-                player.play(part.again, after)
-            player.play(part.changes, after)
-            player.pace.wait(part.end + after)
+                player.play(stretch.again, after)
+            player.play(stretch.changes, after)
+            player.pace.wait(stretch.end + after)
             if not options.loop:
                 break
     finally:
@@ -89,7 +90,7 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
-    """A log with its rooms, and its start where something tells it. Raises SourceError, OSError."""
+    """A log with its rooms, and its start, or None without dates. Raises SourceError, OSError."""
     beside = events / "home.toml"
     home = home or (beside if beside.is_file() else None)
     sensors, start, _ = read_home(home) if home else ({}, None, {})
@@ -98,10 +99,11 @@ def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
     return log, source.start
 
 
-class Part:
-    """What of a log is replayed; times in microseconds, as in the log.
+class Stretch:
+    """The part of a log to replay; times in microseconds, as in the log.
 
-    `states`: of the channels at the begin; `again`: the same as changes; `changes`: those after it.
+    `states`: of the channels at its begin, and `again` the same as changes, for each further round;
+    `changes`: those after the begin.
     """
 
     def __init__(self, log: Log, begin: int | None, end: int | None) -> None:
@@ -110,8 +112,8 @@ class Part:
         self.end = last if end is None else end
         if not 0 <= self.begin <= self.end:
             raise AddressError(
-                f"--from {self.begin / 1e6:g} s and --until {self.end / 1e6:g} s: nothing of the "
-                f"log, which ends at {last / 1e6:g} s, is between them"
+                f"--from {self.begin / 1e6:g} s and --until {self.end / 1e6:g} s: the log, which "
+                f"ends at {last / 1e6:g} s, has nothing between them"
             )
         self.states: dict[Channel, Value] = {
             c.channel: c.value for c in log.changes if c.time <= self.begin
@@ -124,8 +126,8 @@ class Part:
         return self.end - self.begin
 
 
-def _moment(text: str | None, start: datetime | None) -> int | None:
-    """What --from or --until names, in microseconds since the log's start. Raises SourceError."""
+def _time_of(text: str | None, start: datetime | None) -> int | None:
+    """The time of --from or --until, in microseconds since the log's start. Raises SourceError."""
     if text is None:
         return None
     try:
@@ -135,7 +137,7 @@ def _moment(text: str | None, start: datetime | None) -> int | None:
     except ValueError:
         pass
     if start is None:
-        raise SourceError(f"'{text}' is no number of seconds, and the log has no dates")
+        raise SourceError(f"'{text}' is not a number of seconds, and the log has no dates")
     moment = start_of(text) or start
     try:
         return since(start, moment)
@@ -161,16 +163,15 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
 def _parser(program: str) -> Parser:
     parser = Parser(
         prog=f"{program} replay",
-        description="Makes the sensors of an event log appear at an MQTT broker, such as Home "
-        "Assistant's, and replays what they read.",
+        description="Announces the sensors of an event log to an MQTT broker, such as Home "
+        "Assistant's, and replays their readings.",
     )
     parser.add_argument(
         "events",
         type=path,
         nargs="?",
         metavar="EVENTS.csv",
-        help="what simulate or convert wrote, in any format that convert reads, or a folder of "
-        "days",
+        help="a log in any format that convert reads, or a folder of days",
     )
     add_options(parser, required=True)
     parser.add_argument(
@@ -183,9 +184,11 @@ def _parser(program: str) -> Parser:
         "--from",
         dest="since",
         metavar="TIME",
-        help="begin there: seconds of the log, or 2026-03-02T12:00 where it has dates",
+        help="begin at this time: seconds of the log, or 2026-03-02T12:00 where it has dates",
     )
-    parser.add_argument("--until", metavar="TIME", help="end there (default: the last event)")
+    parser.add_argument(
+        "--until", metavar="TIME", help="end at this time (default: the last event)"
+    )
     parser.add_argument("--loop", action="store_true", help="begin again, until Ctrl-C")
     parser.add_argument(
         "--forget", action="store_true", help="remove the sensors from the broker; no EVENTS.csv"

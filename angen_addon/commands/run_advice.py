@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run's user should know before it begins, on standard error."""
+"""Prints advice to the user before a run, on standard error."""
 
 from __future__ import annotations
 
@@ -13,25 +13,20 @@ from ..scene.sensors import Sensor, simulated
 from .console import note
 
 
-def tell(sensors: list[Sensor], quiet: bool) -> None:
-    """Says which sensors are switched off, and, unless `quiet`, what keeps others from reading what
-    their user expects."""
-    _tell_of_off(sensors)
-    if not quiet:
-        _tell_of_pads(sensors)
-        _tell_of_warmth(sensors)
-        _tell_of_warm_up(sensors)
-
-
-def _tell_of_off(sensors: list[Sensor]) -> None:
-    """Says which sensors will report nothing."""
+def print_advice(sensors: list[Sensor], quiet: bool) -> None:
+    """Prints which sensors are switched off, and, unless `quiet`, why others may not read what the
+    user expects."""
     off = [s.name for s in sensors if not s.settings.enabled]
     if off:
         note(f"switched off: {', '.join(off)}")
+    if not quiet:
+        _advise_on_pads(sensors)
+        _advise_on_warmth(sensors)
+        _advise_on_warm_up(sensors)
 
 
-def _tell_of_warmth(sensors: list[Sensor]) -> None:
-    """Says what keeps pyroelectric detectors from feeling what their user expects."""
+def _advise_on_warmth(sensors: list[Sensor]) -> None:
+    """On pyroelectric detectors: a home without anything warm, and rates that are too slow."""
     found = warmth.pyroelectric(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
@@ -42,16 +37,16 @@ def _tell_of_warmth(sensors: list[Sensor]) -> None:
             note(f"'{sensor.name}': {uncapitalized(slow.text)}")
 
 
-def _tell_of_warm_up(sensors: list[Sensor]) -> None:
-    """Says which detectors the animation ends too early for."""
+def _advise_on_warm_up(sensors: list[Sensor]) -> None:
+    """On detectors whose warm-up lasts longer than the animation."""
     for sensor in simulated(sensors):
         late = advice.warm_up(sensor, bpy.context.scene)
         if late:
             note(f"'{sensor.name}': {uncapitalized(late.text)}")
 
 
-def _tell_of_pads(sensors: list[Sensor]) -> None:
-    """Says what keeps pressure pads from reading what their user expects."""
+def _advise_on_pads(sensors: list[Sensor]) -> None:
+    """On pressure pads: those without a surface, and bodies that sink in or have no mass."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
     for ask in (
@@ -59,9 +54,9 @@ def _tell_of_pads(sensors: list[Sensor]) -> None:
         lambda pad: advice.sinks(pad.object, scene),
         lambda pad: advice.weightless(pad.object, scene, view_layer),
     ):
-        told = {pad.name: found for pad in pads if (found := ask(pad))}
-        if told:
-            note(advice.of_several(told))
+        found = {pad.name: problem for pad in pads if (problem := ask(pad))}
+        if found:
+            note(advice.of_several(found))
     short = advice.short_cache(scene) if pads else None
     if short:
         note(short.text)

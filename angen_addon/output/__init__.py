@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is written of a run: files, reports, formats of other tools."""
+"""Writes the results of runs: logs, reports, and formats of other tools."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sensor in plain data, for programs."""
+"""Describes sensors as plain data, as `list --json` prints it."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..scene.sensors import Sensor, decimal
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:
-    """Name, kind, room, what its main reading is and the units of what it publishes, place
-    (metres, radians), what it hangs on, and all parameters (SI units, radians): an entry of a
-    layout, which gives the same sensor again."""
+    """An entry of a layout, from which `apply` makes the same sensor again: name, kind, room, main
+    reading and units of the published fields, pose (metres, radians), parent, collection, and all
+    parameters (SI units, radians)."""
     depsgraph = evaluated_depsgraph()
     obj = sensor.object
     location, rotation = told.place(sensor, depsgraph)
@@ -25,7 +25,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
         "room": sensor.room,
         "library": sensor.library,
         "enabled": sensor.settings.enabled,
-        "simulated": True,  # Every kind is, but programs may read it.
+        "simulated": True,  # True for every kind; programs may rely on the entry.
         "update_rate": decimal(sensor.settings.update_rate),
         "reading": {"field": sensor.reading.name, "unit": sensor.reading.unit},
         "units": {field.name: field.unit for field in sensor.kind.events},
@@ -39,7 +39,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
 
 
 def _collection(obj: Any, scene: Any) -> str | None:
-    """The collection that an object is in; None: that of the scene itself."""
+    """The collection that an object is in; None for the scene's own."""
     names = [c.name for c in obj.users_collection if c != scene.collection]
     return names[0] if names else None
 
@@ -55,7 +55,7 @@ def parameters_of(sensor: Sensor) -> dict[str, Any]:
 
 def _plain(value: Any, unit: str) -> Any:
     if isinstance(value, float):
-        # JSON knows no NaN and no infinity. Angles count to the last bit, all else as it was typed.
+        # JSON has no NaN and no infinity. Angles keep every bit, other numbers are as typed.
         if not math.isfinite(value):
             return None
         return told.shortest(value) if unit == "rad" else decimal(value)

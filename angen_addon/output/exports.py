@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run is to be written as beside its event log."""
+"""The formats in which a run is written beside its event log."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .output_files import Outputs
 
 
 class Exports:
-    """Formats and where each goes. Raises OutputError where one could not be written."""
+    """Formats, each with its path. Raises OutputError where one could not be written."""
 
     def __init__(self, names: Sequence[str], outs: Sequence[Path]) -> None:
         if len(names) != len(outs):
@@ -26,7 +26,7 @@ class Exports:
 
     @property
     def files(self) -> dict[str, Path | None]:
-        """What is no folder, by what tells it in a message."""
+        """The paths that are files, not folders, by their names in messages."""
         return {
             f"--out {number} ({target.name})": out
             for number, (target, out) in enumerate(self._targets, start=1)
@@ -34,7 +34,7 @@ class Exports:
         }
 
     def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
-        """Adds the files to what will be written; tells what a format could not hold. Raises
+        """Adds the files to the outputs; yields notes on what a format cannot hold. Raises
         OutputError."""
         for target, out in self._targets:
             try:

@@ -24,32 +24,35 @@ def add_options(parser: Any, path: Any) -> None:
         "--truth",
         type=path,
         metavar="FILE.csv",
-        help="tells what --faults did to the log (default: beside it, LOG.truth.csv)",
+        help="list of what --faults did to the log (default: LOG.truth.csv beside it)",
     )
 
 
 class Faults:
-    """A faults file, and the file for what it did; without one, logs stay as they are."""
+    """A faults file, and the file that will list what it did to a log. Without a faults file, logs
+    stay as they are."""
 
     def __init__(self, faults: Path | None, truth: Path | None, log: Path | None) -> None:
-        """`log`: the file that will be faulty. Raises SourceError naming what is wrong, and where;
-        OSError."""
+        """`log`: the file of the faulty log. Raises SourceError, which names what is wrong and
+        where, and OSError."""
         if faults is None and truth is not None:
-            raise SourceError("--truth tells what --faults did: give --faults FILE.toml too")
+            raise SourceError("--truth lists what --faults did: give --faults FILE.toml too")
         if faults is not None and truth is None:
             if log is None:
-                raise SourceError("--faults changes the log: give --truth FILE.csv, to tell how")
+                raise SourceError(
+                    "--faults changes the log: give --truth FILE.csv for the list of changes"
+                )
             truth = log.with_name(f"{log.name}.truth.csv")
         self.file, self.truth = faults, truth
         self.plan: Plan | None = read_plan(faults) if faults else None
 
     def check_names(self, sensors: Iterable[str]) -> None:
-        """Raises SourceError for a sensor in the file that is none of these."""
+        """Raises SourceError where the faults file names a sensor that is not one of these."""
         if self.plan:
             self.plan.check_names(sensors)
 
     def of(self, log: Log) -> tuple[Log, dict[Path, str]]:
-        """The log with its faults, and what is to be written beside it."""
+        """The log with its faults, and the texts of further files by path."""
         if not (self.plan and self.truth):
             return log, {}
         faulty = make_faults(log, self.plan)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gathers what there is to tell of a run, and writes it as the kind of file that was asked for."""
+"""Gathers the facts of a run, and writes them as an HTML page or an SVG picture."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 
 
 def check_name(path: Path, what: str) -> None:
-    """Raises OutputError where the file's name does not tell which kind of report to write."""
+    """Raises OutputError where the file's name ends neither as a page nor as a picture."""
     if path.suffix.lower() not in PAGES | DRAWINGS:
         raise OutputError(
             f"{what}: {path.name} must end in .html (the whole report) or .svg "
@@ -41,8 +41,8 @@ def report_text(
     recording: Recording,
     start: datetime | None = None,
 ) -> str:
-    """The report of a run of these sensors for a file of that name; `start` is what t = 0 stands
-    for. Raises SensorError, OutputError."""
+    """The report on a run of these sensors, in the format that the path ends with; `start` is the
+    date and time of t = 0. Raises SensorError, OutputError."""
     check_name(path, "report")
     report = gather(scene, sensors, recording, start)
     return page.html(report) if path.suffix.lower() in PAGES else page.svg(report)
@@ -51,7 +51,7 @@ def report_text(
 def gather(
     scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None = None
 ) -> Report:
-    """The facts of the report; it marks sensors that were not simulated."""
+    """The facts of the report, which marks sensors that the run did not simulate."""
     return Report(
         scene.name,
         tuple(_facts(scene, sensors, recording, start)),
@@ -99,7 +99,7 @@ def _sensor_facts(sensor: Sensor) -> SensorFacts:
 
 
 def _changed(sensor: Sensor) -> list[tuple[str, str]]:
-    """The parameters that are used and differ from the defaults of the kind."""
+    """Names and values of the parameters in use that differ from the defaults of the kind."""
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)
     return [
@@ -112,7 +112,7 @@ def _changed(sensor: Sensor) -> list[tuple[str, str]]:
 
 def _same(value: Any, usual: Any) -> bool:
     if isinstance(value, float):
-        # Angles come as Blender stores them, in single precision.
+        # Blender stores angles in single precision.
         return abs(value - usual) <= 1e-6 * max(abs(usual), 1e-6)
     return bool(value == usual)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run as the formats of other tools want it: its events with rooms, seed and versions."""
+"""Makes the log of a run for other formats: its events with rooms, seed and versions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from .version import extension_version
 def log_of_run(
     recording: Recording, scene: Any, sensors: Iterable[Sensor], start: datetime | None = None
 ) -> Log:
-    """The log of a recording of these sensors in the open file; `start` is when t = 0 was."""
+    """The log of a recording of these sensors in the open file; `start` is the date and time of
+    t = 0."""
     facts = {s.name: sensor_facts(s) for s in sensors}
     return make_log(
         events(recording), facts, start or DEFAULT_START, about=about(scene), samples=recording
@@ -35,7 +36,7 @@ def sensor_facts(sensor: Sensor) -> SensorFacts:
 
 
 def about(scene: Any) -> dict[str, str]:
-    """Which home this is, its seed, and what simulated it."""
+    """The home's file and digest, the seed, and the versions that simulated it."""
     found = {"seed": str(scene.angen_seed)}
     path = Path(bpy.data.filepath)
     if bpy.data.filepath and path.is_file():

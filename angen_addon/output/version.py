@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's version, as its manifest has it."""
+"""Reads the extension's version from its manifest."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender as a module of a Python process: loaded, kept quiet, ended."""
+"""Runs Blender as a module of a Python process: loads the extension, silences Blender, ends it."""

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The end of a Python that has Blender as a module: a script, a worker, a test session.
+"""Cleans up before the end of a Python process that has Blender as a module, such as a script.
 
-Blender is taken down after Python there. What Python owns by then, the handlers and classes of
-extensions and the drivers of the open file that are Python, makes it crash or hang.
+Blender frees its data after Python has ended there. Handlers and classes of extensions, and drivers
+in Python, then make it crash or hang, so they must be gone before.
 
-Blender's module goes with the last reference to it. Blender 4.2 keeps, for good, every class of a
-group of properties that was ever registered; if such a class leads to a function, as `update`,
-`get` and `set` are, it leads to the function's module and so to `bpy`, which then stays until
-there is no Python any more. So those classes are emptied.
+Blender frees its module with the last reference to it. Blender 4.2 never drops a registered
+PropertyGroup class; where its properties have an `update`, `get` or `set` function, that function
+refers to its module and so to `bpy`, which then outlives Python. So these classes are emptied.
 """
 
 from __future__ import annotations
@@ -23,16 +22,16 @@ _unregister: Callable[[], None] | None = None
 
 
 def expect(unregister: Callable[[], None]) -> None:
-    """Has `unregister` called, and the open file closed, before Python ends; the file also where
-    the extension is off by then. A Blender program does so by itself."""
+    """Arranges that `unregister` is called and the open file closed before Python ends. Where
+    Blender is a program of its own, it does so itself."""
     global _unregister
     if not bpy.app.binary_path:
         if _unregister is None:
-            atexit.register(_let_go)
+            atexit.register(_clean_up)
         _unregister = unregister
 
 
-def _let_go() -> None:
+def _clean_up() -> None:
     with standard_output_silenced():
         if _unregister is not None:
             _unregister()
@@ -41,7 +40,7 @@ def _let_go() -> None:
 
 
 def _empty_groups() -> None:
-    """Takes their properties from the extension's groups of properties, which are off by now."""
+    """Empties the extension's PropertyGroup classes, which are unregistered by now."""
     extension = __package__.rsplit(".", 2)[0] + "."
     for group in bpy.types.PropertyGroup.__subclasses__():
         if group.__module__.startswith(extension):

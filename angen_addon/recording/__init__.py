@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run leaves: kept in memory and in the file, compared with the scene, keyed."""
+"""Recordings of runs: stored in memory and in blend files, compared with the scene, baked to
+keys."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes a recording as keyframes onto the sensors' `active` and `value`, and removes them.
 
-Both are held from key to key (constant interpolation). A reading stands until the next one is
-published; a line between two would show values that nobody measured, and show them early.
+Keys have constant interpolation, since a reading holds until the next one is published. A line
+between two readings would show values that nobody measured, before they were measured.
 """
 
 from __future__ import annotations
@@ -18,35 +18,35 @@ from ..runtime.outputs import ACTIVE_PATH, VALUE_PATH, output_curves
 from ..scene.animation import has_curves, remove_curve
 from ..scene.sensors import Sensor
 
-# What Blender calls its keys' kinds, by number.
+# Blender's number for constant interpolation.
 CONSTANT = 0
 IN_INSTANCE = "it is in a collection instance, all of which share one object's keys"
 
 
 @dataclass
-class Baked:
-    """Of how many sensors keys were written or removed, and what the user should know of others, a
-    line each."""
+class BakeResult:
+    """The number of sensors whose keys were written or removed, and `notes` to the user on other
+    sensors, a line each."""
 
     count: int = 0
     notes: list[str] = field(default_factory=list)
 
 
-def bake(sensors: list[Sensor], recording: Recording) -> Baked:
-    """Keys every change of the recorded sensors anew, in place of earlier keys of these outputs.
+def bake(sensors: list[Sensor], recording: Recording) -> BakeResult:
+    """Replaces the keys of the sensors' outputs by one key for each change in the recording.
 
-    They go into the object's action where it has one, whose other curves stay as they are; else
-    into a new one named after the sensor. An action that other objects play too is copied first.
+    The keys go into the object's action, whose other curves stay as they are, or into a new action
+    named after the sensor. An action that other objects use too is copied first.
     """
-    baked = Baked()
+    baked = BakeResult()
     for sensor in sensors:
         track = recording.track_of(sensor.uid)
         if track is None or not len(track):
             continue
         obstacle = IN_INSTANCE if sensor.holders else _obstacle(sensor.object)
         if not obstacle:
-            note = _own_action(sensor)
-            obstacle = _key(sensor.object, track)
+            note = _make_own_action(sensor)
+            obstacle = _insert_keys(sensor.object, track)
             if note and not obstacle:
                 baked.notes.append(note)
         if obstacle:
@@ -57,14 +57,14 @@ def bake(sensors: list[Sensor], recording: Recording) -> Baked:
 
 
 def is_baked(sensor: Sensor) -> bool:
-    """Whether keys say what its outputs are; in an instance they are those of another sensor, its
-    original."""
+    """Whether the sensor's outputs have keys. Keys seen in a collection instance are those of the
+    original sensor, and do not count."""
     return not sensor.holders and bool(output_curves(sensor.object))
 
 
-def unbake(sensors: list[Sensor]) -> Baked:
-    """Removes the keys of the sensors' outputs; an action in which nothing else is goes too."""
-    baked = Baked()
+def unbake(sensors: list[Sensor]) -> BakeResult:
+    """Removes the keys of the sensors' outputs, and each action that is empty then."""
+    baked = BakeResult()
     for sensor in filter(is_baked, sensors):
         animation = sensor.object.animation_data
         action = animation.action
@@ -83,7 +83,7 @@ def unbake(sensors: list[Sensor]) -> Baked:
 
 
 def _obstacle(obj: Any) -> str:
-    """Why the outputs of an object cannot be keyed, and the way out."""
+    """Why the outputs of an object cannot be keyed, and what would help; empty where they can."""
     if obj.library is not None:
         return f"it is linked from {obj.library.filepath}: make it local, or bake there"
     animation = obj.animation_data
@@ -95,8 +95,9 @@ def _obstacle(obj: Any) -> str:
     return ""
 
 
-def _own_action(sensor: Sensor) -> str:
-    """Sees to an action that only this object plays; returns what the user should know of it."""
+def _make_own_action(sensor: Sensor) -> str:
+    """Makes sure that the object has an action of its own; returns a note on a copied one, or
+    empty."""
     obj = sensor.object
     animation = obj.animation_data or obj.animation_data_create()
     if animation is None:
@@ -117,34 +118,34 @@ def _own_action(sensor: Sensor) -> str:
 
 
 def _others_play(action: Any, obj: Any) -> bool:
-    """Whether something but `obj` would get the keys too: from Blender 4.4 on, each datablock has
-    its slot in an action, or shares that of another."""
+    """Whether keys in the action would move anything but `obj`. From Blender 4.4 on, datablocks
+    that share an action may have a slot each, or share one."""
     slot = getattr(obj.animation_data, "action_slot", None)
     if hasattr(action, "slots"):
         return slot is not None and any(user != obj for user in slot.users())
     return any(user != obj for user in bpy.data.user_map(subset={action})[action])
 
 
-def _key(obj: Any, track: Track) -> str:
-    """Replaces the keys of both outputs; returns why it could not."""
+def _insert_keys(obj: Any, track: Track) -> str:
+    """Replaces the keys of both outputs; returns why that failed, or empty."""
     frames = np.asarray(track.frames)
     for path, column in ((ACTIVE_PATH, track.active), (VALUE_PATH, track.value)):
         values = np.array(column, np.float64)
-        kept = _changes(values)
+        changed = _changes(values)
         try:
-            # Blender makes the curve as it wants it, whatever the version.
+            # This call creates the curve in every version of Blender.
             obj.keyframe_insert(path, frame=float(frames[0]))
         except (RuntimeError, TypeError) as error:
             return " ".join(str(error).split())
         found = [curve for curve in output_curves(obj) if curve.data_path == path]
         if not found:
             return "Blender does not let it be animated: is it a library override?"
-        _fill(found[0], frames[kept], values[kept])
+        _fill(found[0], frames[changed], values[changed])
     return ""
 
 
 def _changes(values: Any) -> Any:
-    """Where a value differs from the one before."""
+    """Indices at which a finite value differs from the one before, the first included."""
     known = np.flatnonzero(np.isfinite(values))
     differs = np.diff(values[known]) != 0.0
     return known[np.concatenate(([True], differs))] if len(known) else known

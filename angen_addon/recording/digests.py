@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A digest of all that a user can set in a datablock, the same in every session.
+"""Lists all that a user can set in a datablock as plain values that are equal in every session.
 
-It walks what Blender tells of its own properties (RNA), so that a new modifier or node needs no
-line here. Left out are: what only the interface shows, what Blender works out itself, values that
-keys or a driver set (the keys and the driver are in), and the outputs of sensors.
+It walks the properties that Blender declares (RNA), so that a new modifier or node needs no line
+here. It leaves out what only the interface uses, what Blender computes itself, values that keys or
+drivers set (the keys and drivers are in the list instead), and the outputs of sensors.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .mesh_digests import mesh_facts, weights_of
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
-# Of sensors what they say and what people note of them; of images the dots an inch, which loading
-# reads from the image's file.
-OF_NO_CONCERN = {"AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}}
-# Worked out by Blender, or of the interface alone.
+# Properties without influence on readings: sensors' outputs and the user's notes on them, and the
+# resolution of images, which Blender reads from the image's file.
+WITHOUT_INFLUENCE = {"AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}}
+# Properties that Blender computes, and below those that only the interface uses.
 DERIVED = {
     "animation_data", "bl_rna", "bound_box", "children", "dimensions", "id_data", "is_evaluated",
     "library", "library_weak_reference", "matrix", "matrix_basis", "matrix_channel",
@@ -43,11 +43,11 @@ INTERFACE = {
     "user_clear", "width", "width_hidden", "warning_propagation",
 }  # fmt: skip
 if bpy.app.version >= (5, 0):
-    # No longer means anything, and warns when it is asked for.
+    # It has no meaning any more, and reading it gives a warning.
     INTERFACE.add("use_nodes")
-# Positions of nodes and the like on the screen.
+# Types whose location, size and colour are those of their picture on the screen.
 ON_SCREEN = ("Node", "NodeTree", "NodeSocket", "FCurve", "NlaTrack", "NlaStrip")
-# Long lists of points, and what counts of each.
+# Types of items in long lists, and the properties of each that are read.
 POINTS = {
     "Keyframe": (
         "co", "handle_left", "handle_right", "interpolation", "easing", "amplitude", "back",
@@ -67,18 +67,19 @@ Facts = list[Any]
 
 
 def facts_of(datablock: Any) -> Facts:
-    """What a user can set in it, as nested plain values whose `repr` tells any difference."""
+    """All that a user can set in a datablock, as nested plain values; equal settings have equal
+    `repr`."""
     if isinstance(datablock, bpy.types.Mesh):
         return mesh_facts(datablock)
     facts = _Walk(datablock).facts()
     if isinstance(datablock, bpy.types.Object) and datablock.type == "MESH":
-        # Meshes without groups, which are most, are told from others by their objects alone.
+        # Vertex groups are the object's and their weights the mesh's; most objects have none.
         facts.append(weights_of(datablock.data) if datablock.vertex_groups else [])
     return facts
 
 
 class _Walk:
-    """One pass over a datablock, with those embedded in it."""
+    """One pass over a datablock and the datablocks embedded in it."""
 
     def __init__(self, datablock: Any) -> None:
         self._id = datablock
@@ -108,7 +109,7 @@ class _Walk:
         return found
 
     def _masked(self, pointer: int, name: str, value: Any) -> Any:
-        """A value as plain numbers, without what animation sets of it."""
+        """A value as plain numbers, with None in place of numbers that animation sets."""
         plain = _plain(value)
         animated = self._set_by_animation.get((pointer, name)) if self._set_by_animation else None
         if animated is None:
@@ -140,7 +141,7 @@ class _Walk:
         return [self._pointer(item, depth) for item in items]
 
     def _custom(self, struct: Any, pointer: int) -> Facts:
-        """The user's own properties, and those that a nodes modifier has for its inputs."""
+        """Custom properties, among them the inputs of a geometry-nodes modifier."""
         if not isinstance(
             struct, (bpy.types.ID, bpy.types.Bone, bpy.types.PoseBone, bpy.types.NodesModifier)
         ):
@@ -158,13 +159,13 @@ class _Walk:
 
 
 def _stored(value: Any) -> Any:
-    """As a file gives it back, where truth may have become a number."""
+    """The value as it is after saving and loading, which turn truth values into numbers."""
     return int(value) if isinstance(value, bool) else value
 
 
 def _file(struct: Any, path: Any, library: Any) -> Facts:
-    """What a path leads to, as Save As, which writes paths anew, leaves it: its name, and the size
-    of the file, which tells two of one name apart."""
+    """Name and size of the file at a path. The path itself is not compared, since Save As rewrites
+    it."""
     name = re.split(r"[/\\]", path.rstrip("/\\"))[-1]
     packed = getattr(struct, "packed_file", None)
     if packed is not None:
@@ -194,24 +195,24 @@ def _plain(value: Any) -> Any:
 
 
 def forget_types() -> None:
-    """Lets go of the classes that were looked at; Blender 4.2 as a module crashes at exit where one
-    that add-ons registered is still around."""
+    """Drops references to classes of add-ons: Blender 4.2 as a module crashes at exit while any is
+    left."""
     _plan.cache_clear()
 
 
 def _plan_of(struct: Any) -> tuple[tuple[str, str], ...]:
-    """The same for an instance. What a modifier has for the inputs of its node group (Blender 5.2)
-    changes with the group."""
+    """`_plan` of an instance. It is not cached for the inputs of a nodes modifier (Blender 5.2),
+    whose properties change with its node group."""
     if struct.bl_rna.identifier.startswith("GeometryNodesInterface"):
         return _plan.__wrapped__(type(struct))
     made_of: Any = type(struct)
     return _plan(made_of)
 
 
-# One a type of datablock, for good; without it each datablock's properties are named anew.
+# One plan a type, until the add-on is switched off; without it RNA is listed for each datablock.
 @cache
 def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
-    """Which properties of a type to look at, and how."""
+    """The properties of a type to read, each with how: VALUE, FILE, POINTER or ITEMS."""
     plan = []
     on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
     for prop in cls.bl_rna.properties:
@@ -220,8 +221,8 @@ def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
             continue
         if on_screen and (name in {"location", "height", "color", "hide", "dimensions"}):
             continue
-        # What stands for another property in other units.
-        if name in OF_NO_CONCERN.get(cls.__name__, ()) or name.endswith(SUFFIX):
+        # Properties ending in SUFFIX show another one in the scene's unit.
+        if name in WITHOUT_INFLUENCE.get(cls.__name__, ()) or name.endswith(SUFFIX):
             continue
         if prop.type == "COLLECTION":
             if not name.startswith("all_"):
@@ -247,24 +248,24 @@ def _points(items: Any, count: int, fields: tuple[str, ...]) -> Facts:
 
 
 def part_facts(datablock: Any, part: Any) -> Any:
-    """The same for a part of a datablock, such as a scene's rigid-body world."""
+    """`facts_of` for a part of a datablock, such as a scene's rigid-body world."""
     return _Walk(datablock)._pointer(part, 0)
 
 
 def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
-    """The same for chosen settings of a datablock or of a part of it."""
+    """`facts_of` for chosen properties of a datablock or of a part of it."""
     walk = _Walk(datablock)
     pointer = part.as_pointer()
     return [walk._masked(pointer, name, getattr(part, name)) for name in names]
 
 
 def custom_facts(datablock: Any) -> Facts:
-    """The user's own properties of a datablock."""
+    """The custom properties of a datablock."""
     return _Walk(datablock)._custom(datablock, datablock.as_pointer())
 
 
 def animation_facts(datablock: Any) -> Facts:
-    """Keys and drivers, but those of a sensor's outputs; nothing where there are none."""
+    """Keys and drivers of a datablock, without those of a sensor's outputs; empty without any."""
     animation = getattr(datablock, "animation_data", None)
     if animation is None:
         return []

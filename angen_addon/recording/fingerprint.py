@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the readings of a run depend on, as digests by which a later state of the scene is told to
-be the same or another, and what differs.
+"""Fingerprints of scenes: digests of everything that readings depend on. Comparing two of them
+shows whether the scene has changed, and what.
 
-Not looked at: the pixels of image files, simulations baked to disk, what other add-ons' handlers
-and the functions in drivers look up elsewhere.
+They leave out the pixels of image files, simulations baked to disk, and whatever other add-ons'
+handlers and functions in drivers read.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from ..scene.sensors import Sensor, all_sensors
 from .digests import animation_facts, custom_facts, facts_of, part_facts, setting_facts
 
 SCENE, SHOWN = "scene", "shown"
-# Names that objects had at the run, by those that they have now, where these differ.
+# The objects renamed since a run: their names at the run, by their names now.
 Renamed = Mapping[str, str]
 NONE_RENAMED: Renamed = {}
-# Told by what uses them, or of no sensor's interest.
+# Datablocks that no sensor notices, and actions, which are in the digests of what uses them.
 PASSED_OVER = (
     bpy.types.Action, bpy.types.Brush, bpy.types.Camera, bpy.types.FreestyleLineStyle,
     bpy.types.Mask, bpy.types.MovieClip, bpy.types.PaintCurve, bpy.types.Palette,
     bpy.types.Scene, bpy.types.Screen, bpy.types.Sound, bpy.types.Speaker, bpy.types.Text,
     bpy.types.WindowManager, bpy.types.WorkSpace,
 )  # fmt: skip
-# What only light sensors see.
+# Datablocks that only light sensors notice.
 SHADING = (
     bpy.types.Image, bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree,
     bpy.types.Texture, bpy.types.World,
 )  # fmt: skip
 OF_SCENE = ("frame_start", "use_gravity", "gravity")
-# Of the scene's own settings of sensors all count but these, which only say what is shown, and what
-# is done with results.
+# The extension's settings of a scene that change no reading: what it shows, and what it does with
+# results. All others count.
 OF_THE_VIEW = {
     "angen_cleared", "angen_coverage", "angen_day", "angen_live", "angen_overlay",
     "angen_show_places", "angen_site", "angen_timeline",
@@ -49,13 +49,13 @@ OF_RENDER = (
     "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
 )  # fmt: skip
 OF_UNITS = ("system", "scale_length")
-# A camera that nothing but these uses moves no reading.
+# A camera without other users than these changes no reading.
 HARMLESS_USERS = (
     bpy.types.Collection, bpy.types.Scene, bpy.types.Screen, bpy.types.WindowManager,
     bpy.types.WorkSpace,
 )  # fmt: skip
 
-# By kind of sensor, its parameters that are texts.
+# By kind of sensor, its parameters that refer to text datablocks.
 READS_TEXTS = {
     kind.identifier: names
     for kind in KINDS.values()
@@ -65,17 +65,16 @@ READS_TEXTS = {
 
 @dataclass
 class Fingerprint:
-    """`digests` by kind and name of what was looked at, in the view layer of that name; `light`:
-    whether what only light sensors see was too."""
+    """`digests` of the datablocks of a view layer by type and name; `light`: whether they include
+    those that only light sensors notice; `portable`: see portable.py."""
 
     view_layer: str
     light: bool
     digests: dict[str, str] = field(default_factory=dict)
-    # Those that every version of Blender makes alike: see portable.py.
     portable: dict[str, str] = field(default_factory=dict)
 
     def differences(self, other: Fingerprint) -> dict[str, str]:
-        """In words, by key, what is otherwise in the `other`."""
+        """By key, the differing datablocks, as texts for the user."""
         found = {}
         for key in sorted(self.digests.keys() | other.digests.keys()):
             text = _difference(key, self.digests.get(key), other.digests.get(key))
@@ -84,12 +83,14 @@ class Fingerprint:
         return found
 
     def difference(self, key: str, digest: str | None) -> str:
-        """In words, how one datablock is otherwise; empty where it is not."""
+        """One datablock as a text for the user; empty where its digest is the same."""
         return _difference(key, self.digests.get(key), digest)
 
 
-def take(scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED) -> Fingerprint:
-    """The fingerprint of an evaluated scene, as if nothing had been renamed."""
+def fingerprint_of(
+    scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED
+) -> Fingerprint:
+    """The fingerprint of an evaluated scene, with the names that objects had at the run."""
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     made = Fingerprint(view_layer.name, light)
     originals = [evaluated.original for evaluated in depsgraph.ids]
@@ -110,7 +111,8 @@ def take(scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAME
 def own_settings(
     scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
 ) -> str:
-    """A digest of the scene's own settings, and of the texts that its sensors read; cheap."""
+    """A digest of the scene's own settings, and of the texts that its sensors read. It is cheap
+    enough for every frame."""
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
     own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(sensors))]
@@ -118,9 +120,9 @@ def own_settings(
 
 
 def what_is_shown(view_layer: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """A digest of which objects and collections there are, and which are hidden."""
+    """A digest of the names and visibility of objects and collections."""
     shown = [
-        (_then(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
+        (_name_at_run(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
         if obj.type != "CAMERA" and not _is_of_a_map(obj)
     ]
@@ -129,7 +131,7 @@ def what_is_shown(view_layer: Any, renamed: Renamed = NONE_RENAMED) -> str:
 
 
 def scene_facts(scene: Any) -> list[Any]:
-    """The scene's settings that readings depend on, without what is animated of them."""
+    """The scene's settings that readings depend on, without animated values."""
     return [
         setting_facts(scene, part, names)
         for part, names in (
@@ -141,8 +143,8 @@ def scene_facts(scene: Any) -> list[Any]:
 
 
 def _names_of_own() -> list[str]:
-    """Names of the scene's settings that readings depend on: every one that the extension defines,
-    so that a new one counts unless somebody says that it does not."""
+    """Names of the extension's scene settings that readings depend on: all but OF_THE_VIEW, so that
+    a new setting counts unless it is listed there."""
     return sorted(
         prop.identifier
         for prop in bpy.types.Scene.bl_rna.properties
@@ -151,13 +153,14 @@ def _names_of_own() -> list[str]:
 
 
 def _is_disabled(obj: Any) -> bool:
-    """By the monitor icon, and not only at this frame: it is not evaluated then, and no update
-    tells that it is switched on."""
+    """Whether the monitor icon hides it, without animation. Blender does not evaluate it then, and
+    reports no update when it is shown again."""
     return obj.hide_viewport and bool(setting_facts(obj, obj, ["hide_viewport"])[0])
 
 
 def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
-    """Contents of the texts that sensors read, such as lens tables: Blender reports no edits."""
+    """Contents of the texts that sensors read, such as lens tables; Blender reports no edits of
+    them."""
     for sensor in sensors:
         names = READS_TEXTS.get(sensor.kind.identifier)
         if names is not None:
@@ -168,11 +171,11 @@ def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
 
 
 def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    return f"{original.bl_rna.identifier} {_then(original, renamed)}"
+    return f"{original.bl_rna.identifier} {_name_at_run(original, renamed)}"
 
 
-def _then(original: Any, renamed: Renamed) -> str:
-    """What a datablock was called at the run."""
+def _name_at_run(original: Any, renamed: Renamed) -> str:
+    """The name of a datablock at the run."""
     name: str = original.name_full
     return renamed.get(name, name) if isinstance(original, bpy.types.Object) else name
 
@@ -182,7 +185,8 @@ def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
 
 
 def warmth_of(original: Any) -> dict[str, str]:
-    """By key, what detectors of warmth see of a material, whose looks they do not see."""
+    """By key, a digest of a material's warmth alone, which pyroelectric detectors notice; its look
+    they do not."""
     if not isinstance(original, bpy.types.Material):
         return {}
     facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
@@ -196,7 +200,7 @@ def is_looked_at(original: Any) -> bool:
 
 
 def _is_of_a_map(original: Any) -> bool:
-    """Whether it is of a coverage map or a proposal, as long as no sensor sees it."""
+    """Whether it belongs to a coverage map or a proposal that no sensor can see."""
     if COVERAGE_MARK not in original:
         return False
     if isinstance(original, bpy.types.Object):
@@ -207,7 +211,7 @@ def _is_of_a_map(original: Any) -> bool:
 def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
     text = repr(facts)
     if renamed:
-        # Of what only refers to something by its name, such as a child, nothing has changed.
+        # A datablock that refers to a renamed one, such as its child, has not changed.
         names = "|".join(re.escape(repr(now)) for now in renamed)
         then = {repr(now): repr(name) for now, name in renamed.items()}
         text = re.sub(names, lambda found: then[found.group()], text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Digests of meshes, whose points and faces are too many to be gone through one by one."""
+"""Digests of whole arrays of meshes, which have too many points and faces for a walk over each."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ Facts = list[Any]
 
 
 def mesh_facts(mesh: Any) -> Facts:
-    """Corners, faces and every attribute; `is edited` instead while it is in Edit Mode, where
-    nothing of it can be read."""
+    """Vertices, faces and every attribute; only `is edited` in Edit Mode, when meshes cannot be
+    read."""
     if mesh.is_editmode:
         return ["is edited"]
     found: Facts = [
@@ -30,8 +30,8 @@ def mesh_facts(mesh: Any) -> Facts:
 
 
 def corners_and_faces(mesh: Any) -> Facts:
-    """Where its corners are, which of them make up each face, and which material that has."""
-    # As attributes they are copied whole; item by item it takes 50 times as long.
+    """Digests of the vertices' positions, the vertices of each face, and its material."""
+    # Attributes are copied as whole arrays; item by item takes 50 times as long.
     found: Facts = [
         _attribute(mesh.attributes[name]) if name in mesh.attributes else 0
         for name in ("position", ".corner_vert")
@@ -39,7 +39,7 @@ def corners_and_faces(mesh: Any) -> Facts:
     values = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_start", values)
     found.append(_hashed(values))
-    # Where all faces have the first material it may be missing.
+    # The attribute may be missing where all faces have the first material.
     values[:] = 0
     if "material_index" in mesh.attributes:
         mesh.attributes["material_index"].data.foreach_get("value", values)
@@ -47,7 +47,7 @@ def corners_and_faces(mesh: Any) -> Facts:
 
 
 def _hashed(values: Any) -> str:
-    """A few characters for a long array, of which the text would take many times its memory."""
+    """The digest of a long array, whose text would take many times its memory."""
     return hashlib.blake2b(values, digest_size=16).hexdigest()
 
 
@@ -70,7 +70,7 @@ def _attribute(attribute: Any) -> Any:
 
 
 def weights_of(mesh: Any) -> Any:
-    """How much of each vertex is in which group."""
+    """The groups and weights of each vertex that has any."""
     return [
         [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
     ]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of a scene can be compared between versions of Blender, whose properties differ: where
-things are and how they move, meshes, bones, lamps, sensors; of materials the names alone."""
+"""Digests of a scene that all versions of Blender compute alike, although their properties differ:
+of poses and animation, meshes, bones, lamps and sensors, and of the names of materials."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SHAPED = {"CURVE", "CURVES", "FONT", "META", "SURFACE"}
 
 
 def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
-    """Digests by the keys of a fingerprint."""
+    """Digests by the keys of a fingerprint, to compare scenes between versions of Blender."""
     layer = scene.view_layers[depsgraph.view_layer.name]
     found = {
         SCENE: digest([scene_facts(scene), animation_facts(scene)]),
@@ -76,7 +76,7 @@ def _object(obj: Any) -> Iterator[Facts]:
     if obj.type == "MESH" and obj.vertex_groups:
         yield weights_of(obj.data)
     if obj.type in SHAPED:
-        # Their points are kept in other ways by each version.
+        # Each version stores their points in another way.
         yield [tuple(round(c, 4) for c in corner) for corner in obj.bound_box]
 
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keeps recordings in the blend file: as texts, which are there only while the file is on disk.
+"""Stores recordings in blend files, each as a text datablock that exists only in the file on disk.
 
-They are put in just before saving and taken out after it and after loading. So they are no part of
-what undo goes through and of what is copied when the scene is evaluated, and a Blender without the
-extension has nothing but a text that it does not look at.
+It is added just before saving, and removed after saving and loading. So neither undo steps nor the
+evaluated copy of the scene hold recordings, and Blender without the extension sees one hidden text.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from ...sensor_logic.recording.writer import from_bytes, to_bytes
 from ..runtime import state
 from ..scene.sensors import all_sensors
 from .fingerprint import Fingerprint
-from .kept import StoredRecording
+from .stored_recording import StoredRecording
 
 # A leading dot hides it from lists.
 TEXT = ".angen_recording"
@@ -29,15 +28,15 @@ LINE = 4096
 
 
 def put_into_file() -> None:
-    """The recordings of all scenes as texts, each encoded once."""
-    # What the file had, if the extension was switched on after it was opened.
+    """Adds the recordings of all scenes to the file as texts; encodes each recording only once."""
+    # The file may hold recordings, if the extension was switched on after it was opened.
     restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
     for uid, kept in state.CACHE.all_kept().items():
         try:
             kept.stored = kept.stored or _encoded(kept)
         except RecordingFileError as error:
-            _tell(f"The recording was not saved with the file: {error}. Export it")
+            _report(f"The recording was not saved with the file: {error}. Export it")
             continue
         text = bpy.data.texts.new(TEXT)
         text.use_fake_user = True
@@ -46,22 +45,24 @@ def put_into_file() -> None:
 
 
 def take_out_of_file() -> None:
+    """Removes these texts once the file is saved."""
     for text in _texts():
         bpy.data.texts.remove(text)
 
 
 def restore() -> None:
-    """Takes the recordings out of a file that was just opened; says which it cannot read."""
+    """Reads the recordings of a file that was just opened, and removes their texts; reports those
+    that it cannot read."""
     room = VALUES
     for text in _texts():
         scene = text.get(SCENE)
-        # A scene has one: what else there is need not be unpacked.
+        # A scene has one recording: a second text is not decoded.
         if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
             try:
                 kept = _decoded(text.as_string(), room)
                 find_sensors(kept, scene)
             except RecordingFileError as error:
-                _tell(f"The recording in this file could not be read: {error}. Simulate again")
+                _report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
                 kept.stale_then = str(text.get(STALE, ""))
                 room -= size_of(kept.recording)
@@ -69,14 +70,15 @@ def restore() -> None:
         bpy.data.texts.remove(text)
 
 
-def _tell(text: str) -> None:
+def _report(text: str) -> None:
     state.CACHE.notice = text
     if sys.stderr is not None:
         print(f"Ängen Sensors: {text}", file=sys.stderr)
 
 
 def find_sensors(kept: StoredRecording, scene: Any) -> None:
-    """Tracks know objects by their number in this session: it is another after loading."""
+    """Sets the tracks' numbers of objects, which are others in each session, by the sensors'
+    names."""
     layers = scene.view_layers
     sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
     known = {sensor.name: sensor for sensor in sensors}
@@ -87,7 +89,7 @@ def find_sensors(kept: StoredRecording, scene: Any) -> None:
 
 
 def _texts() -> list[Any]:
-    """Ours, not those of libraries, nor of a user who likes the name."""
+    """The extension's texts, without those of libraries and those that only have the same name."""
     return [
         text
         for text in bpy.data.texts
@@ -97,7 +99,7 @@ def _texts() -> list[Any]:
 
 def _encoded(kept: StoredRecording) -> str:
     made = kept.fingerprint
-    facts = {
+    header = {
         "blender": kept.blender,
         "made_in": kept.made_in,
         "view_layer": made.view_layer,
@@ -105,7 +107,7 @@ def _encoded(kept: StoredRecording) -> str:
         "digests": made.digests,
         "portable": made.portable,
     }
-    data = base64.b64encode(to_bytes(kept.recording, facts)).decode()
+    data = base64.b64encode(to_bytes(kept.recording, header)).decode()
     lines = [data[i : i + LINE] for i in range(0, len(data), LINE)]
     return "\n".join([TITLE, *lines])
 
@@ -119,25 +121,25 @@ def _decoded(text: str, room: int) -> StoredRecording:
         packed = base64.b64decode(data.replace("\n", ""), validate=True)
     except ValueError:
         raise RecordingFileError("it is damaged") from None
-    recording, facts = from_bytes(packed, room)
-    if not _are_facts(facts):
+    recording, header = from_bytes(packed, room)
+    if not _is_header(header):
         raise RecordingFileError("it is damaged")
-    portable = facts.get("portable", {})
-    made = Fingerprint(facts["view_layer"], facts["light"], facts["digests"], portable)
-    kept = StoredRecording(recording, made, tuple(facts["blender"]))
-    kept.made_in = tuple(facts.get("made_in", kept.blender))
+    portable = header.get("portable", {})
+    made = Fingerprint(header["view_layer"], header["light"], header["digests"], portable)
+    kept = StoredRecording(recording, made, tuple(header["blender"]))
+    kept.made_in = tuple(header.get("made_in", kept.blender))
     kept.stored = text
     kept.unsure = True
     return kept
 
 
-def _are_facts(facts: dict[str, Any]) -> bool:
-    """Whether they are of the kinds that `_encoded` writes."""
-    versions: list[Any] = [facts.get("blender"), facts.get("made_in", [])]
-    texts: list[Any] = [facts.get("digests"), facts.get("portable", {})]
+def _is_header(header: dict[str, Any]) -> bool:
+    """Whether the header has the entries and types that `_encoded` writes."""
+    versions: list[Any] = [header.get("blender"), header.get("made_in", [])]
+    texts: list[Any] = [header.get("digests"), header.get("portable", {})]
     return (
-        isinstance(facts.get("view_layer"), str)
-        and isinstance(facts.get("light"), bool)
+        isinstance(header.get("view_layer"), str)
+        and isinstance(header.get("light"), bool)
         and all(isinstance(version, list) for version in versions)
         and all(isinstance(number, int) for version in versions for number in version)
         and all(isinstance(digests, dict) for digests in texts)

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import bpy
 
 from ...sensor_logic.recording.tracks import Recording
-from ..recording.kept import StoredRecording
+from ..recording.stored_recording import StoredRecording
 from ..scene.sensors import Sensor, all_sensors
 from . import outputs
 

@@ -135,8 +135,8 @@ def test_what_cannot_be_read_is_told_and_dropped(home, tmp_path, capfd, change, 
 @pytest.fixture
 def newer(monkeypatch):
     """From now on this is another Blender than that which made what was recorded before."""
-    kept = import_module(f"{ADDON}.angen_addon.recording.kept")
-    return lambda: monkeypatch.setattr(kept, "HERE", (9, 9))
+    kept = import_module(f"{ADDON}.angen_addon.recording.stored_recording")
+    return lambda: monkeypatch.setattr(kept, "THIS_BLENDER", (9, 9))
 
 
 def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(

@@ -346,7 +346,7 @@ def test_while_it_plays_what_is_shown_is_not_looked_at_again(home, monkeypatch):
     home.scene.frame_set(2)
     home.scene.frame_set(3)
     looked = []
-    for name in ("recording.kept.what_is_shown", "runtime.state.all_sensors"):
+    for name in ("recording.stored_recording.what_is_shown", "runtime.state.all_sensors"):
         module, _, function = name.rpartition(".")
         part = import_module(f"{ADDON}.angen_addon.{module}")
         known = getattr(part, function)

@@ -16,9 +16,9 @@ from ...commands.parser import path
 
 PASSWORD = "ANGEN_MQTT_PASSWORD"
 PORT, TLS_PORT = 1883, 8883
-# Sends everything as soon as it is there.
+# The speed at which everything is sent without waiting.
 AT_ONCE = 0.0
-# Options that mean nothing without --mqtt, and what they are then.
+# Options that need --mqtt, with their values where they are not given.
 DEPENDENT = {
     "topic": None,
     "speed": None,
@@ -30,12 +30,12 @@ DEPENDENT = {
 
 
 class AddressError(Exception):
-    """An option about the broker cannot be followed; the text says why and what would work."""
+    """An option about the broker is wrong; the text says why, and what would work."""
 
 
 @dataclass(frozen=True)
 class Address:
-    """Where a broker is and how to get in; `tls` is None for a connection in the clear."""
+    """Host, port and credentials of a broker; `tls` is None for an unencrypted connection."""
 
     host: str
     port: int
@@ -67,11 +67,13 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
         "--topic",
         type=_topic,
         metavar="NAME",
-        help=f"what all topics begin with (default {TOPIC}); a second home needs another",
+        help=f"first part of all topics (default {TOPIC}); a second home needs another",
     )
-    group.add_argument("--user", metavar="NAME", help=f"its password is taken from {PASSWORD}")
     group.add_argument(
-        "--password-file", type=path, metavar="FILE", help="the password is its first line"
+        "--user", metavar="NAME", help=f"user name; the password is read from {PASSWORD}"
+    )
+    group.add_argument(
+        "--password-file", type=path, metavar="FILE", help="a file whose first line is the password"
     )
     group.add_argument("--tls", action="store_true", help="encrypt the connection")
     group.add_argument(
@@ -116,7 +118,7 @@ def _context(authority: Path | None) -> ssl.SSLContext:
     try:
         context = ssl.create_default_context(cafile=authority)
         if authority:
-            # Python 3.13 refuses authorities that lack extensions, as those made at home do.
+            # Python 3.13 refuses authorities without certain extensions, as home-made ones are.
             context.verify_flags &= ~ssl.VERIFY_X509_STRICT
         return context
     except ssl.SSLError:

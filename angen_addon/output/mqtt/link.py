@@ -14,13 +14,14 @@ from typing import Any
 from ....sensor_logic.formats.home_assistant import Message
 from .address import PASSWORD, Address
 
-# s: to connect, to be answered, between two tries to come back, and what counts as silence.
+# s: longest wait for an answer; pause between two tries to reconnect; a broker that is silent this
+# long has sent everything.
 ANSWER_S, RETRY_S, QUIET_S = 5.0, 1.0, 0.5
-# s: what the last messages may take where somebody waits for the end.
+# s: longest wait for the last messages at the end of a command.
 PARTING_S = 0.5
-# s: a connection that is silent for one and a half of it is lost, to both sides.
+# s: broker and client count the connection as lost after one and a half times this silence.
 KEEPALIVE_S = 10
-# So many messages may be on their way before the broker has told that it has them.
+# Number of messages that may be unacknowledged at a time.
 WINDOW = 100
 POLL_S = 0.002
 
@@ -30,10 +31,10 @@ class MqttError(Exception):
 
 
 class Link:
-    """A connection to the broker at `address`, whose end the broker tells others by `will`.
+    """A connection to the broker at `address`, which publishes `will` when the connection is lost.
 
-    Messages are retained and acknowledged (QoS 1). A lost connection is not mended unasked: what
-    was on its way then would come late, all at once.
+    Messages are retained and acknowledged (QoS 1). Only `revive` reconnects: paho-mqtt by itself
+    would then send the messages of the meantime late, all at once.
     """
 
     def __init__(self, address: Address, will: Message) -> None:
@@ -49,7 +50,7 @@ class Link:
         self._client: Any = None
         self._lost = threading.Event()
         self._refused = ""
-        self._on_its_way: deque[Any] = deque()
+        self._unacknowledged: deque[Any] = deque()
         self._retry_at = 0.0
 
     @property
@@ -92,10 +93,10 @@ class Link:
         if not answer or answer[0].is_failure:
             client.disconnect()
             raise MqttError(_refusal(address, answer[0] if answer else None, lost.is_set()))
-        self._client, self._lost, self._on_its_way = client, lost, deque()
+        self._client, self._lost, self._unacknowledged = client, lost, deque()
 
     def revive(self) -> bool:
-        """Tries now and then to come back; whether it has just done so."""
+        """Tries to reconnect, at most once in RETRY_S; returns whether it has just succeeded."""
         if not self.is_lost or time.monotonic() < self._retry_at:
             return False
         try:
@@ -106,11 +107,11 @@ class Link:
         return True
 
     def send(self, message: Message, idle: Callable[[], None] = lambda: None) -> bool:
-        """Publishes a message; False where the connection is lost. `idle` is called while too many
-        are on their way. Raises MqttError where the broker takes none on this topic."""
-        while len(self._on_its_way) >= WINDOW and not self.is_lost:
+        """Publishes a message; returns False where the connection is lost. Calls `idle` while too
+        many messages are unacknowledged. Raises MqttError where the broker refuses the topic."""
+        while len(self._unacknowledged) >= WINDOW and not self.is_lost:
             self._forget_acknowledged()
-            if len(self._on_its_way) >= WINDOW:
+            if len(self._unacknowledged) >= WINDOW:
                 time.sleep(POLL_S)
                 idle()
         self._check_refusal()
@@ -119,11 +120,12 @@ class Link:
         sent = self._client.publish(*message, qos=1, retain=True)
         if sent.rc != self._paho.MQTT_ERR_SUCCESS:
             return False
-        self._on_its_way.append(sent)
+        self._unacknowledged.append(sent)
         return True
 
     def flush(self, seconds: float = ANSWER_S) -> bool:
-        """Waits until the broker has all that was sent; whether it has. Raises MqttError."""
+        """Waits until the broker has acknowledged all messages; returns whether it has. Raises
+        MqttError."""
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
             time.sleep(POLL_S)
@@ -131,43 +133,43 @@ class Link:
         return not self._forget_acknowledged()
 
     def take_unacknowledged(self) -> int:
-        """How many messages were on their way, and perhaps did not arrive; they count no more."""
+        """The number of unacknowledged messages, which may not have arrived; forgets them."""
         count = self._forget_acknowledged()
-        self._on_its_way.clear()
+        self._unacknowledged.clear()
         return count
 
     def retained(self, topics: Sequence[str]) -> list[Message]:
-        """What the broker keeps on these topics (with wildcards)."""
+        """The retained messages on these topics, which may have wildcards."""
         found: list[Message] = []
-        heard = [time.monotonic()]
+        last_heard = [time.monotonic()]
 
         def on_message(_client: Any, _data: Any, message: Any) -> None:
-            heard[0] = time.monotonic()
+            last_heard[0] = time.monotonic()
             if message.retain and message.payload:
                 text = message.payload.decode("utf-8", "replace")
                 found.append(Message(message.topic, text))
 
         self._client.on_message = on_message
-        self._client.on_subscribe = lambda *_: heard.append(time.monotonic())
+        self._client.on_subscribe = lambda *_: last_heard.append(time.monotonic())
         self._client.subscribe([(topic, 1) for topic in topics])
-        # A broker does not say when it has sent all: it falls silent.
+        # A broker does not report that it has sent all of them: it falls silent.
         end = time.monotonic() + ANSWER_S
         while time.monotonic() < end and not self.is_lost:
-            if len(heard) > 1 and time.monotonic() - max(heard) > QUIET_S:
+            if len(last_heard) > 1 and time.monotonic() - max(last_heard) > QUIET_S:
                 break
             time.sleep(POLL_S)
         self._client.unsubscribe(list(topics))
         return found
 
     def close(self) -> None:
-        """Says goodbye. The broker must hear it, or it would publish the will."""
+        """Disconnects, and waits until the broker knows: else it would publish the will."""
         if self._client is not None:
             self._client.disconnect()
             self._lost.wait(PARTING_S)
 
     def _forget_acknowledged(self) -> int:
-        """How many messages the broker has not acknowledged yet."""
-        waiting = self._on_its_way
+        """Forgets acknowledged messages; returns how many are unacknowledged."""
+        waiting = self._unacknowledged
         while waiting and waiting[0].is_published():
             waiting.popleft()
         return len(waiting)
@@ -190,7 +192,7 @@ def _send_small_packets_at_once(_client: Any, _data: Any, opened: Any) -> None:
 
 
 def _why(address: Address, error: Exception) -> str:
-    """Why there is no connection."""
+    """A text for the user on why no connection was made."""
     if isinstance(error, ssl.SSLCertVerificationError):
         return (
             f"the certificate of {address} is not to be trusted ({error.verify_message}): "
@@ -208,7 +210,7 @@ def _why(address: Address, error: Exception) -> str:
 
 
 def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
-    """Why a broker that was reached does not let us in."""
+    """A text for the user on why the broker refused the connection."""
     if reason is None:
         did = "closed the connection" if is_closed else "does not answer as a broker does"
         way = "is this its port?" if address.tls else "is this its port, and does it want --tls?"

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When the moments of a story are due."""
+"""Waits until the events of a log are due, at any speed."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 
-# s: so often something else may be done while waiting.
+# s: `idle` is called this often while waiting.
 SLICE_S = 0.2
 
 
 class Pace:
-    """Goes through a story at `speed` times real time (0: without waiting).
+    """Plays a log at `speed` times real time (0: without waiting).
 
-    Each moment is due by the time since the start, on a clock that never jumps: what one wait takes
-    too long does not move the moments after it.
+    Each time is measured from the start, on a clock that never jumps, so that one late event does
+    not delay those after it.
     """
 
     def __init__(
@@ -31,12 +31,12 @@ class Pace:
         self._at = 0
 
     def start(self, at: int) -> None:
-        """From now on, `at` (microseconds of the story) being now."""
+        """Starts the clock: `at` (microseconds of the log) is now."""
         self._begin, self._at = self._clock(), at
 
     def wait(self, until: int) -> float:
-        """Waits until a moment (microseconds of the story) is due; returns how many seconds it
-        is late. `idle` is called once at least, and may raise."""
+        """Waits until a time of the log (microseconds) is due; returns by how many seconds it is
+        late. Calls `idle` at least once, which may raise."""
         self._idle()
         if self.is_at_once:
             return 0.0
@@ -47,7 +47,7 @@ class Pace:
         return self._clock() - due
 
     def rest(self, seconds: float) -> None:
-        """Waits for so long on the clock, whatever the speed."""
+        """Waits for this many real seconds, whatever the speed."""
         end = self._clock() + seconds
         while (left := end - self._clock()) > 0.0:
             self._sleep(min(left, SLICE_S))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plays a home's readings to a broker: who is there, what they read, and when that ends."""
+"""Plays a home's readings to a broker: announces its sensors, publishes their readings, and marks
+them unavailable at the end."""
 
 from __future__ import annotations
 
@@ -21,13 +22,13 @@ from ...commands.console import note
 from .link import PARTING_S, Link, MqttError
 from .pace import Pace
 
-# s: Home Assistant listens to what new devices read only a moment after it hears of them.
+# s: Home Assistant subscribes to the readings of new devices only a moment after their discovery.
 SETTLE_S = 2.0
 
 
 class Player:
-    """Makes the sensors of `home` appear at the broker, plays their changes and leaves them
-    "unavailable". `check` is called often, and may raise what is to end it."""
+    """Announces the sensors of `home` to the broker, publishes their changes and leaves them
+    "unavailable". Calls `check` often, which may raise to end it."""
 
     def __init__(self, link: Link, home: Home, speed: float, check: Callable[[], None]) -> None:
         self.pace = Pace(speed, self.idle)
@@ -40,19 +41,20 @@ class Player:
         self._is_open = False
 
     def begin(self, states: Mapping[Channel, Value]) -> None:
-        """Connects and shows the sensors, in these states or in none yet. Raises MqttError."""
+        """Connects and announces the sensors, with these states or without any. Raises
+        MqttError."""
         self._link.connect()
-        kept = dict(found(self._link, self._home.topic))
-        self._refuse_clash(kept.get(self._home.status("").topic))
+        retained = dict(found(self._link, self._home.topic))
+        self._refuse_clash(retained.get(self._home.status("").topic))
         self._is_open = True
-        # Where nothing may be said below this topic, nothing is said elsewhere either.
+        # Comes first: a broker that refuses this topic gets no other message either.
         self._send_all([self._home.status(OFFLINE)])
         configs = self._home.discovery()
         for channel in self._home.channels:
             message = self._home.state(channel, states.get(channel))
             self._states[message.topic] = message.payload
-        self._remove(kept, {config.topic for config in configs})
-        new = [config for config in configs if kept.get(config.topic) != config.payload]
+        self._remove(retained, {config.topic for config in configs})
+        new = [config for config in configs if retained.get(config.topic) != config.payload]
         self._send_all([*new, *self._now()])
         if new:
             self.pace.rest(SETTLE_S)
@@ -68,7 +70,7 @@ class Player:
             self._missed_now += not self._link.send(message, self.idle)
 
     def end(self) -> bool:
-        """Leaves the sensors "unavailable"; whether nothing was missed."""
+        """Leaves the sensors "unavailable"; returns whether all readings were sent."""
         if self._is_open:
             self._is_open = False
             with suppress(MqttError):
@@ -90,7 +92,7 @@ class Player:
         return text
 
     def _now(self) -> list[Message]:
-        """What all sensors read now, and that they can be reached."""
+        """The messages with the present states of all sensors, and that they are online."""
         states = [Message(topic, payload) for topic, payload in self._states.items()]
         return [*states, self._home.status(ONLINE)]
 
@@ -109,16 +111,16 @@ class Player:
                 f"(where none is: `angen replay --forget`)"
             )
 
-    def _remove(self, kept: Mapping[str, str], configs: set[str]) -> None:
+    def _remove(self, retained: Mapping[str, str], configs: set[str]) -> None:
         """Removes the sensors of an earlier replay that this home does not have."""
         own = {*configs, *self._states, self._home.status("").topic}
-        gone = [Message(*message) for message in kept.items() if message[0] not in own]
+        gone = [Message(*message) for message in retained.items() if message[0] not in own]
         names = clear(self._link, gone)
         if names:
             note(f"removed from the broker, as this home lacks them: {', '.join(names)}")
 
     def idle(self) -> None:
-        """Between messages: reports a lost connection and tries to mend it."""
+        """Reports a lost connection and tries to reconnect; to be called between messages."""
         self._check()
         if not self._is_open or not self._link.is_lost:
             return
@@ -130,7 +132,7 @@ class Player:
             lasted = time.monotonic() - self._lost_at
             note(
                 f"connected again after {lasted:.1f} s: {self._missed_now} readings were missed; "
-                f"what sensors read now is told"
+                f"the sensors' present readings were sent"
             )
             self._missed += self._missed_now
             self._missed_now, self._lost_at = 0, None
@@ -139,13 +141,13 @@ class Player:
 
 
 def found(link: Link, topic: str) -> list[Message]:
-    """What the broker keeps of a home: its devices and all below its topic."""
-    kept = link.retained([f"{topic}/#", CONFIGS.replace("*", "+")])
-    return [m for m in kept if m.topic.startswith(f"{topic}/") or is_config_of(topic, m)]
+    """The retained messages of a home: its devices, and all below its topic."""
+    messages = link.retained([f"{topic}/#", CONFIGS.replace("*", "+")])
+    return [m for m in messages if m.topic.startswith(f"{topic}/") or is_config_of(topic, m)]
 
 
 def clear(link: Link, messages: Iterable[Message]) -> list[str]:
-    """Takes messages from the broker, devices first; returns the names of their sensors."""
+    """Removes retained messages from the broker, devices first; returns their sensors' names."""
     prefix = CONFIGS.partition("*")[0]
     names = []
     for message in sorted(messages, key=lambda message: not message.topic.startswith(prefix)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen simulate --mqtt HOST`: sends what sensors read as it is made."""
+"""`angen simulate --mqtt HOST`: sends readings during the run."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ from .player import Player
 
 
 class _Stopped(Exception):
-    """Whoever waits for the thread wants it to end."""
+    """Ends the sending thread when the command ends."""
 
 
 class Sending:
-    """Sends a run's readings in a thread of its own, each when it is due: the run may be ahead of
-    them. As a context, whose end leaves the sensors "unavailable". Without an address, nothing."""
+    """Sends the readings of a run in a thread of its own, each when it is due, while the run may be
+    ahead. A context manager, which leaves the sensors "unavailable"; without an address it does
+    nothing."""
 
     def __init__(
         self, address: Address | None, sensors: Sequence[Sensor], options: argparse.Namespace
@@ -76,7 +77,8 @@ class Sending:
             self._player.end()
 
     def take(self, recording: Recording) -> None:
-        """Sends what is new in a recording, when it is due. Raises what kept the thread from it."""
+        """Queues the new readings of a recording. Raises the error that ended the thread, if
+        any."""
         if self._player is None:
             return
         if self._error:
@@ -86,7 +88,7 @@ class Sending:
             self._changes.put(change)
 
     def finish(self) -> bool:
-        """Waits until all is sent; whether nothing was missed."""
+        """Waits until all is sent; returns whether all readings arrived."""
         if self._player is None:
             return True
         self._changes.put(None)
@@ -116,7 +118,7 @@ class Sending:
             self._error = error
 
     def _as_they_come(self, player: Player) -> Iterator[Change]:
-        """The changes until the run's end; the clock starts with the first."""
+        """The changes as the run queues them, until its end; the first one starts the clock."""
         is_first = True
         while True:
             try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording that is kept, and whether the scene is still the one that it was made of."""
+"""A finished recording, and whether the scene is still the same as at the run."""
 
 from __future__ import annotations
 
@@ -19,61 +19,64 @@ from .fingerprint import (
     SHOWN,
     Fingerprint,
     digest_of,
+    fingerprint_of,
     is_looked_at,
     key_of,
     own_settings,
-    take,
     warmth_of,
     what_is_shown,
 )
 from .portable import portable
 
-HERE = tuple(bpy.app.version[:2])
+THIS_BLENDER = tuple(bpy.app.version[:2])
 
 
 class StoredRecording:
-    """`unsure` after undo or load, until `verify`; `stored` is how a file holds it, once made;
-    `blender` the version whose properties the fingerprint is of; `mark` tells it from all others,
-    also of other sessions; `made_in` the version that it was made in, and `stale_then` why it was
-    stale when its file was saved."""
+    """A recording, with the fingerprint that its scene had at the run.
+
+    `unsure`: after undo or load it is unknown whether it is stale, until `verify`. `stored`: its
+    text in a file, once encoded. `blender`: the version that the fingerprint belongs to, `made_in`
+    the one that ran the simulation. `stale_then`: why it was stale when the file was saved.
+    `mark`: a random number that identifies it in all sessions.
+    """
 
     def __init__(
         self, recording: Recording, fingerprint: Fingerprint, blender: tuple[int, ...] = ()
     ) -> None:
         self.recording = recording
         self.fingerprint = fingerprint
-        self.blender = self.made_in = blender or HERE
+        self.blender = self.made_in = blender or THIS_BLENDER
         self.stale_then = ""
         self.mark = 1 + secrets.randbelow(2**31 - 1)
         self.unsure = False
         self.stored = ""
-        # What differs from the fingerprint, in words, by its key there.
+        # Differences from the fingerprint by key, as texts for the user.
         self._changed: dict[str, str] = {}
-        # Animated things that the user moved: they are back in place at the next frame.
-        self._touched: dict[str, str] = {}
-        # How many the file had when that was looked at last.
+        # Animated objects that the user moved, likewise: the next frame puts them back.
+        self._moved: dict[str, str] = {}
+        # How many objects the file had at the last comparison.
         self._objects = len(bpy.data.objects)
-        self._elsewhere = False
+        self._other_view_layer = False
         self._renamed: dict[str, str] = {}
-        # The list of sensors that names and what is shown were looked at with last.
+        # The list of sensors at the last comparison of names and visibility.
         self._sensors: Sequence[Sensor] | None = None
 
     @property
     def stale(self) -> str:
-        """What makes the recording stale, in a few words; empty while it is fresh."""
-        if self.blender != HERE:
+        """Why the recording is stale, in a few words; empty while it is fresh."""
+        if self.blender != THIS_BLENDER:
             return f"it was made in Blender {version_text(self.blender)}"
-        if self._elsewhere:
+        if self._other_view_layer:
             return f"it is of the view layer '{self.fingerprint.view_layer}'"
         if self.unsure:
             return "it is not known whether the scene is still the same"
         # A sensor's name is in the log, and decides its noise.
         names = [f"'{then}' is called '{now}'" for now, then in self._renamed.items()]
-        changed = self._changed | self._touched
+        changed = self._changed | self._moved
         if any(text.endswith(("(new)", "(gone)")) for text in changed.values()):
-            # That tells what else is shown.
+            # Objects that came or went are reason enough for another visibility.
             changed.pop(SHOWN, None)
-        # Objects, which users know by name, before their meshes.
+        # Objects come before their meshes: users know their names.
         keys = sorted(changed, key=lambda key: not key.startswith("Object "))
         names += dict.fromkeys(changed[key] for key in keys)
         if not names:
@@ -81,43 +84,44 @@ class StoredRecording:
         return f"changed since: {listed(names, 3)}"
 
     def verify(self, scene: Any, depsgraph: Any) -> None:
-        """Looks at everything; to be called after undo and load, and before results leave."""
-        if self._is_elsewhere(depsgraph):
+        """Compares the whole scene; call it after undo and load, and before an export."""
+        if self._is_other_view_layer(depsgraph):
             return
-        if self.blender != HERE:
-            self._carry_over(scene, depsgraph)
-        self._note_names(all_sensors(scene.view_layers[depsgraph.view_layer.name]))
-        now = take(scene, depsgraph, self.fingerprint.light, self._renamed)
+        if self.blender != THIS_BLENDER:
+            self._accept_from_other_version(scene, depsgraph)
+        self._find_renamed(all_sensors(scene.view_layers[depsgraph.view_layer.name]))
+        now = fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
         self._changed = self.fingerprint.differences(now)
-        self._touched.clear()
+        self._moved.clear()
         self.unsure = False
 
-    def _carry_over(self, scene: Any, depsgraph: Any) -> None:
-        """Takes a scene that another version saved for the one of the recording, if all that both
-        versions tell alike is the same, and the recording was fresh then."""
+    def _accept_from_other_version(self, scene: Any, depsgraph: Any) -> None:
+        """Counts a scene from another version of Blender as the same if the recording was fresh
+        when the file was saved, and the digests that both versions compute alike are equal."""
         made = self.fingerprint
         if made.portable and not self.stale_then and made.portable == portable(scene, depsgraph):
-            self.fingerprint = take(scene, depsgraph, made.light)
+            self.fingerprint = fingerprint_of(scene, depsgraph, made.light)
             self.fingerprint.portable = made.portable
-            self.blender, self.stored = HERE, ""
+            self.blender, self.stored = THIS_BLENDER, ""
 
     def note_edit(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], playing: bool
     ) -> None:
-        """Looks at what was just evaluated for another reason than a change of frame."""
-        if self._is_elsewhere(depsgraph):
+        """Compares what Blender has just evaluated for another reason than a change of frame."""
+        if self._is_other_view_layer(depsgraph):
             return
         if self.unsure:
             self.verify(scene, depsgraph)
             return
         before = self._renamed
-        self._note_surroundings(scene, depsgraph, sensors)
-        # Blender then evaluates anew all that refers to what was renamed: nobody moved it.
+        self._compare_scene(scene, depsgraph, sensors)
+        # After a renaming, Blender also reports updates of what refers to the object: nobody moved
+        # that.
         follows = playing or before != self._renamed
         updates = list(depsgraph.updates)
         originals = {update.id.original: update for update in updates}
         if any(isinstance(o, bpy.types.Action) or o.is_embedded_data for o in originals):
-            # Keys and nodes count as part of what they belong to, which may not be told of.
+            # Keys and nodes count as part of their owners, of which Blender may report no update.
             originals.update(dict.fromkeys(_owners(depsgraph, originals)))
         for original, update in originals.items():
             self.check(original)
@@ -125,37 +129,37 @@ class StoredRecording:
                 continue
             moved = update.is_updated_transform or update.is_updated_geometry
             if moved and original.animation_data is not None:
-                self._touched[key_of(original)] = f"'{original.name}'"
+                self._moved[key_of(original)] = f"'{original.name}'"
 
     def note_elsewhere(self, depsgraph: Any) -> None:
-        """Another scene was evaluated anew, in part perhaps what this one has too."""
+        """Notes the update of another scene, which may share datablocks with this one."""
         for original in (update.id.original for update in depsgraph.updates):
-            # Keys and nodes belong to something that may not be told of.
+            # Blender may report no update of the owners of keys and nodes.
             hidden = isinstance(original, bpy.types.Action) or original.is_embedded_data
             if not isinstance(original, bpy.types.Scene):
                 self.unsure |= hidden or key_of(original) in self.fingerprint.digests
 
     def note_frame(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
-        """The playhead moved: what is animated is where its keys say. `sensors`: the same list as
-        long as nothing else was changed."""
-        self._touched.clear()
-        if self._is_elsewhere(depsgraph):
+        """Notes a change of frame, which puts animated objects where their keys say. `sensors` is
+        the same list object until something else changes."""
+        self._moved.clear()
+        if self._is_other_view_layer(depsgraph):
             return
         if self.unsure:
             self.verify(scene, depsgraph)
         elif sensors is self._sensors:
-            # Of the user's own properties and of texts Blender tells no change.
+            # Blender reports no changes of custom properties and texts.
             now = own_settings(scene, sensors, self.fingerprint.light, self._renamed)
             self._compare({SCENE: now})
         else:
-            self._note_surroundings(scene, depsgraph, sensors)
+            self._compare_scene(scene, depsgraph, sensors)
 
     def check(self, original: Any) -> None:
-        """Looks at one datablock."""
+        """Compares one datablock with the fingerprint."""
         if isinstance(original, bpy.types.Scene):
             layer = original.view_layers.get(self.fingerprint.view_layer)
             if layer is not None:
-                self._compare(self._around(original, layer, all_sensors(layer)))
+                self._compare(self._scene_digests(original, layer, all_sensors(layer)))
             return
         known = self.fingerprint.digests
         key = key_of(original, self._renamed)
@@ -163,33 +167,33 @@ class StoredRecording:
             self._compare({key: digest_of(original, self._renamed)})
         self._compare({k: d for k, d in warmth_of(original).items() if k in known})
 
-    def _around(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
+    def _scene_digests(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
         light, renamed = self.fingerprint.light, self._renamed
         return {
             SCENE: own_settings(scene, sensors, light, renamed),
             SHOWN: what_is_shown(layer, renamed),
         }
 
-    def _note_surroundings(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
+    def _compare_scene(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
         self._sensors = sensors
-        self._note_names(sensors)
-        around = self._around(scene, scene.view_layers[depsgraph.view_layer.name], sensors)
+        self._find_renamed(sensors)
+        around = self._scene_digests(scene, scene.view_layers[depsgraph.view_layer.name], sensors)
         before, self._objects = self._objects, len(bpy.data.objects)
         if before != self._objects and self.fingerprint.difference(SHOWN, around[SHOWN]):
-            # An object came or went: only a look at everything tells which.
-            now = take(scene, depsgraph, self.fingerprint.light, self._renamed)
+            # An object came or went: only comparing the whole scene shows which.
+            now = fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
             self._changed = self.fingerprint.differences(now)
         self._compare(around)
 
-    def _note_names(self, sensors: Iterable[Sensor]) -> None:
-        """Which of the recorded sensors have another name now."""
+    def _find_renamed(self, sensors: Iterable[Sensor]) -> None:
+        """Finds the recorded sensors that have another name now."""
         recorded = {track.uid: name for name, track in self.recording.tracks.items()}
         self._renamed = {}
         for sensor in sensors:
             self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
 
     def was_called(self, sensor: Sensor, name: str) -> bool:
-        """Whether a sensor had this name at the run, and is the same but for that."""
+        """Whether a sensor had this name at the run, and nothing but the name has changed."""
         renamed = _renamed(sensor, name)
         known = self.fingerprint.digests
         parts = (*sensor.holders, sensor.object)
@@ -205,18 +209,19 @@ class StoredRecording:
             else:
                 self._changed.pop(key, None)
 
-    def _is_elsewhere(self, depsgraph: Any) -> bool:
-        """Whether another view layer is looked at; what happens there is not followed."""
-        self._elsewhere = depsgraph.view_layer.name != self.fingerprint.view_layer
-        self.unsure |= self._elsewhere
-        return self._elsewhere
+    def _is_other_view_layer(self, depsgraph: Any) -> bool:
+        """Whether the depsgraph is of another view layer than the recording, so that its updates
+        say nothing about it."""
+        self._other_view_layer = depsgraph.view_layer.name != self.fingerprint.view_layer
+        self.unsure |= self._other_view_layer
+        return self._other_view_layer
 
 
-def keep(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
-    """The recording of a run that has just ended, with the scene as it is."""
+def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
+    """The recording of a run that has just ended, with the fingerprint of its scene."""
     kinds = [KINDS[track.kind_name] for track in recording.tracks.values()]
     light = any(kind.requires(LIGHT) or kind.requires(REFLECTANCE) for kind in kinds)
-    made = take(scene, depsgraph, light)
+    made = fingerprint_of(scene, depsgraph, light)
     made.portable = portable(scene, depsgraph)
     return StoredRecording(recording, made)
 
@@ -226,8 +231,8 @@ def version_text(version: tuple[int, ...]) -> str:
 
 
 def _renamed(sensor: Sensor, then: str) -> dict[str, str]:
-    """By their names now, what the sensor's object, and those that instance it, were called when
-    the sensor was called `then`."""
+    """The names that the sensor's object and its instancers had when the sensor was called `then`,
+    by their names now, where these differ."""
     parts = (*sensor.holders, sensor.object)
     names = then.split("/") if sensor.holders else [then]
     if len(names) != len(parts):
@@ -236,7 +241,7 @@ def _renamed(sensor: Sensor, then: str) -> dict[str, str]:
 
 
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:
-    """What is animated by actions, or holds node trees, that changed."""
+    """The datablocks that changed actions animate, and those that hold changed node trees."""
     actions = {o for o in changed if isinstance(o, bpy.types.Action)}
     embedded = any(o.is_embedded_data for o in changed)
     found = []

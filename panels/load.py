@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
 from bpy.types import Context, Panel
 
 from ..angen_addon.advice import weights
-from ..angen_addon.advice.sensing import is_simulated
+from ..angen_addon.advice.sensing import may_be_simulated
+from ..angen_addon.scene.bearers import bearer, candidates, has_mass
 from ..sensor_logic.kinds import NO_KIND
+from ..sensor_logic.wording import named
 from .lines import draw_lines, draw_property, has_name_column
 
 NAMES_SHOWN = 3
@@ -41,11 +44,11 @@ def draw_weight(layout: Any, context: Context) -> None:
     scene = context.scene
     draw_property(column, scene, obj.angen_load, "mass", "Mass", "kg")
     held = column.column()
-    held.active = weights.has_mass(obj)
+    held.active = has_mass(obj)
     draw_property(held, scene, obj.angen_load, "tolerance", "Tolerance", "m")
-    if is_simulated(obj):
+    if may_be_simulated(obj):
         _draw_simulated(layout, obj)
-    elif weights.has_mass(obj):
+    elif has_mass(obj):
         _draw_weighed(layout, obj, context.view_layer)
     else:
         _draw_without(layout, obj, context.view_layer)
@@ -53,7 +56,7 @@ def draw_weight(layout: Any, context: Context) -> None:
 
 def _draw_simulated(layout: Any, obj: Any) -> None:
     mass = f"{obj.rigid_body.mass:g} kg"
-    if weights.has_mass(obj):
+    if has_mass(obj):
         text = (
             "It is an active rigid body, but with this mass it counts as animated, not simulated. "
             f"Set the mass to 0: its rigid body weighs {mass} already"
@@ -78,21 +81,21 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
             "own or is ignored by sensors"
         )
         draw_lines(layout, text, "ERROR")
-    bearers = [bearer for _, bearer in weighed.apart] if weighed.surfaces else []
+    bearers = [other for _, other in weighed.apart] if weighed.surfaces else []
     if obj in weighed.surfaces:
         # A surface with a mass of its own leaves that of its armature to the others.
         bearers += [
             other
-            for other in list(weights.chain(obj))[1:]
-            if weights.has_mass(other) and weights.weighed_with(other, view_layer).surfaces
+            for other in list(candidates(obj))[1:]
+            if has_mass(other) and weights.weighed_with(other, view_layer).surfaces
         ]
     if bearers:
-        text = f"Counted twice? {_names(_unique(bearers))} has a mass too, and both weigh"
+        text = f"Counted twice? {_names(bearers)} has a mass too, and both weigh"
         draw_lines(layout, text, "ERROR")
 
 
 def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
-    above = weights.bearer(obj)
+    above = bearer(obj)
     if above is not None:
         mass = f"{above.angen_load.mass:g} kg"
         draw_lines(layout, f"It weighs with '{above.name}' ({mass})", "INFO")
@@ -102,18 +105,12 @@ def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
     if weighed.surfaces:
         text += f". The mass would be that of {_names(weighed.surfaces)}"
     if weighed.apart:
-        text += f". On it, {_names(_unique([b for _, b in weighed.apart]))} has a mass already"
+        text += f". On it, {_names(b for _, b in weighed.apart)} has a mass already"
     draw_lines(layout, text, "INFO")
 
 
-def _unique(objects: list[Any]) -> list[Any]:
-    return [obj for number, obj in enumerate(objects) if obj not in objects[:number]]
-
-
-def _names(objects: list[Any]) -> str:
-    names = sorted(f"'{obj.name}'" for obj in objects)
-    more = len(names) - NAMES_SHOWN
-    return ", ".join(names[:NAMES_SHOWN]) + (f" and {more} more" if more > 0 else "")
+def _names(objects: Iterable[Any]) -> str:
+    return named(sorted(obj.name for obj in objects), NAMES_SHOWN)
 
 
 class ANGEN_PT_physics_weight(_Weight, Panel):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the open file needs and does not have here, so that its readings are not those of the home:
-libraries and other files that are missing, drivers that stand still, sensors of unknown kinds."""
+"""Finds what the open file needs and lacks here, so that its readings are wrong: missing libraries
+and other files, drivers that cannot run, sensors of unknown kinds."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ Lack = tuple[str, str]
 
 
 def lacking(view_layer: Any, light: bool) -> list[str]:
-    """A sentence for each thing; `light`: what only light sensors see counts too. The scene has to
-    be evaluated, which is when Blender blocks drivers."""
+    """A sentence for each thing that is lacking; with `light`, also for those that only light
+    sensors notice. The scene must be evaluated, since only then Blender blocks drivers."""
     return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
 
 
 def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
-    """The same in its parts."""
+    """What is wrong and the way to mend it, for each thing that is lacking."""
     yield from _unknown_kinds(view_layer)
     yield from _missing_libraries()
     yield from _missing_data()
@@ -44,7 +44,7 @@ def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
 
 
 def look(view_layer: Any) -> None:
-    """Has panels tell what is lacking now."""
+    """Lists what is lacking now, for the panels to show."""
     sensors = simulated(all_sensors(view_layer))
     if sensors:
         view_layer.update()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What in a scene keeps a sensor from reading what its user expects, and the way out."""
+"""Advice where something in a scene keeps a sensor from reading what the user expects."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Any
 
 from ...sensor_logic.wording import Advice, named, uncapitalized
 from ..scene.animation import is_animated
+from ..scene.bearers import has_mass
 from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.rays.solids import SURFACE_TYPES
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
-    """The warning of a motion detector for which the animation ends too early."""
+    """Warns where a motion detector's warm-up lasts longer than the animation."""
     seconds = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = scene.frame_end + 1 - scene.frame_start
     length = frames * scene.render.fps_base / scene.render.fps
@@ -28,7 +29,7 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
 
 
 def without_surface(obj: Any) -> Advice | None:
-    """The warning of a pad that nothing can press on."""
+    """Warns where a pad has no surface to press on."""
     kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
     if obj.type not in SURFACE_TYPES:
         return Advice(
@@ -39,7 +40,7 @@ def without_surface(obj: Any) -> Advice | None:
     return None
 
 
-def is_simulated(obj: Any) -> bool:
+def may_be_simulated(obj: Any) -> bool:
     """Whether the physics engine moves the object, now or at another frame."""
     body = obj.rigid_body
     return (
@@ -50,18 +51,13 @@ def is_simulated(obj: Any) -> bool:
     )
 
 
-def has_mass(obj: Any) -> bool:
-    """Whether an animated body with a mass is, or hangs on, this object, now or ever."""
-    return obj.angen_load.mass > 0.0 or is_animated(obj, "angen_load.mass")
-
-
 def simulated_bodies(scene: Any) -> Iterator[Any]:
-    """What the physics engine moves, each with a mass of its own: not the parts of compounds."""
-    return (obj for obj in rigid_bodies(scene) if is_simulated(obj))
+    """The rigid bodies that the physics engine moves; a compound counts as one."""
+    return (obj for obj in rigid_bodies(scene) if may_be_simulated(obj))
 
 
 def sinks(pad: Any, scene: Any) -> Advice | None:
-    """The warning of a pad that heavier bodies press through what is below it."""
+    """Warns where a pad is an active rigid body that sinks under heavier ones."""
     bodies = list(simulated_bodies(scene))
     if pad not in bodies:
         return None
@@ -77,7 +73,7 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
 
 
 def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
-    """The warning where nothing could ever press on the pad."""
+    """Warns where no other object has a weight to press on the pad."""
     if any(body != pad for body in simulated_bodies(scene)):
         return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
@@ -89,19 +85,19 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
     )
 
 
-def of_several(told: dict[str, Advice]) -> str:
-    """One line for the same advice to several pads, by their names: how many there are, the first
-    of their names, and the text; where the texts differ, that of the first."""
-    names = list(told)
-    text = uncapitalized(told[names[0]].text)
+def of_several(advices: dict[str, Advice]) -> str:
+    """One line for the advice on several pads, given by their names: how many pads, their first
+    names, and the text of the first, which says so where the others differ."""
+    names = list(advices)
+    text = uncapitalized(advices[names[0]].text)
     if len(names) == 1:
         return f"'{names[0]}': {text}"
-    of_first = "of the first: " if len(set(told.values())) > 1 else ""
+    of_first = "of the first: " if len(set(advices.values())) > 1 else ""
     return f"{len(names)} pads ({named(names, 3)}): {of_first}{text}"
 
 
 def outdated_cache(scene: Any) -> Advice | None:
-    """The warning where the simulated poses are those before an edit."""
+    """Warns where the rigid-body cache is older than the last edit."""
     world = scene.rigidbody_world
     if not any(simulated_bodies(scene)) or not world.point_cache.is_outdated:
         return None
@@ -113,7 +109,7 @@ def outdated_cache(scene: Any) -> Advice | None:
 
 
 def short_cache(scene: Any) -> Advice | None:
-    """The warning where the physics stops before the scene does."""
+    """Warns where the rigid-body cache ends before the scene."""
     if not any(simulated_bodies(scene)):
         return None
     cache = scene.rigidbody_world.point_cache

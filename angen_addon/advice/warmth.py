@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Usual temperatures of things, and what keeps pyroelectric detectors from feeling anything."""
+"""Usual temperatures of things, and advice where pyroelectric detectors have nothing to sense."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 from ...sensor_logic.kind import WARMTH
 from ...sensor_logic.wording import Advice
+from ..scene.bearers import candidates
 from ..scene.instances import with_instanced
 from ..scene.rays.geometry import evaluated_materials
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor
 from ..scene.warmth import collection_parents, inherited_warmth
-from .weights import chain
 
 # Materials with one of these in their name are bare skin.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")
@@ -25,7 +25,7 @@ ENOUGH_RATE = 20.0
 
 @dataclass(frozen=True)
 class Usual:
-    """A temperature that things of a sort usually have (°C), with its emissivity."""
+    """The usual temperature of one sort of thing (°C), and its emissivity."""
 
     identifier: str
     label: str
@@ -49,17 +49,17 @@ USUAL: dict[str, Usual] = {
 
 
 def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
-    """The object and what is part of it: what it deforms and what hangs on it."""
+    """The surfaces that are part of an object: itself, its children, and what it deforms."""
     return [
         other
         for other in view_layer.objects
-        if other.type in SURFACE_TYPES and obj in list(chain(other))
+        if other.type in SURFACE_TYPES and obj in list(candidates(other))
     ]
 
 
 def warm(obj: Any, usual: Usual, view_layer: Any) -> tuple[list[Any], list[Any]]:
-    """Gives the object, with all that is part of it, its usual temperature. The surfaces that
-    got it, and the materials that got a skin's."""
+    """Gives all surfaces of an object their usual temperature. Returns those surfaces, and the
+    materials that it gave the temperature of skin."""
     surfaces = [surface for surface in surfaces_of(obj, view_layer) if surface.is_editable]
     skins = []
     for surface in surfaces:
@@ -81,7 +81,7 @@ def _set(owner: Any, celsius: float, emissivity: float) -> None:
 
 
 def warm_things(view_layer: Any) -> Iterator[Any]:
-    """The visible surfaces that have a temperature of their own, whole or in part."""
+    """The visible surfaces with a temperature of their own, or a material that has one."""
     parents = collection_parents()
     for obj, handle in with_instanced(view_layer):
         ignored = obj.type not in SURFACE_TYPES or obj.angen_ignored
@@ -97,23 +97,23 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
 
 
 def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Those of the sensors that feel warmth."""
+    """The sensors that sense warmth."""
     return [s for s in sensors if s.kind.requires(WARMTH, s.parameters)]
 
 
 def nothing_warm(view_layer: Any) -> Advice | None:
-    """The warning where a pyroelectric detector has nothing to feel."""
+    """Warns where nothing in the scene has a temperature."""
     if next(warm_things(view_layer), None) is not None:
         return None
     return Advice(
-        "Nothing in the scene has a temperature: everything is as warm as the room, and no "
-        "movement is felt",
+        "Nothing in the scene has a temperature: everything is as warm as the room, and "
+        "detectors sense no movement",
         "Select the person, then Physics tab, Temperature, Set Usual, Person",
     )
 
 
 def too_slow(sensor: Sensor) -> Advice | None:
-    """The warning where the updates are too far apart for the signal."""
+    """Warns where a detector updates too seldom for its signal."""
     if sensor.settings.update_rate >= ENOUGH_RATE:
         return None
     return Advice(

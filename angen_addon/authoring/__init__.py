@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""New sensors: the parts they are of, their housings, and how they stand on surfaces."""
+"""Makes new sensors: parameters of known parts, housings, and placing on surfaces."""

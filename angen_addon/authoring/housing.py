@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a new sensor looks like: the part in its real size, and lines that show where it looks.
+"""Housings of new sensors: the part in its real size, and lines that show where it looks.
 
-Everything is in metres in the sensor's own axes: it looks along −Z with +Y up from the origin, its
-housing behind that; a switch's beam leaves the origin along −Z, its fork is open towards −Y and
-stands on its +Y side; a pad lies on z = 0 and is pressed on from +Z. The lines are edges without
-faces: no ray meets them and no render shows them.
+All lengths are metres in the sensor's own axes. It looks from the origin along −Z with +Y up, and
+its housing is behind the origin. A switch's beam starts at the origin along −Z; its fork is open
+towards −Y and stands on its +Y side. A pad lies on z = 0, its upper side towards +Z. The lines are
+edges without faces, so that no ray hits them and no render shows them.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ Point = tuple[float, float, float]
 BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 SEGMENTS = 16
 
-# In units of its length: a pyramid that opens along −Z with a triangle on its +Y side, as cameras
-# and lights have.
+# A pyramid of length 1 that opens along −Z, with a triangle on its +Y side, as cameras have.
 VIEW_LENGTH = 0.2
 VIEW_POINTS: tuple[Point, ...] = (
     (0, 0, 0),
@@ -67,8 +66,8 @@ class Housing:
         return self._add(corners, BOX_FACES)
 
     def lathe(self, profile: Sequence[tuple[float, float]]) -> Housing:
-        """A body turned about Z; `profile`: (radius, z) of its rings, from −z to +z. A radius of
-        0 at an end is a point."""
+        """Adds a body of revolution about Z; `profile`: (radius, z) of its rings, upwards. A radius
+        of 0 at an end gives a point."""
         points: list[Point] = []
         rings: list[list[int]] = []
         for radius, z in profile:
@@ -106,20 +105,21 @@ class Housing:
         return self
 
     def outline(self) -> list[tuple[int, int]]:
-        """All edges, those of the faces too, each once."""
+        """All edges, including those of the faces, each once."""
         found = {tuple(sorted(e)) for e in self.edges}
         for face in self.faces:
             found |= {tuple(sorted(e)) for e in zip(face, face[1:] + face[:1], strict=True)}
         return sorted(found)  # type: ignore[arg-type]
 
     def reach(self, axes: Matrix, normal: Vector) -> float:
-        """How far the body, turned by `axes` (3 × 3), reaches below its origin along `normal`
-        (m)."""
+        """How far in m the body, turned by `axes` (3 × 3), extends below its origin along
+        `normal`."""
         solid = {i for face in self.faces for i in face}
         return max((-normal.dot(axes @ Vector(self.points[i])) for i in solid), default=0.0)
 
 
 def looking(housing: Housing) -> Housing:
+    """Adds the lines that show where the sensor looks."""
     return housing.lines([tuple(c * VIEW_LENGTH for c in p) for p in VIEW_POINTS], VIEW_EDGES)  # type: ignore[misc]
 
 
@@ -129,18 +129,18 @@ def pad(side: float, thickness: float) -> Housing:
 
 
 def marker() -> Housing:
-    """What stands for a part of unknown size: a cube of 30 mm behind the origin."""
+    """The housing of parts of unknown size: a cube of 30 mm behind the origin."""
     return looking(Housing().box((-0.015, -0.015, 0.0), (0.015, 0.015, 0.03)))
 
 
 def housing_of(kind: str, preset: str = "") -> Housing:
-    """What a sensor of a kind set to a preset looks like."""
+    """The housing of a kind with a preset."""
     housings = appearance_of(KINDS[kind]).housings
     return housings.get(preset, housings.get("", marker))()
 
 
 def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:
-    """A new mesh of the real size, whatever the scene's units."""
+    """A new mesh of a housing in its real size, for a scene of this unit scale."""
     mesh = bpy.data.meshes.new(name)
     points = [tuple(c / unit_scale for c in point) for point in housing.points]
     mesh.from_pydata(points, housing.edges, housing.faces)

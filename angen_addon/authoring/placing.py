@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a sensor stands on a surface: from where the surface is and faces to the sensor's matrix.
+"""Places sensors on surfaces: computes a sensor's matrix from a point and normal of the surface.
 
-Nothing here reads the scene. Lengths are the scene's units.
+It does not read the scene. Lengths are Blender units.
 """
 
 from __future__ import annotations
@@ -19,23 +19,24 @@ if TYPE_CHECKING:
     from .housing import Housing
 
 UP = Vector((0.0, 0.0, 1.0))
-# A surface less than this far from upright is a wall, out of which a motion detector looks level.
+# Surfaces within this angle of the vertical are walls, from which motion detectors look level.
 WALL = math.radians(30)
-# A direction must keep this share of its length along a surface to be followed there.
+# A direction guides a sensor if at least this share of its length is along the surface.
 FOLLOWED = 0.3
 
 
-# From a surface's normal, and what gives the unit "up" across a direction, to the sensor's Y and Z.
+# How a kind stands: from the surface's normal, and a function from a direction to the unit "up"
+# across it, to the sensor's Y and Z axes.
 Stand = Callable[[Vector, Callable[[Vector], Vector]], tuple[Vector, Vector]]
 
 
 def looking_out(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """It looks away from the surface, as upright as can be."""
+    """It looks away from the surface, with +Y as far up as possible."""
     return up(normal), -normal
 
 
 def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """The same, level out of a wall."""
+    """It looks away from the surface, and from a wall level."""
     level = Vector((normal.x, normal.y, 0.0))
     if abs(normal.z) < math.sin(WALL) and level.length > 0:
         return looking_out(level.normalized(), up)
@@ -43,20 +44,20 @@ def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vecto
 
 
 def lying(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Its +Z side is the upper one."""
+    """It lies on the surface, +Z away from it."""
     return up(normal), normal
 
 
 def beside_it(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """It stands on its +Y side and looks along the surface, on a wall level."""
+    """It stands on its +Y side and looks along the surface, on a wall horizontally."""
     return -normal, normal.cross(up(normal))
 
 
 def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector] = ()) -> Matrix:
     """The axes (3 × 3, orthonormal, right-handed) of a sensor on a surface with a unit normal.
 
-    `turn` (rad) is about the normal. On what is level, up says nothing: the first of `along`
-    that runs along the surface does, such as the axes of the object that it belongs to.
+    `turn` (rad) is about the normal. On a level surface, where up gives no direction, the first of
+    `along` that is not across it does, such as the axes of the surface's object.
     """
     guides = [UP, *along, Vector((0, 1, 0)), Vector((1, 0, 0))]
     y, z = appearance_of(KINDS[kind]).stand(normal, lambda forward: _guide(forward, guides))
@@ -65,7 +66,7 @@ def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector
 
 
 def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:
-    """The first of the directions that has something across `forward`, made a unit across it."""
+    """The unit component across `forward` of the first direction that has enough of it."""
     for direction in directions:
         if direction.length == 0:
             continue
@@ -93,8 +94,8 @@ def place_on(
 
 
 def parent_keeping(obj: object, parent: object, world: Matrix) -> bool:
-    """Puts `obj` at `world` and lets it follow `parent`, however that is scaled, mirrored or
-    sheared. False: the parent's matrix cannot be undone, `obj` stays free."""
+    """Puts `obj` at `world` and parents it to `parent`, whatever that object's scale or shear.
+    Returns False where the parent's matrix has no inverse, and leaves `obj` without a parent."""
     place, child = parent.matrix_world.copy(), obj  # type: ignore[attr-defined]
     followed = abs(place.determinant()) > 1e-12
     if followed:

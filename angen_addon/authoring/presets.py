@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""New sensors, and the parameters of known parts."""
+"""Makes new sensors, and applies presets of known parts."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .housing import housing_of, mesh_of
 
 # Blender stores single precision.
 SAME = 1e-6
-# What a stored value of a type may be set to.
+# Types of values that a parameter of a type accepts.
 SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
     bool: (bool,), int: (int,), float: (int, float), str: (str,)
 }  # fmt: skip
 
 
 def find_preset(kind: Kind, identifier: str) -> Preset:
-    """The preset of a kind with this identifier. Raises KeyError with what to tell the user."""
+    """The preset of a kind with this identifier. Raises KeyError with a text for the user."""
     known = {preset.identifier: preset for preset in kind.presets}
     if identifier not in known:
         hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
@@ -32,14 +32,14 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 
 def apply(obj: Any, preset: Preset) -> None:
-    """Sets the parameters that the preset names, and no other."""
+    """Sets the parameters that the preset names, and no others."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
-    """Whether the parameters that the preset names are as it would set them."""
+    """Whether the parameters have the preset's values."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
@@ -51,7 +51,7 @@ def _same(stored: Any, value: Any) -> bool:
 
 
 def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
-    """A sensor in the active collection, selected and active; not yet at its place."""
+    """A new sensor at the origin, in the active collection, selected and active."""
     label = KINDS[kind].label.partition(" (")[0]
     housing = housing_of(kind, preset.identifier if preset else "")
     mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))

@@ -13,12 +13,12 @@ from mathutils import Vector
 from ...sensor_logic.log.event_log import Event, NewEvents
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.residents.acted import Acted
-from ..advice.weights import chain
 from ..explain.replay import Recalled, Replay
 from ..kinds import appearance_of
 from ..runtime import state
 from ..runtime.notes import Notes, NotNoted
 from ..runtime.probes import Probes
+from ..scene.bearers import candidates
 from ..scene.sensors import Sensor
 
 
@@ -141,4 +141,4 @@ def _object(name: str) -> Any:
 
 
 def _chain(obj: Any) -> Iterable[Any]:
-    return chain(obj) if obj is not None else ()
+    return candidates(obj) if obj is not None else ()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names what in a home makes sensors read nonsense, each with the way to mend it."""
+"""Finds what makes the sensors of a home read nonsense, each with the way to mend it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from . import doors, files, lamps, pads, placed, shell
 from .examined import Check, Examined, Finding
 
-# In the order in which they are told: first what makes the others wrong too.
+# In the order in which they are reported: first what makes other checks fail too.
 CHECKS: dict[str, Check] = {
     "scale": shell.scale,
     "files": files.lacks,
@@ -33,7 +33,7 @@ CHECKS: dict[str, Check] = {
 
 
 def examine(scene: Any, view_layer: Any, depsgraph: Any) -> list[Finding]:
-    """What all checks find in the scene as it is evaluated."""
+    """The findings of all checks of an evaluated scene."""
     home = Examined(scene, view_layer, depsgraph)
     return [Finding(name, *found) for name, check in CHECKS.items() for found in check(home)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen doctor`: what was found, as lines or as JSON."""
+"""`angen doctor`: the findings as lines or as JSON."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from . import Finding, examine
 
 
 def findings() -> list[Finding]:
-    """Of the scene of the present context."""
+    """The findings in the scene of the present context."""
     context = bpy.context
     return examine(context.scene, context.view_layer, context.evaluated_depsgraph_get())
 
 
 def as_text(found: list[Finding], as_json: bool) -> str:
-    """Two lines each: what is wrong, and the way to mend it; or a list of objects."""
+    """Two lines for each finding, what is wrong and the way to mend it; or a JSON list."""
     if as_json:
-        told = [finding._asdict() for finding in found]
-        return json.dumps(told, indent=1, ensure_ascii=False) + "\n"
+        entries = [finding._asdict() for finding in found]
+        return json.dumps(entries, indent=1, ensure_ascii=False) + "\n"
     return "".join(f"{one.check}: {one.text}\n    {one.mend}\n" for one in found)
 
 

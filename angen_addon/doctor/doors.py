@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of doors: those without a hinge, and those that never move though a switch watches."""
+"""Checks of doors: those without a hinge, and those with a switch that never move."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from ..scene.instances import chain
 from .examined import Examined, Found
 
 WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)
-# What is called after a door and is none.
+# Parts and surroundings of doors, whose names hold the word too.
 PARTS = (
     "frame", "mat", "handle", "knob", "lock", "bell", "flag", "hinge", "jamb", "lining", "panel",
     "stop", "glass", "outdoor", "indoor",
 )  # fmt: skip
 PART = re.compile("|".join(PARTS), re.IGNORECASE)
-# m: how high, wide and thick leaves are.
+# m: limits of the height, width and thickness of a door's leaf.
 HEIGHT, WIDTH, THICK = (1.6, 3.0), (0.4, 1.8), 0.3
-# Of the width, from the middle: an origin so near is no hinge.
+# An origin nearer to the middle than this share of the width is not at a hinge.
 MIDDLE = 0.3
-# m: a switch so near to a leaf watches it.
+# m: a switch this near to a leaf watches it.
 NEAR = 0.5
 
 
 def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
-    """The leaves of doors, by name and size, with their bounds (3,) in m in the world's axes."""
+    """The leaves of doors, found by name and size, with their world bounds lo, hi (3,) in m."""
     for obj, matrix in home.seen:
         if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
             continue
@@ -45,7 +45,7 @@ def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
 
 
 def without_hinges(home: Examined) -> Iterator[Found]:
-    """Leaves that turn, or would, about their middle."""
+    """Reports leaves that turn about their middle, or would."""
     bad = []
     for leaf, *_ in leaves(home):
         moved = [part for part in chain(leaf) if any(motion_paths(part))]
@@ -61,7 +61,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
 
 
 def standing_still(home: Examined) -> Iterator[Found]:
-    """Doors with sensors, none of which ever moves."""
+    """Reports doors with switches if none of them ever moves."""
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
         for s in home.sensors
@@ -80,7 +80,7 @@ def standing_still(home: Examined) -> Iterator[Found]:
 
 
 def _is_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
-    """Whether a pivot's origin lies over the middle of the leaf's width."""
+    """Whether a pivot's origin is near the middle of the leaf's width."""
     corners = np.array(leaf.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     place = leaf.evaluated_get(home.depsgraph).matrix_world.inverted_safe() @ (

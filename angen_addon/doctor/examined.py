@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene that the doctor's checks examine, and their findings."""
+"""The scene as checks examine it, and what they find."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from ..scene.sensors import Sensor, all_sensors, simulated, unit_scale
 
 
 class Finding(NamedTuple):
-    """A problem: the `check` that found it, a sentence about it, and how to `mend` it."""
+    """`check`: the name of the check; `text`: what is wrong, in a sentence; `mend`: the way to
+    mend it."""
 
     check: str
     text: str
@@ -26,7 +27,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class Examined:
-    """A scene as it is evaluated, with the sensors that are switched on."""
+    """An evaluated scene, with the sensors that are switched on."""
 
     scene: Any
     view_layer: Any
@@ -37,12 +38,12 @@ class Examined:
         return simulated(all_sensors(self.view_layer))
 
     def requiring(self, *needs: str) -> list[Sensor]:
-        """The sensors whose models require one of these quantities (kind.RAYS …)."""
+        """The sensors whose kinds need one of these quantities (kind.RAYS …) of the scene."""
         return [s for s in self.sensors if any(s.kind.requires(need) for need in needs)]
 
     @cached_property
     def home(self) -> Home:
-        """What rays meet."""
+        """The surfaces of the home, for rays."""
         return Home(self.depsgraph)
 
     @property
@@ -51,8 +52,8 @@ class Examined:
 
     @cached_property
     def seen(self) -> list[tuple[Any, Array]]:
-        """The originals of all that is shown and not ignored by sensors, those in instances at
-        each of their places, with their matrices (4, 4) in the world."""
+        """All visible objects that sensors do not ignore, with their world matrices (4, 4); objects
+        in instances come once for each instance."""
         found = []
         for instance in self.depsgraph.object_instances:
             original = instance.object.original
@@ -63,7 +64,7 @@ class Examined:
         return found
 
     def shown(self) -> list[Any]:
-        """Objects with a surface that sensors see, those in instances once."""
+        """Visible objects with a surface, each once."""
         return list(dict.fromkeys(obj for obj, _ in self.seen if obj.type in SURFACE_TYPES))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of what the file needs and lacks, and of names."""
+"""Checks of missing files, and of names."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .examined import Examined, Found
 
 
 def lacks(home: Examined) -> Iterator[Found]:
-    """Missing libraries and files, drivers that stand still, sensors of unknown kinds."""
+    """Reports missing libraries and files, drivers that cannot run, sensors of unknown kinds."""
     for text, mend in lacking.lacks(home.view_layer, bool(home.requiring(LIGHT))):
         yield capital(text), capital(mend)
 
 
 def same_names(home: Examined) -> Iterator[Found]:
-    """Sensors that a log cannot tell apart."""
+    """Reports sensors of the same name, which a log cannot tell apart."""
     for name, count in Counter(sensor.name for sensor in home.sensors).items():
         if count > 1:
             files = [s.library or "this file" for s in home.sensors if s.name == name]

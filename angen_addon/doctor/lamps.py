@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of what light sensors are lit by."""
+"""Checks of the light on light sensors."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from ..scene.light.engine import why_no_eevee
 from ..scene.light.scene import is_portal
 from .examined import Examined, Found
 
-# W of light: no lamp of a home sends out so much; what a lamp draws is some times what it sends.
+# W of light: no household lamp emits more. The electrical power of a lamp is several times its
+# light.
 MOST_WATTS = 50.0
-# W/m²: the sun sends no more.
+# W/m² of light: the sun gives no more.
 MOST_SUN = 150.0
 USUAL_LUMENS = 800
 
 
 def electrical_watts(home: Examined) -> Iterator[Found]:
-    """Lamps that are given what they draw, not what they shine."""
+    """Reports lamps that seem to be set to their electrical power."""
     if not home.requiring(LIGHT):
         return
     efficacy = home.scene.angen_luminous_efficacy
@@ -35,14 +36,14 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
         usual = "up to 100 W/m² at noon" if sun else f"{USUAL_LUMENS / efficacy:.2g} W"
         yield (
             f"'{lamp.name}' shines with {power:g} {unit} of light, "
-            f"{power * efficacy:,.0f} {what}: is it what the lamp draws?",
+            f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
             f"Blender's watts are light: divide lumens by {efficacy:g} (a household lamp of "
             f"{USUAL_LUMENS} lm: {usual}); Light tab, {'Strength' if sun else 'Power'}",
         )
 
 
 def none_lit(home: Examined) -> Iterator[Found]:
-    """Light sensors in a scene that nothing lights."""
+    """Reports light sensors in a scene without any light."""
     sensors = home.requiring(LIGHT)
     lit = any(lamp.data.energy > 0 or _is_switched(lamp.data) for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
@@ -54,7 +55,7 @@ def none_lit(home: Examined) -> Iterator[Found]:
 
 
 def eevee_cannot_run(home: Examined) -> Iterator[Found]:
-    """Light sensors that ask for EEVEE where there is none."""
+    """Reports light sensors that are set to EEVEE where it cannot run."""
     sensors = [s for s in home.requiring(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
     reason = why_no_eevee() if sensors else ""
     if reason:
@@ -62,13 +63,13 @@ def eevee_cannot_run(home: Examined) -> Iterator[Found]:
 
 
 def _lamps(home: Examined) -> list[Any]:
-    """Those that are shown."""
+    """The visible lamps."""
     lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
     return [lamp for lamp in lamps if not is_portal(lamp)]
 
 
 def _peak(lamp: Any) -> float:
-    """The most that it shines with at any time, as it is keyed."""
+    """Its greatest power among its setting and its keys."""
     keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
     return float(max([lamp.energy, *keyed]))
 
@@ -86,7 +87,7 @@ def _world_shines(world: Any) -> bool:
 
 
 def _shines(node: Any) -> bool:
-    """Whether an emission or background node gives light; what is linked may."""
+    """Whether an emission or background node gives light, or may, since an input is linked."""
     strength = next((s for s in node.inputs if s.name in {"Strength", "Emission Strength"}), None)
     names = {"Color", "Emission Color", "Emission"}
     colour = next((s for s in node.inputs if s.name in names), None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of pressure pads and of the physics that presses on them."""
+"""Checks of pressure pads, and of the rigid bodies that press on them."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from ..scene.rays.caster import NOTHING
 from .examined import Examined, Found
 
 BUNDLE = -41
-# m: with nothing within this below it, a pad hangs in the air.
+# m: a pad with nothing this near below it hangs in the air.
 GAP = 0.05
 
 
 def advised(home: Examined) -> Iterator[Found]:
-    """Pads that nothing can press on, or that sink."""
+    """Reports pads that nothing can press on, or that sink."""
     for pad in home.requiring(FORCES):
-        for told in (
+        for problem in (
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
             advice.weightless(pad.object, home.scene, home.view_layer),
         ):
-            if told:
-                yield f"'{pad.name}': {uncapitalized(told.problem)}", told.mend
+            if problem:
+                yield f"'{pad.name}': {uncapitalized(problem.problem)}", problem.mend
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
-    """Pads that lie on nothing and are fixed to nothing."""
+    """Reports pads that nothing is below and that are fixed to nothing."""
     for pad in home.requiring(FORCES):
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
@@ -54,6 +54,6 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 
 def caches(home: Examined) -> Iterator[Found]:
-    """A rigid-body cache that is too short, or of the scene before an edit."""
+    """Reports a rigid-body cache that is too short, or older than the last edit."""
     if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))

@@ -24,19 +24,19 @@ from ..scene.sensors import Sensor, SensorError
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43
-# m: what is met from within on two opposite sides nearer than this together is a wall.
+# m: a solid that opposite rays hit at distances of together less than this is a wall.
 THICKEST = 0.6
-# With more faces ahead nobody can tell inside from outside.
+# Most faces to count along a ray.
 MOST_FACES = 200
-# Of a sensor's rays, so many meet something too near where it is built in, or against a wall.
+# More than this share of a sensor's rays hit something too near: it is built in, or faces a wall.
 BLOCKED = 0.25
-# Datablocks whose animation moves nothing.
+# Datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
-    """A scene in which no detector of movement can ever find any."""
+    """Reports detectors of movement in a scene where nothing moves."""
     sensors = home.requiring(RAYS, WARMTH, POSES)
     if sensors and not _moves(home):
         yield (
@@ -59,7 +59,7 @@ def _moves(home: Examined) -> bool:
 
 
 def _is_animated(datablock: Any) -> bool:
-    """Whether keys, strips or drivers move something; those of lamps and of outputs do not."""
+    """Whether keys, strips or drivers move something; those of lamps and outputs do not count."""
     animation = getattr(datablock, "animation_data", None)
     if animation is None or datablock.id_type in BY_LIGHT_ALONE:
         return False
@@ -71,13 +71,13 @@ def _is_animated(datablock: Any) -> bool:
 
 
 def _reads_time(modifier: Any) -> bool:
-    """Whether a modifier's nodes look at the frame."""
+    """Whether a modifier's nodes read the frame."""
     tree = modifier.node_group if modifier.type == "NODES" else None
     return tree is not None and any(n.bl_idname == "GeometryNodeInputSceneTime" for n in tree.nodes)
 
 
 def inside_walls(home: Examined) -> Iterator[Found]:
-    """Sensors that stand inside something solid."""
+    """Reports sensors inside something solid."""
     for sensor in home.requiring(RAYS, WARMTH, LIGHT):
         inside = _surrounded_by(home, sensor)
         if inside:
@@ -88,33 +88,33 @@ def inside_walls(home: Examined) -> Iterator[Found]:
 
 
 def _surrounded_by(home: Examined, sensor: Sensor) -> str:
-    """The solid that a sensor is within: it is met on two opposite sides, near together, and left
-    by an odd number of faces. Whichever way its faces look."""
+    """The name of the solid that a sensor is inside, or empty: opposite rays both hit it nearby,
+    and each leaves it through an odd number of faces, whichever way these point."""
     matrix = sensor.world_matrix(home.depsgraph)
     axes = np.concatenate([np.eye(3), np.array(matrix.to_3x3().normalized(), np.float64).T])
-    ways = np.concatenate([axes, -axes])
-    origins = np.tile(np.array(matrix.translation, np.float64), (len(ways), 1))
-    far = np.full(len(ways), THICKEST / home.metres)
+    directions = np.concatenate([axes, -axes])
+    origins = np.tile(np.array(matrix.translation, np.float64), (len(directions), 1))
+    far = np.full(len(directions), THICKEST / home.metres)
     caster = home.home.caster
-    ranges, met = caster.cast_met(sensor.uid, BUNDLE_AXES, origins, ways, far)
+    ranges, met = caster.cast_met(sensor.uid, BUNDLE_AXES, origins, directions, far)
     for one in range(len(axes)):
         two = one + len(axes)
         near = (ranges[one] + ranges[two]) * home.metres < THICKEST
         if met[one] == NOTHING or met[one] != met[two] or not near:
             continue
         solid = next(s for s in caster.solids.solids if s.number == met[one])
-        faces = (_crossings(home, solid, origins[0], ways[side]) for side in (one, two))
+        faces = (_crossings(home, solid, origins[0], directions[side]) for side in (one, two))
         if all(count % 2 for count in faces):
             return solid.name
     return ""
 
 
-def _crossings(home: Examined, solid: Solid, origin: Array, way: Array) -> int:
-    """How many faces of a solid lie ahead."""
+def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) -> int:
+    """The number of a solid's faces along a ray; 0 for MOST_FACES and more."""
     inverse = home.home.caster.solids.inverse[solid.row]
     tree = solid.geometry.tree(home.depsgraph)
     point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
-    ahead = inverse[:3, :3] @ way
+    ahead = inverse[:3, :3] @ direction
     ahead /= np.linalg.norm(ahead)
     size = float(np.linalg.norm(solid.geometry.hi - solid.geometry.lo))
     for count in range(MOST_FACES):
@@ -126,7 +126,7 @@ def _crossings(home: Examined, solid: Solid, origin: Array, way: Array) -> int:
 
 
 def looks_into_something(home: Examined) -> Iterator[Found]:
-    """Sensors whose rays begin behind something: nearer than their range min they see nothing."""
+    """Reports sensors with surfaces nearer than their range min, which they cannot see."""
     for sensor in home.requiring(RAYS):
         try:
             sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
@@ -136,10 +136,10 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
         if sight is None or not len(sight.rays.directions):
             continue
         shortest = float(getattr(sight.parameters, "range_min", 0.0))
-        ways = np.ascontiguousarray(sight.rays.directions)
-        origins = np.tile(sight.pose.origin / home.metres, (len(ways), 1))
-        far = np.full(len(ways), shortest / home.metres)
-        met = home.home.caster.cast_met(sensor.uid, BUNDLE_NEAR, origins, ways, far)[1]
+        directions = np.ascontiguousarray(sight.rays.directions)
+        origins = np.tile(sight.pose.origin / home.metres, (len(directions), 1))
+        far = np.full(len(directions), shortest / home.metres)
+        met = home.home.caster.cast_met(sensor.uid, BUNDLE_NEAR, origins, directions, far)[1]
         blocked = met != NOTHING
         if blocked.mean() > BLOCKED:
             numbers, counts = np.unique(met[blocked], return_counts=True)
@@ -153,19 +153,19 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
 
 
 def names_nothing(home: Examined) -> Iterator[Found]:
-    """Sensors that are to follow an object and have none, such as contacts without a magnet."""
+    """Reports sensors that need an object and have none, such as contacts without a magnet."""
     for sensor in home.requiring(POSES):
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
                 yield (
-                    f"'{sensor.name}' has no {spec.label.lower()}: it always reads the same",
+                    f"'{sensor.name}' has no {spec.label.lower()}: it aldirections reads the same",
                     f"Choose its {spec.label} in the sidebar, Active Sensor",
                 )
 
 
 def nothing_warm(home: Examined) -> Iterator[Found]:
-    """Detectors of warmth where nobody is warm, or that look too seldom."""
+    """Reports pyroelectric detectors where nothing is warm."""
     found = warmth.pyroelectric(home.sensors)
-    told = warmth.nothing_warm(home.view_layer) if found else None
-    if told:
-        yield f"{told.problem} ({named(s.name for s in found)})", told.mend
+    problem = warmth.nothing_warm(home.view_layer) if found else None
+    if problem:
+        yield f"{problem.problem} ({named(s.name for s in found)})", problem.mend

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of a home's size, and of what rays pass where a wall should be."""
+"""Checks of a home's size, and of walls that rays pass through."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import SURFACE_TYPES
 from .examined import Examined, Found
 
-# m: no home is larger than the first, with half of its things larger than the second; none is
-# smaller than the third.
+# m: a larger home with a larger median object is too large, a smaller one with a smaller median
+# object too small.
 LARGE, LARGE_THINGS = 100.0, 8.0
 SMALL, SMALL_THINGS = 3.0, 0.1
-# m: how large a home is about, and half of the things in it.
+# m: usual length of a home, and of the median object in it.
 USUAL, USUAL_THING = 12.0, 1.0
-# m: what is longer and thinner than this, and higher than that, is a wall; where nothing is higher
-# than the last, nobody walks upright between them.
+# m: an object that is longer, thinner and higher than this is a wall. If all objects are below LOW,
+# nobody walks upright between the walls.
 WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
 UPRIGHT = 2.4
-# Metres in what files are often drawn in.
+# Metres in the other units that files often have.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
-# Files in these are rarer than in metric units: by so much the size must speak for them.
+# Penalty in `_unlikely` for units that files seldom have.
 RARE = {"inches": 1.5, "feet": 1.5}
 BUNDLE = -40
-WAYS = 600
-# Of all ways from a sensor, so many lead out of a home that is open somewhere: an open door or a
-# window without a pane is less.
+DIRECTIONS = 600
+# A home is open where more than this share of the directions from a sensor lead out; an open door
+# or a window without a pane is less.
 OPEN = 0.08
 SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
 
 
 def scale(home: Examined) -> Iterator[Found]:
-    """A home that is some 100 times too large or too small, or too low to walk in."""
+    """Reports a home that is some 100 times too large or too small, or too low to walk in."""
     lo, hi = home.home.lo, home.home.hi
     there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
     if not there.any():
@@ -59,7 +59,8 @@ def scale(home: Examined) -> Iterator[Found]:
 
 
 def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
-    """A home at half its size, as games' files often are; by the sizes (n, 3) of its things."""
+    """Reports a home at half its size, as files for games often are; `size` (n, 3) m of its
+    objects."""
     along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     walls = (along > WALL_LONG) & (across < WALL_THIN) & (size[:, 2] > WALL_HIGH)
     highest = float(size[walls, 2].max(initial=0.0))
@@ -90,14 +91,13 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
 
 
 def _unlikely(unit: str, whole: float, things: float) -> float:
-    """How far a home drawn in this unit, of that length and with half of its things below the other
-    one, is from a usual home."""
+    """How unusual a home would be that was drawn in this unit, by its length and median object."""
     size = math.log(whole * UNITS[unit] / USUAL) ** 2
     return size + math.log(things * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
 
 
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:
-    """What pictures show and sensors do not meet."""
+    """Reports objects that renders show and sensors cannot meet."""
     hidden = [
         obj.name
         for obj in home.view_layer.objects
@@ -116,7 +116,7 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
 
 
 def without_faces(home: Examined) -> Iterator[Found]:
-    """Meshes of edges alone."""
+    """Reports meshes without faces."""
     bare = []
     for obj in home.shown():
         if obj.type == "MESH" and not obj.is_instancer:
@@ -132,17 +132,17 @@ def without_faces(home: Examined) -> Iterator[Found]:
 
 
 def holes(home: Examined) -> Iterator[Found]:
-    """Rooms that rays leave without meeting anything."""
-    ways = _all_ways()
+    """Reports rooms that rays leave without a hit."""
+    directions = _all_directions()
     open_to: dict[str, list[str]] = {}
     for sensor in [s for s in home.sensors if s.kind.in_room]:
         origin = np.array(sensor.world_matrix(home.depsgraph).translation, np.float64)
-        origins = np.tile(origin, (len(ways), 1))
-        far = np.full(len(ways), _reach(home, origin))
-        met = home.home.caster.cast_met(sensor.uid, BUNDLE, origins, ways, far)[1]
+        origins = np.tile(origin, (len(directions), 1))
+        far = np.full(len(directions), _reach(home, origin))
+        met = home.home.caster.cast_met(sensor.uid, BUNDLE, origins, directions, far)[1]
         out = met == NOTHING
         if out.mean() > OPEN:
-            open_to.setdefault(_side(ways[out]), []).append(sensor.name)
+            open_to.setdefault(_side(directions[out]), []).append(sensor.name)
     for side, sensors in open_to.items():
         place = side if side in {"above", "below"} else f"towards {side}"
         yield (
@@ -151,17 +151,17 @@ def holes(home: Examined) -> Iterator[Found]:
         )
 
 
-def _all_ways() -> Array:
-    """(n, 3): unit vectors in all directions, evenly."""
-    at = np.arange(WAYS) + 0.5
-    up = 1.0 - 2.0 * at / WAYS
+def _all_directions() -> Array:
+    """(n, 3): unit vectors evenly in all directions (golden spiral)."""
+    at = np.arange(DIRECTIONS) + 0.5
+    up = 1.0 - 2.0 * at / DIRECTIONS
     turn = np.pi * (1.0 + math.sqrt(5.0)) * at
     level = np.sqrt(1.0 - up * up)
     return np.stack([np.cos(turn) * level, np.sin(turn) * level, up], axis=1)
 
 
 def _reach(home: Examined, origin: Array) -> float:
-    """Blender units beyond which there is nothing."""
+    """A distance in Blender units beyond which there is nothing."""
     lo, hi = home.home.caster.solids.lo, home.home.caster.solids.hi
     there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
     if not there.any():
@@ -170,11 +170,11 @@ def _reach(home: Examined, origin: Array) -> float:
     return 2.0 * float(np.abs(corners - origin).max()) + 1.0
 
 
-def _side(ways: Array) -> str:
-    """Where most of the ways lead."""
-    axis = np.abs(ways).argmax(axis=1)
+def _side(directions: Array) -> str:
+    """The side towards which most of the directions lead."""
+    axis = np.abs(directions).argmax(axis=1)
     counts = [
-        int(((axis == number // 2) & ((ways[:, number // 2] < 0) == bool(number % 2))).sum())
+        int(((axis == number // 2) & ((directions[:, number // 2] < 0) == bool(number % 2))).sum())
         for number in range(6)
     ]
     return SIDES[int(np.argmax(counts))]

@@ -1,3 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts the sensors of a layout file into the open home: `told` says where sensors stand, `plan`
-what a layout changes, `apply` does it, all of it or nothing."""
+"""Puts the sensors of a layout file into the open home: `measured` reads where sensors stand,
+`plan` finds what a layout changes, `apply` does all of it or nothing."""

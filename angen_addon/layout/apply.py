@@ -18,19 +18,19 @@ from ..authoring.housing import Housing, housing_of, mesh_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain
 from ..scene.sensors import Sensor, unit_scale
+from .measured import of_faces
 from .plan import Change, Planner
-from .told import of_faces
 
 EMPTY_SIZE_M = 0.1
 PLACE = ("location", "rotation", "look", "relative_to")
 CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-# Housings are found again by their size to a thousandth.
+# Relative tolerance of sizes by which a housing is recognised.
 SAME_SIZE = 1e-3
 
 
 class Applied(NamedTuple):
     """The names of the sensors that a layout added, changed, left as they were and removed.
-    `cleared`: of those removed, the objects that stay, because they are more than a housing."""
+    `cleared`: those of the removed whose objects stay, since they are more than a housing."""
 
     added: list[str]
     changed: list[str]
@@ -42,15 +42,15 @@ class Applied(NamedTuple):
     def text(self) -> str:
         parts = [f"{len(self.added)} added", f"{len(self.changed)} changed"]
         parts += [f"{len(self.removed)} removed"] if self.removed else []
-        told = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
+        found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
         if self.cleared:
-            told += f"; ordinary objects again: {named(self.cleared)}"
-        return told
+            found += f"; ordinary objects again: {named(self.cleared)}"
+        return found
 
 
 def apply_layout(path: Path, remove: bool = False) -> Applied:
-    """Puts the sensors of a layout file into the scene of the present context; `remove`: and
-    deletes those that it does not have. Raises LayoutError, and leaves all as it was."""
+    """Adds and changes sensors in the present scene to match a layout file; with `remove`, deletes
+    those that the layout lacks. Raises LayoutError, having changed nothing."""
     entries = read_layout(path)
     view_layer = bpy.context.view_layer
     view_layer.update()
@@ -61,36 +61,36 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
     added = [plan.entry.name for plan in plans if plan.sensor is None]
     doing = [plan for plan in plans if plan.changes]
     changed = [plan.entry.name for plan in doing if plan.sensor is not None]
-    with _Undoable() as undoable:
-        _carry_out(plans, undoable)
+    with _Rollback() as rollback:
+        _make_changes(plans, rollback)
         _check_done(doing)
-        undoable.keep()
+        rollback.keep()
     removed = [sensor.name for sensor in left_out]
     cleared = [sensor.name for sensor in left_out if not _delete(sensor)]
     view_layer.update()
     return Applied(added, changed, unchanged, removed, cleared)
 
 
-class _Undoable:
-    """Changes of the file that are taken back where an error ends the `with` block."""
+class _Rollback:
+    """Sets properties, and restores them where an error ends the `with` block."""
 
     def __init__(self) -> None:
-        self._back: list[Callable[[], object]] = []
+        self._restore: list[Callable[[], object]] = []
 
-    def __enter__(self) -> _Undoable:
+    def __enter__(self) -> _Rollback:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for take_back in reversed(self._back):
-            take_back()
-        if self._back:
+        for restore in reversed(self._restore):
+            restore()
+        if self._restore:
             bpy.context.view_layer.update()
 
     def keep(self) -> None:
-        self._back = []
+        self._restore = []
 
-    def later(self, take_back: Callable[[], object]) -> None:
-        self._back.append(take_back)
+    def later(self, restore: Callable[[], object]) -> None:
+        self._restore.append(restore)
 
     def set(self, owner: Any, name: str, value: Any) -> None:
         before = getattr(owner, name)
@@ -100,28 +100,28 @@ class _Undoable:
         setattr(owner, name, value)
 
 
-def _carry_out(plans: list[Change], undoable: _Undoable) -> None:
-    objects = {id(plan): _object_of(plan, undoable) for plan in plans}
+def _make_changes(plans: list[Change], rollback: _Rollback) -> None:
+    objects = {id(plan): _object_of(plan, rollback) for plan in plans}
     for plan in plans:
         obj = objects[id(plan)]
         try:
-            _set(plan, obj, undoable)
+            _set(plan, obj, rollback)
         except (TypeError, ValueError, OverflowError, RuntimeError, AttributeError) as error:
             raise plan.entry.error(str(error)) from None
         if "collection" in plan.moves:
-            _move_to(obj, plan.moves["collection"], undoable)
+            _move_to(obj, plan.moves["collection"], rollback)
     for plan in plans:
         if "parent" in plan.moves:
-            _hang_on(objects[id(plan)], plan.moves["parent"], undoable)
-    # What hangs on another is placed after it, also where that alone moved it.
+            _set_parent(objects[id(plan)], plan.moves["parent"], rollback)
+    # A child is placed after its parent, even where only the parent moves.
     for plan in sorted(plans, key=lambda plan: len(list(chain(objects[id(plan)])))):
         obj = objects[id(plan)]
         if plan.displaced or (plan.origin is not None and obj.parent and obj.is_editable):
-            _place(plan, obj, undoable)
+            _place(plan, obj, rollback)
 
 
-def _object_of(plan: Change, undoable: _Undoable) -> Any:
-    """The object of a sensor, which is made where it is new."""
+def _object_of(plan: Change, rollback: _Rollback) -> Any:
+    """The object of a sensor; makes that of a new one."""
     if plan.sensor is not None:
         return plan.sensor.object
     metres = unit_scale(bpy.context.scene)
@@ -132,8 +132,8 @@ def _object_of(plan: Change, undoable: _Undoable) -> Any:
     if mesh is None:
         obj.empty_display_size = EMPTY_SIZE_M / metres
     else:
-        undoable.later(lambda: bpy.data.meshes.remove(mesh))
-    undoable.later(lambda: bpy.data.objects.remove(obj))
+        rollback.later(lambda: bpy.data.meshes.remove(mesh))
+    rollback.later(lambda: bpy.data.objects.remove(obj))
     if obj.name != plan.entry.name:
         raise plan.entry.error(f"Blender calls it '{obj.name}': give it another name", "name")
     if "collection" not in plan.moves:
@@ -142,14 +142,14 @@ def _object_of(plan: Change, undoable: _Undoable) -> Any:
 
 
 def _usable_collection() -> Any:
-    """The active collection, or where it is linked or left out of the view layer the scene's."""
+    """The active collection, or the scene's own where that is linked or excluded."""
     active = bpy.context.view_layer.active_layer_collection
     usable = active.collection.is_editable and not active.exclude
     return active.collection if usable else bpy.context.scene.collection
 
 
 def _housing(plan: Change) -> Housing | None:
-    """What a new sensor looks like; None: an empty."""
+    """The housing of a new sensor; None: it is an empty."""
     kind, values = plan.kind, plan.entry.values
     if "bounds" not in values:
         return housing_of(kind.identifier, values.get("preset", ""))
@@ -164,7 +164,7 @@ def _box(low: list[float], high: list[float]) -> Housing:
 
 
 def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
-    """The housing of a kind, or of one of its parts, whose faces are within these bounds (m)."""
+    """The housing of a kind, or of one of its presets, with these bounds (2, 3) in m, or None."""
     for preset in ("", *(preset.identifier for preset in kind.presets)):
         housing = housing_of(kind.identifier, preset)
         points = np.array([housing.points[i] for face in housing.faces for i in face])
@@ -174,60 +174,60 @@ def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
     return None
 
 
-def _set(plan: Change, obj: Any, undoable: _Undoable) -> None:
+def _set(plan: Change, obj: Any, rollback: _Rollback) -> None:
     settings = obj.angen_sensor
     if "kind" in plan.settings:
-        # With a new kind comes that kind's rate.
-        undoable.set(settings, "update_rate", settings.update_rate)
+        # Setting the kind also sets its rate.
+        rollback.set(settings, "update_rate", settings.update_rate)
     for name, value in plan.settings.items():
-        undoable.set(settings, name, value)
+        rollback.set(settings, name, value)
     group = getattr(settings, plan.kind.attribute)
     for name, value in plan.parameters.items():
-        undoable.set(group, name, value)
+        rollback.set(group, name, value)
 
 
-def _move_to(obj: Any, name: str | None, undoable: _Undoable) -> None:
-    """Puts an object into the collection of this name alone."""
+def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
+    """Moves an object from its collections into the one of this name."""
     scene = bpy.context.scene
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
         made = target = bpy.data.collections.new(name)
-        undoable.later(lambda: bpy.data.collections.remove(made))
+        rollback.later(lambda: bpy.data.collections.remove(made))
         scene.collection.children.link(made)
     before = list(obj.users_collection)
     for collection in before:
         collection.objects.unlink(obj)
     target.objects.link(obj)
 
-    def take_back() -> None:
+    def restore() -> None:
         target.objects.unlink(obj)
         for collection in before:
             collection.objects.link(obj)
 
-    undoable.later(take_back)
+    rollback.later(restore)
 
 
-def _hang_on(obj: Any, name: str | None, undoable: _Undoable) -> None:
-    """Gives an object its parent; it stays where it is."""
+def _set_parent(obj: Any, name: str | None, rollback: _Rollback) -> None:
+    """Parents an object to another and keeps its world matrix."""
     bpy.context.view_layer.update()
     world = obj.matrix_world.copy()
-    _remember_channels(obj, undoable)
-    undoable.set(obj, "matrix_parent_inverse", Matrix.Identity(4))
-    undoable.set(obj, "parent", None if name is None else bpy.context.view_layer.objects[name])
+    _remember_channels(obj, rollback)
+    rollback.set(obj, "matrix_parent_inverse", Matrix.Identity(4))
+    rollback.set(obj, "parent", None if name is None else bpy.context.view_layer.objects[name])
     bpy.context.view_layer.update()
     obj.matrix_world = world
 
 
-def _remember_channels(obj: Any, undoable: _Undoable) -> None:
+def _remember_channels(obj: Any, rollback: _Rollback) -> None:
     for name in CHANNELS:
-        undoable.set(obj, name, getattr(obj, name))
+        rollback.set(obj, name, getattr(obj, name))
 
 
-def _place(plan: Change, obj: Any, undoable: _Undoable) -> None:
-    """Puts an object where its plan says; it keeps its size."""
+def _place(plan: Change, obj: Any, rollback: _Rollback) -> None:
+    """Moves an object to where its plan says, without scaling it."""
     assert plan.origin is not None and plan.axes is not None
     origin = (plan.origin / unit_scale(bpy.context.scene)).tolist()
-    _remember_channels(obj, undoable)
+    _remember_channels(obj, rollback)
     delta = any(obj.delta_location) or any(obj.delta_rotation_euler)
     if obj.parent is None and obj.rotation_mode == "XYZ" and not delta:
         obj.location = origin
@@ -248,8 +248,8 @@ def _close(a: Matrix, b: Matrix) -> bool:
 
 
 def _check_done(plans: list[Change]) -> None:
-    """Raises LayoutError where Blender did not do what was asked for, as with what is locked,
-    driven, or hangs on what is."""
+    """Raises LayoutError where Blender did not make a change, since something is locked or driven,
+    for example."""
     view_layer = bpy.context.view_layer
     view_layer.update()
     again = Planner((), view_layer, evaluated_depsgraph())
@@ -266,14 +266,14 @@ def _check_done(plans: list[Change]) -> None:
         what += ["place"] if plan.displaced and not again.stands(plan, sensor) else []
         if what:
             raise plan.entry.error(
-                f"Blender did not set its {', '.join(what)}: is that locked, driven or held, or "
-                "no override of a library?"
+                f"Blender did not set its {', '.join(what)}: is that locked, driven, constrained, "
+                "or not overridable?"
             )
 
 
 def _delete(sensor: Sensor) -> bool:
-    """Deletes a sensor with what hangs on it, its housing; False where its object is more than a
-    sensor, as a piece of furniture, and only stops being one."""
+    """Deletes a sensor and its children, except sensors. An object that is more than a sensor, such
+    as furniture, stays and only stops being one; then returns False."""
     obj = sensor.object
     if not _is_only_sensor(sensor):
         obj.angen_sensor.kind = NO_KIND
@@ -290,7 +290,7 @@ def _delete(sensor: Sensor) -> bool:
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:
-    """Whether an object is an empty, or a housing as new sensors have it."""
+    """Whether an object is an empty, or has the housing of a new sensor."""
     if sensor.object.type != "MESH":
         return bool(sensor.object.type == "EMPTY")
     box = of_faces(sensor.object.data)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a layout changes in the open home; what is wrong with it is found before anything
-changes."""
+"""Compares a layout with the open home, and finds its errors before anything is changed."""
 
 from __future__ import annotations
 
@@ -27,7 +26,8 @@ from ..scene.instances import is_holder
 from ..scene.sensors import Sensor, all_sensors, pointed_at, unit_scale
 
 Array = NDArray[np.float64]
-# What counts as the same place: single precision at its distance from the origin (m), and an angle.
+# Tolerances of a sensor's place: m for each m from the origin, at least 1 m (single precision), and
+# rad.
 SAME_PLACE, SAME_ANGLE = 2e-6, 2e-6
 COMMON = ("room", "enabled", "update_rate")
 COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"}
@@ -35,10 +35,10 @@ COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"
 
 @dataclass
 class Change:
-    """What becomes of one sensor. `sensor` is None where it is new; `settings` and `parameters` are
-    what is set, by name. `origin` (3,) in metres and `axes` (3, 3) are where it will stand, None:
-    where it does; `angles` are those axes as XYZ Euler angles. `moves` holds its new parent or
-    collection, by "parent" and "collection"."""
+    """The changes of one sensor. `sensor`: None for a new one. `settings`, `parameters`: the new
+    values by name. `moves`: its new "parent" or "collection" by these words. `origin` (3,) in
+    metres and `axes` (3, 3): its new pose, None where it keeps the old one; `angles`: the axes as
+    XYZ Euler angles. `displaced`: whether the pose changes."""
 
     entry: Entry
     kind: Kind
@@ -53,14 +53,14 @@ class Change:
 
     @property
     def changes(self) -> bool:
-        """Whether anything differs."""
+        """Whether there is any change."""
         return bool(
             self.sensor is None or self.settings or self.parameters or self.moves or self.displaced
         )
 
 
 class Planner:
-    """Compares a layout with the sensors of a view layer, as evaluated at this frame."""
+    """Compares a layout with the sensors of a view layer at the present frame."""
 
     def __init__(self, entries: Sequence[Entry], view_layer: Any, depsgraph: Any) -> None:
         self._entries = entries
@@ -69,13 +69,13 @@ class Planner:
         self._sensors = all_sensors(view_layer)
 
     def changes(self) -> list[Change]:
-        """What becomes of each sensor of the layout. Raises LayoutError."""
+        """The changes of each sensor of the layout. Raises LayoutError."""
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
         return found
 
     def left_out(self) -> list[Sensor]:
-        """The sensors that the layout does not have. Raises LayoutError where one cannot be
+        """The sensors that the layout lacks. Raises LayoutError where one of them cannot be
         deleted."""
         listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
         found = [sensor for sensor in self._sensors if sensor.uid not in listed]
@@ -83,13 +83,13 @@ class Planner:
         if stuck:
             raise LayoutError(
                 f"--remove cannot delete {named(s.name for s in stuck)}: Blender would bring back "
-                "what is linked or a library override. Keep it in the layout, switched off "
+                "linked objects and library overrides. Keep it in the layout, switched off "
                 '("enabled": false) where it is an override, or delete it in its own file'
             )
         return found
 
     def sensor(self, entry: Entry) -> Sensor | None:
-        """The sensor of a layout's entry. Raises LayoutError."""
+        """The sensor that an entry of the layout names, or None. Raises LayoutError."""
         library = entry.values.get("library")
         found = [
             s
@@ -102,38 +102,38 @@ class Planner:
             )
         if not found and library:
             raise entry.error(
-                f"it is of {library}, which this home does not link, or it is not in there: link "
-                "it first, or leave this sensor out",
+                f"the home does not link {library}, or that has no such sensor: link it first, or "
+                "leave this sensor out",
                 "library",
             )
         return found[0] if found else None
 
     def change(self, entry: Entry) -> Change:
-        """What becomes of the sensor of an entry. Raises LayoutError."""
+        """The changes of the sensor of an entry. Raises LayoutError."""
         sensor = self.sensor(entry)
         taken = None if sensor else self._same_name(entry)
         kind = self._kind(entry, sensor)
         change = Change(entry, kind, sensor or (Sensor(entry.name, kind, taken) if taken else None))
         if change.sensor is None:
             self._check_new(entry)
-            facts: dict[str, Any] = {"parameters": {}}
+            listed: dict[str, Any] = {"parameters": {}}
         else:
-            facts = describe(Sensor(entry.name, kind, change.sensor.object, change.sensor.holders))
-            facts["kind"] = change.sensor.settings.kind
-        self._plan_place(change, facts)
-        self._plan_settings(change, facts)
+            listed = describe(Sensor(entry.name, kind, change.sensor.object, change.sensor.holders))
+            listed["kind"] = change.sensor.settings.kind
+        self._plan_place(change, listed)
+        self._plan_settings(change, listed)
         if change.sensor is not None and change.changes:
             _check_editable(change)
         if taken is not None and change.displaced:
             raise entry.error(
-                "an object that is no sensor has this name and stands elsewhere: give the sensor "
+                "an object that is not a sensor has this name and is elsewhere: give the sensor "
                 "another name, or leave its place out to make that object a sensor"
             )
         return change
 
     def _same_name(self, entry: Entry) -> Any:
-        """The object of this name that is no sensor. Raises LayoutError where it is out of
-        reach."""
+        """The object of an entry's name that is not a sensor yet, or None. Raises LayoutError where
+        it is not in the view layer."""
         obj = next((o for o in bpy.data.objects if o.name == entry.name and not o.library), None)
         if obj is None or obj in set(self._view_layer.objects):
             return obj
@@ -165,31 +165,31 @@ class Planner:
         if "location" not in entry.values:
             raise entry.error("a new sensor needs a location")
 
-    # Where it stands
+    # Its place
 
-    def _plan_place(self, change: Change, facts: dict[str, Any]) -> None:
+    def _plan_place(self, change: Change, listed: dict[str, Any]) -> None:
         entry, values = change.entry, change.entry.values
-        bounds = values.get("bounds", facts.get("bounds"))
-        if change.sensor is not None and not _same_bounds(bounds, facts["bounds"]):
+        bounds = values.get("bounds", listed.get("bounds"))
+        if change.sensor is not None and not _same_bounds(bounds, listed["bounds"]):
             raise entry.error(
                 "its solid has other bounds, which a layout cannot change: scale it in Blender, "
                 "delete it first, or leave bounds out",
                 "bounds",
             )
         for key in ("parent", "collection"):
-            if key in values and (change.sensor is None or values[key] != facts[key]):
+            if key in values and (change.sensor is None or values[key] != listed[key]):
                 change.moves[key] = values[key]
         given = [key for key in ("location", "rotation", "look") if key in values]
         if not given:
             return
         change.origin, change.axes, change.angles = self._target(change)
-        as_told = not values.keys() & {"relative_to", "look"}
-        if as_told and all(_same(values[key], facts.get(key)) for key in given):
+        as_listed = not values.keys() & {"relative_to", "look"}
+        if as_listed and all(_same(values[key], listed.get(key)) for key in given):
             return
         change.displaced = change.sensor is None or not self.stands(change)
 
     def _object(self, entry: Entry, key: str, name: str) -> Any:
-        """The object of the view layer that a sensor hangs on. Raises LayoutError."""
+        """The object of the view layer that an entry refers to. Raises LayoutError."""
         found = self._view_layer.objects.get(name)
         if found is None:
             known = [obj.name for obj in self._view_layer.objects]
@@ -197,7 +197,7 @@ class Planner:
         return found
 
     def _target(self, change: Change) -> tuple[Array, Array, Sequence[float]]:
-        """Origin (m), axes and XYZ Euler angles that an entry asks for."""
+        """Origin (3,) in m, axes (3, 3) and XYZ Euler angles that an entry gives."""
         entry, values = change.entry, change.entry.values
         metres = unit_scale(self._depsgraph.scene)
         origin, axes = np.zeros(3), np.eye(3)
@@ -228,7 +228,7 @@ class Planner:
         return place, turned, tuple(Matrix(turned.tolist()).to_euler("XYZ"))
 
     def _pose(self, sensor: Sensor) -> tuple[Array, Array] | None:
-        """Where a sensor stands; None where it has no direction."""
+        """Origin (3,) in m and axes (3, 3) of a sensor; None where it has no direction."""
         matrix = np.array(sensor.world_matrix(self._depsgraph))
         try:
             pose = pose_from_matrix(matrix, unit_scale(self._depsgraph.scene))
@@ -237,7 +237,7 @@ class Planner:
         return pose.origin, pose.axes
 
     def stands(self, change: Change, sensor: Sensor | None = None) -> bool:
-        """Whether its sensor (or this one) stands where a change wants it."""
+        """Whether `sensor`, or else that of the change, already has the new pose."""
         found = sensor or change.sensor
         now = self._pose(found) if found else None
         if now is None or change.origin is None or change.axes is None:
@@ -249,7 +249,7 @@ class Planner:
         )
 
     def _check_parents(self, changes: Sequence[Change]) -> None:
-        """Raises LayoutError where parents are missing, or sensors would hang on themselves."""
+        """Raises LayoutError where parents are missing or form a loop."""
         parents = {o.name: o.parent.name for o in self._view_layer.objects if o and o.parent}
         new = {change.entry.name for change in changes if change.sensor is None}
         for change in changes:
@@ -264,33 +264,34 @@ class Planner:
             above, seen = parents.get(change.entry.name), set()
             while above is not None and above not in seen:
                 if above == change.entry.name:
-                    raise change.entry.error("it would hang on itself by its parents", "parent")
+                    raise change.entry.error("its parents would form a loop", "parent")
                 seen.add(above)
                 above = parents.get(above)
 
-    # What it is set to
+    # Its settings
 
-    def _plan_settings(self, change: Change, facts: dict[str, Any]) -> None:
+    def _plan_settings(self, change: Change, listed: dict[str, Any]) -> None:
         entry, kind = change.entry, change.kind
-        if facts.get("kind", NO_KIND) != kind.identifier:
+        if listed.get("kind", NO_KIND) != kind.identifier:
             change.settings["kind"] = kind.identifier
         for name in COMMON:
-            if name in entry.values and not _same(entry.values[name], facts.get(name)):
+            if name in entry.values and not _same(entry.values[name], listed.get(name)):
                 change.settings[name] = entry.values[name]
         wanted = entry.settings(kind)
         for name, value in wanted.items():
-            if name not in facts["parameters"] or not _same(value, facts["parameters"][name]):
+            if name not in listed["parameters"] or not _same(value, listed["parameters"][name]):
                 change.parameters[name] = value
         rate = change.settings.get("update_rate", 1.0)
         if not rate > 0.0:
             raise entry.error(f"update_rate is {rate:g} Hz: it must be above 0", "update_rate")
         if change.parameters or "kind" in change.settings:
-            self._check_parameters(change, facts)
+            self._check_parameters(change, listed)
 
-    def _check_parameters(self, change: Change, facts: dict[str, Any]) -> None:
-        """Finds what parameters point at, and raises LayoutError as the panel tells problems."""
+    def _check_parameters(self, change: Change, listed: dict[str, Any]) -> None:
+        """Looks up the objects that parameters name. Raises LayoutError for the problems that a
+        panel would show."""
         entry, kind = change.entry, change.kind
-        merged = facts["parameters"] | change.parameters
+        merged = listed["parameters"] | change.parameters
         for name, spec in specs(kind.parameters).items():
             if name not in merged:
                 continue
@@ -313,19 +314,21 @@ class Planner:
 
 
 def _check_editable(change: Change) -> None:
-    """Raises LayoutError where what would change is linked, animated or driven."""
+    """Raises LayoutError where something linked, animated or driven would change."""
     sensor, entry = change.sensor, change.entry
     assert sensor is not None
     if sensor.holders:
         raise entry.error(
-            f"it is in the instance '{sensor.handle.name}', so it has the settings and the place "
-            "of what is instanced: change that, or use Override Linked Home"
+            f"it is in the instance '{sensor.handle.name}', which shows another sensor's settings "
+            "and place: change that sensor, or use Override Linked Home"
         )
     if not sensor.object.is_editable:
         raise entry.error(f"it is linked from {sensor.library}: change it there, or override it")
     if change.displaced and motion_paths(sensor.object):
         how = motion_paths(sensor.object)[0]
-        raise entry.error(f"its place is animated or held ({how}): clear that, or leave it out")
+        raise entry.error(
+            f"its place is animated or constrained ({how}): clear that, or leave the place out"
+        )
     group = f"angen_sensor.{change.kind.attribute}"
     paths = {name: f"angen_sensor.{name}" for name in change.settings}
     paths |= {name: f"{group}.{name}" for name in change.parameters}
@@ -334,21 +337,21 @@ def _check_editable(change: Change) -> None:
             raise entry.error(f"{name} is animated or driven: clear that, or leave it out", name)
 
 
-def _same(value: Any, told: Any) -> bool:
-    """Whether a value is what `list --json` tells, in single precision."""
+def _same(value: Any, listed: Any) -> bool:
+    """Whether a value is equal to that of `list --json` in single precision."""
     if isinstance(value, list):
-        return isinstance(told, list) and all(map(_same, value, told))
-    numbers = isinstance(value, float) or isinstance(told, float)
-    if numbers and value is not None and told is not None:
-        return bool(np.float32(value) == np.float32(told))
-    return bool(value == told) and isinstance(value, bool) == isinstance(told, bool)
+        return isinstance(listed, list) and all(map(_same, value, listed))
+    numbers = isinstance(value, float) or isinstance(listed, float)
+    if numbers and value is not None and listed is not None:
+        return bool(np.float32(value) == np.float32(listed))
+    return bool(value == listed) and isinstance(value, bool) == isinstance(listed, bool)
 
 
-def _same_bounds(wanted: Any, told: Any) -> bool:
-    if wanted is None or told is None:
-        return bool(wanted == told)
-    size = max(float(np.abs(told).max()), 1e-9)
-    return float(np.abs(np.array(wanted) - told).max()) <= 1e-4 * size
+def _same_bounds(wanted: Any, listed: Any) -> bool:
+    if wanted is None or listed is None:
+        return bool(wanted == listed)
+    size = max(float(np.abs(listed).max()), 1e-9)
+    return float(np.abs(np.array(wanted) - listed).max()) <= 1e-4 * size
 
 
 def _axes(angles: Sequence[float]) -> Array:

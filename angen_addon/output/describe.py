@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from ...sensor_logic.parameters import specs
-from ..layout import told
+from ..layout import measured
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, decimal
 
@@ -18,7 +18,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
     parameters (SI units, radians)."""
     depsgraph = evaluated_depsgraph()
     obj = sensor.object
-    location, rotation = told.place(sensor, depsgraph)
+    location, rotation = measured.place(sensor, depsgraph)
     return {
         "name": sensor.name,
         "kind": sensor.kind.identifier,
@@ -31,7 +31,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
         "units": {field.name: field.unit for field in sensor.kind.events},
         "location": location,
         "rotation": rotation,
-        "bounds": told.bounds(sensor, depsgraph),
+        "bounds": measured.bounds(sensor, depsgraph),
         "parent": obj.parent.name if obj.parent else None,
         "collection": _collection(obj, depsgraph.scene),
         "parameters": parameters_of(sensor),
@@ -58,7 +58,7 @@ def _plain(value: Any, unit: str) -> Any:
         # JSON has no NaN and no infinity. Angles keep every bit, other numbers are as typed.
         if not math.isfinite(value):
             return None
-        return told.shortest(value) if unit == "rad" else decimal(value)
+        return measured.shortest(value) if unit == "rad" else decimal(value)
     if value is None or isinstance(value, (bool, int, str)):
         return value
     return value.name

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import BODY_M, Storey
 from ....sensor_logic.residents.ways import Floor, parts
-from ...advice.weights import chain
 from ...coverage.cells import (
     MOST_CELLS,
     OVER_M,
@@ -30,6 +29,7 @@ from ...coverage.cells import (
 )
 from ...coverage.floor import storeys_of
 from ...coverage.rooms import labels_of, volumes
+from ...scene.bearers import candidates
 from ...scene.home import Home
 from ...scene.rays.solids import Solid
 from ...scene.sensors import SensorError, all_sensors
@@ -87,7 +87,7 @@ def walked(home: Home, leaves: Sequence[Any]) -> Home:
 
 def _lives(obj: Any) -> bool:
     """Whether it is somebody's body, or what hangs on it."""
-    owners = list(chain(obj))
+    owners = list(candidates(obj))
     rigged = any(owner.type == "ARMATURE" for owner in owners)
     return any(map(is_resident, owners)) or (
         rigged and any(owner.angen_load.mass > 0.0 for owner in owners)

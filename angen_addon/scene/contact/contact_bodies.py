@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.contact.underside import is_closed
-from ..animation import is_animated
-from ..instances import Uid
+from ..bearers import armatures, bearer, candidates
+from ..instances import Uid, chain
 from ..rays.solids import Solid, Solids
 from .body_settings import is_simulated
 from .colliders import Collider, rigid_body_collider, surface_collider
@@ -73,7 +73,7 @@ class ContactBody:
         if self.original.type == "ARMATURE":
             return False
         bent = (s.original for s in self.solids if s.original is not None)
-        return not any(_armatures(o) or getattr(o.data, "shape_keys", None) for o in bent)
+        return not any(armatures(o) or getattr(o.data, "shape_keys", None) for o in bent)
 
     @property
     def weighs(self) -> bool:
@@ -195,16 +195,14 @@ class ContactBodies:
     def _find_animated(self, solids: Solids) -> None:
         together = {_together(s): s.key for s in solids.solids if _in_collection(s)}
         for solid in solids.solids:
-            bearer = _bearer(solid)
-            if bearer is None:
+            source = solid.original
+            heavy = bearer(source)
+            if heavy is None:
                 continue
-            key = _body_key(solid, bearer, together)
-            body = self._body(key, bearer)
+            body = self._body(_body_key(solid, heavy, together), heavy)
             body.animated = True
             body.solids.append(solid)
-            source = solid.original
-            known_by = (source, solid.owner, *_armatures(source), *_parents(source))
-            body.objects |= {obj.session_uid for obj in known_by}
+            body.objects |= {obj.session_uid for obj in (solid.owner, *candidates(source))}
 
     def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
         """Finds the body of each solid, and the rigid body that a pad without physics is fixed
@@ -223,7 +221,7 @@ class ContactBodies:
             body = self.by_key[self.pads[pad.uid]]
             # Physics moves no instances.
             if isinstance(pad.uid, int) and not body.rigid and not body.animated:
-                parents = ((parent.session_uid,) for parent in _parents(pad.original))
+                parents = ((obj.session_uid,) for obj in chain(pad.original.parent))
                 owner = next((key for key in parents if key in self.by_key), None)
                 if owner is not None and self.by_key[owner].rigid:
                     body.owner = owner
@@ -259,33 +257,17 @@ def _family(original: Any) -> Iterator[int]:
         yield child.session_uid
 
 
-def _parents(original: Any) -> Iterator[Any]:
-    seen = set()
-    parent = original.parent
-    while parent is not None and parent.session_uid not in seen:
-        seen.add(parent.session_uid)
-        yield parent
-        parent = parent.parent
-
-
 def _chain_keys(solid: Solid) -> Iterator[Key]:
     """Keys of the solid and of what it is a part of, nearest first."""
-    original = solid.original
     yield solid.key
-    yield (original.session_uid,)
-    for parent in _parents(original):
-        yield (parent.session_uid,)
-    owner = solid.owner
-    if owner is not None:
-        yield (owner.session_uid,)
-        for parent in _parents(owner):
-            yield (parent.session_uid,)
+    for obj in (*chain(solid.original), *chain(solid.owner)):
+        yield (obj.session_uid,)
 
 
-def _body_key(solid: Solid, bearer: Any, together: dict[Key, Key]) -> Key:
+def _body_key(solid: Solid, heavy: Any, together: dict[Key, Key]) -> Key:
     """The key of the body that a solid is a part of: the same for all parts of one person, another
     for each instance of that person."""
-    uid = bearer.session_uid
+    uid = heavy.session_uid
     own = uid == solid.key[0]
     if own and not solid.geometry.lasting:
         # All instances that its geometry nodes make are one body.
@@ -305,21 +287,6 @@ def _together(solid: Solid) -> Key:
     """Its key without its number in the instanced collection: but for the object, the same for
     everything in that instance."""
     return (*solid.key[:2], *solid.key[3:])
-
-
-def _bearer(solid: Solid) -> Any:
-    """The object that has the solid's mass: itself, its armature or a parent; None without a
-    mass."""
-    original = solid.original
-    chain: Iterable[Any] = (original, *_armatures(original), *_parents(original))
-    for candidate in chain:
-        if candidate.angen_load.mass > 0.0 or is_animated(candidate, "angen_load.mass"):
-            return candidate
-    return None
-
-
-def _armatures(original: Any) -> list[Any]:
-    return [m.object for m in original.modifiers if m.type == "ARMATURE" and m.object is not None]
 
 
 def _box(evaluated: Any) -> tuple[Array, Array]:

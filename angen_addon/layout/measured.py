@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a sensor stands and how large its solid is, so that a layout gives the same again."""
+"""Measures where a sensor stands and how large it is, so that a layout can restore it exactly."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ..scene.rays.geometry import SURFACE_TYPES
 from ..scene.sensors import Sensor, unit_scale
 
 Array = NDArray[np.float64]
-Told = list[float] | None
+Numbers = list[float] | None
 
 
-def place(sensor: Sensor, depsgraph: Any) -> tuple[Told, Told]:
-    """Its location in metres and its XYZ Euler angles in radians, in the world.
+def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
+    """A sensor's location in metres and XYZ Euler angles in radians, in world space.
 
-    They are its own channels, to the last bit, where these alone place it. What a parent, a
-    constraint or an instance places is told in steps of the accuracy that it can be set again with:
-    10 µm and 1 µrad up to 10 m from the origin. None: not a number, or no direction.
+    Where only its own location and rotation place it, they are exact. Where a parent, a constraint
+    or an instance does, they are rounded to the accuracy with which they can be set again: 10 µm
+    and 1 µrad up to 10 m from the origin. None where the matrix has NaN or no direction.
     """
     metres = unit_scale(depsgraph.scene)
     matrix = sensor.world_matrix(depsgraph)
@@ -42,7 +42,7 @@ def place(sensor: Sensor, depsgraph: Any) -> tuple[Told, Told]:
 
 
 def _by_channels(own: Any, matrix: Any) -> bool:
-    """Whether an object stands where its location, rotation and scale say by themselves."""
+    """Whether only its own location, rotation and scale place an object."""
     if own.rotation_mode != "XYZ" or min(own.scale) <= 0.0:
         return False
     alone = np.array(Matrix.LocRotScale(own.location, own.rotation_euler, own.scale))
@@ -51,24 +51,24 @@ def _by_channels(own: Any, matrix: Any) -> bool:
 
 
 def _rounded(values: Any, decimals: int) -> list[float]:
-    # Adding zero makes 0 of -0.
+    # Adding zero turns -0 into 0.
     return [round(float(value), decimals) + 0.0 for value in values]
 
 
 def shortest(value: float, metres: float = 1.0) -> float:
-    """The shortest decimal number, of 7 digits or more, that is stored as `value` when it is
-    divided by `metres` again: Blender stores single precision."""
-    told = 0.0
+    """`value` times `metres` as the shortest decimal number, of at least 7 digits, that divided by
+    `metres` gives the same number in single precision, which Blender stores."""
+    found = 0.0
     for digits in (7, 8, 9):
-        told = float(f"{value * metres:.{digits}g}")
-        if np.float32(told / metres) == np.float32(value):
+        found = float(f"{value * metres:.{digits}g}")
+        if np.float32(found / metres) == np.float32(value):
             break
-    return told + 0.0
+    return found + 0.0
 
 
 def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
-    """The least and the greatest corner of its faces in its own axes, in metres; None where it has
-    none, as an empty."""
+    """The lowest and highest corner (3,) of a sensor's faces along its own axes, in metres; None
+    without faces."""
     own = sensor.object.evaluated_get(depsgraph)
     if own.type not in SURFACE_TYPES or not own.is_evaluated:
         return None
@@ -85,7 +85,7 @@ def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
 
 
 def of_faces(mesh: Any) -> Array | None:
-    """(2, 3): the box around a mesh's faces, in units; None where it has none."""
+    """(2, 3): the bounds of a mesh's faces in Blender units; None without faces."""
     if not mesh.polygons:
         return None
     points = np.empty(3 * len(mesh.vertices), np.float32)

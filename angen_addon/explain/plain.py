@@ -12,27 +12,30 @@ from .replay import Replay
 
 def explain_plainly(replay: Replay, index: int) -> Explanation:
     """Update `index` of a sensor of a kind that tells no more of itself. Raises SensorError."""
-    taken, kind = replay.take(index), replay.sensor.kind
-    if taken is None:
+    pending, kind = replay.take(index), replay.sensor.kind
+    if pending is None:
         return replay.off(index)
     track, lengths = replay.track, replay.lengths
     facts: Facts = []
     for field in kind.samples:
         value = track.columns[field.name][index]
-        told = field.text(value, lengths) if field.type is float else str(value)
-        facts.append((field.name, ("yes" if value else "no") if field.type is bool else told))
+        text = field.text(value, lengths) if field.type is float else str(value)
+        facts.append((field.name, ("yes" if value else "no") if field.type is bool else text))
     if list(kind.needs) == [RAYS]:
-        taken.reading()
+        pending.reading()
         facts.append(("Nearest", _nearest(replay)))
     for name, spec in specs(kind.parameters).items():
-        if is_chosen(taken.parameters, spec.used_when):
-            value = getattr(taken.parameters, name)
+        if is_chosen(pending.parameters, spec.used_when):
+            value = getattr(pending.parameters, name)
             facts.append(
-                (spec.label, value_text(value, spec, kind.unit_of(spec, taken.parameters), lengths))
+                (
+                    spec.label,
+                    value_text(value, spec, kind.unit_of(spec, pending.parameters), lengths),
+                )
             )
     word = kind.active_label if track.active[index] else kind.idle_label
     reading = track.reading_at(index).text(track.value[index], lengths)
-    return replay.told(index, f"{word}: {reading}", facts)
+    return replay.explanation(index, f"{word}: {reading}", facts)
 
 
 def _nearest(replay: Replay) -> str:

@@ -148,7 +148,7 @@ class Replay:
         matrix = self.sensor.world_matrix(evaluated_depsgraph())
         return read_pose(self.sensor, matrix, self.metres)
 
-    def told(
+    def explanation(
         self,
         index: int,
         headline: str,
@@ -163,7 +163,7 @@ class Replay:
 
     def off(self, index: int) -> Explanation:
         """The explanation of an update at which the sensor, as it is now, senses nothing."""
-        return self.told(index, "It is switched off at this frame", ())
+        return self.explanation(index, "It is switched off at this frame", ())
 
     def _show_outputs_before(self, frame: float) -> None:
         """Drivers saw what the sensors had published before this frame."""

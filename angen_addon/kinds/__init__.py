@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each kind of sensor looks like in Blender: the `APPEARANCE` of the package or module in this
-folder that is called as its kind is. A kind without one looks as Appearance's defaults say."""
+"""How each kind of sensor looks in Blender: `APPEARANCE` in the package or module of this folder
+that has the kind's name. A kind without one has the defaults of `Appearance`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,16 @@ if TYPE_CHECKING:
 
 
 def appearance_of(kind: Kind) -> Appearance:
+    """The appearance of a kind."""
+    """The appearance of a kind."""
     return _appearance(kind.attribute)
 
 
+# One a kind, until Blender ends: drawing asks for it at each redraw.
+# One a kind, until Blender ends: drawing asks for it at each redraw.
 @cache
 def _appearance(name: str) -> Appearance:
-    # Imported here: what kinds look like is built on what asks for it.
+    # Imported here, since these packages import the modules that call this function.
     if find_spec(f".{name}", __package__) is None:
         default: Appearance = import_module("..view.appearance", __package__).Appearance()
         return default

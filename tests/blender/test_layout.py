@@ -158,7 +158,7 @@ WRONG = [
     (new(relative_to="Wal"), "relative_to: no object is called 'Wal'; did you mean wall"),
     (new(parent="Wal"), "parent: no object is called 'Wal'"),
     (new(parent="new"), "form a loop"),
-    (new(name="wall", location=[9, 9, 9]), "no sensor has this name and stands elsewhere"),
+    (new(name="wall", location=[9, 9, 9]), "not a sensor has this name and is elsewhere"),
     (new(name="hidden"), "not in the view layer"),
     (new(collection="away"), "its collection is not in the view layer"),
     (new(library="//flat.blend"), "does not link"),

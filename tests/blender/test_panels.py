@@ -213,7 +213,7 @@ def test_what_is_not_valid_says_why(physics):
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
     reason = (
-        "Not yet sure: three frames in a row are not known. The force is that of things at rest"
+        "Not yet sure: three frames in a row are not known. The force is that of bodies at rest"
     )
     assert reason in layout.text and "simulate" not in layout.text
     assert not {"QUESTION", "ERROR"} & set(layout.icons)
@@ -264,7 +264,7 @@ def test_a_live_pad_is_shown_in_full(physics):
     physics.scene.frame_set(20)
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
-    assert "The force is that of things at rest; play on, or simulate" in layout.text
+    assert "The force is that of bodies at rest; play on, or simulate" in layout.text
     pad().angen_sensor.pressure.force_min = 30.0
     physics.scene.frame_set(21)
     layout = drawn("ANGEN_PT_physics")

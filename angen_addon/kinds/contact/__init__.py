@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Door contact: a flat body on a frame, and its magnet beside it."""
+"""Appearance of door contacts: a flat body, with rings where its magnet closes and opens it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a door contact is open or closed: how far its magnet is."""
+"""Explains why a door contact is open or closed: how far away its magnet is."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .panel import NO_MAGNET
 
 @dataclass(frozen=True)
 class ContactCause:
-    """The magnet's name and how far it is in m; at how many m the contact closes and opens."""
+    """The magnet's name, and in m its distance and those at which the contact closes and opens."""
 
     magnet: str
     distance: float
@@ -28,14 +28,14 @@ class ContactCause:
 
 
 def explain_contact(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a door contact. Raises SensorError."""
-    taken = replay.take(index)
-    if taken is None:
+    """Explains update `index` of a door contact. Raises SensorError."""
+    pending = replay.take(index)
+    if pending is None:
         return replay.off(index)
-    parameters, track, lengths = taken.parameters, replay.track, replay.lengths
+    parameters, track, lengths = pending.parameters, replay.track, replay.lengths
     distances = track.columns["distance_m"]
     if parameters.magnet is None or not math.isfinite(distances[index]):
-        return replay.told(index, NO_MAGNET, ())
+        return replay.explanation(index, NO_MAGNET, ())
     closes, opens = parameters.close_distance, parameters.open_distance
     cause = ContactCause(parameters.magnet, float(distances[index]), closes, opens)
     facts = [
@@ -50,7 +50,7 @@ def explain_contact(replay: Replay, index: int) -> Explanation:
     if is_open:
         short = cause.distance - closes
         facts.insert(0, ("To close", f"it must come {_fine(short, lengths)} nearer"))
-    return replay.told(index, _headline(cause, is_open, lengths), facts, "", cause)
+    return replay.explanation(index, _headline(cause, is_open, lengths), facts, "", cause)
 
 
 def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
@@ -61,5 +61,5 @@ def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
 
 
 def _fine(length: float, lengths: Lengths) -> str:
-    """A tenth of a millimetre: contacts tell millimetres apart."""
+    """A length to a tenth of a millimetre, since contacts switch within millimetres."""
     return measured(length, "m", 4, lengths)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How near the magnet of a door contact must come: rings about it in two planes."""
+"""Draws the distances of a door contact's magnet, as rings about it in two planes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...view.overlay.figures import Figure, circle, pairs
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Where it closes a whole ring, where it opens a broken one."""
+    """Whole rings where the magnet closes the contact, dashed ones where it opens it."""
     drawn = Figure()
     x, y, z = seen.pose.axes.T
     for radius, meaning in (

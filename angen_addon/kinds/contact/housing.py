@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The body of a door contact; its magnet is an object apart."""
+"""The housing of a door contact; its magnet is another object."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a door contact shows besides its parameters."""
+"""Rows in the panel of a door contact below its parameters."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is i
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
-    """What keeps it from ever closing."""
+    """Warns of a missing magnet."""
     if sensor.parameters.magnet is None:
         draw_lines(layout, NO_MAGNET, "ERROR")

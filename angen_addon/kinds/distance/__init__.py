@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distance sensor: its zones, level out of a wall."""
+"""Appearance of distance sensors: a module that looks level from a wall, and its zones."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a distance sensor reads what it does: the zone that is nearest, and what its rays meet."""
+"""Explains the reading of a distance sensor: its nearest zone, and what the rays there hit."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ....sensor_logic.wording import named, quoted
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay
 
-# m: a recorded distance that differs by more is of another scene.
+# m: if the recorded distance differs by more, the scene has changed.
 TOLERANCE = 1e-6
 NAMES_SHOWN = 3
 
 
 @dataclass(frozen=True)
 class DistanceCause:
-    """The nearest zone, counted from the upper left one row by row, None where none sees anything;
-    how many of its rays meet what, the most first; its distance in m; how many zones see
-    something."""
+    """`zone`: the nearest one, counted row by row from the upper left, or None; `met`: the objects
+    that its rays hit with the number of rays, the most first; `distance` in m; `targets`: the
+    number of zones that see something."""
 
     zone: int | None
     met: tuple[tuple[str, int], ...]
@@ -34,19 +34,19 @@ class DistanceCause:
 
 
 def explain_distance(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a distance sensor. Raises SensorError."""
-    taken = replay.take(index)
-    if taken is None:
+    """Explains update `index` of a distance sensor. Raises SensorError."""
+    pending = replay.take(index)
+    if pending is None:
         return replay.off(index)
-    parameters: DistanceParameters = taken.parameters
-    reading = replay.runner.model.update(parameters, taken.update)
+    parameters: DistanceParameters = pending.parameters
+    reading = replay.runner.model.update(parameters, pending.update)
     cause = _cause(replay, parameters, reading.fields["zones_m"], reading.value)
     track, text = replay.track, replay.lengths.text
-    told = float(track.value[index])
+    recorded = float(track.value[index])
     doubt = ""
-    if abs(told - cause.distance) > TOLERANCE:
+    if abs(recorded - cause.distance) > TOLERANCE:
         doubt = (
-            f"{text(told)} was recorded, {text(cause.distance)} is found now: something has "
+            f"{text(recorded)} was recorded, {text(cause.distance)} is found now: something has "
             "changed since. Simulate again"
         )
     facts = _facts(replay, parameters, cause)
@@ -55,7 +55,7 @@ def explain_distance(replay: Replay, index: int) -> Explanation:
         facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
     word = replay.sensor.kind.active_label if track.active[index] else replay.sensor.kind.idle_label
     headline = f"{word}: {_headline(replay, parameters, cause)}"
-    return replay.told(index, headline, facts, doubt, cause)
+    return replay.explanation(index, headline, facts, doubt, cause)
 
 
 def _cause(

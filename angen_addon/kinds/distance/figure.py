@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a distance sensor sees: where each of its zones ends."""
+"""Draws where each zone of a distance sensor ends."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ...runtime.last_rays import RaysMet
 from ...runtime.sight import Rays, Sight
 from ...view.overlay.figures import Figure, corners_of, pairs
 
-# Of a plane across the axis: rays from side to side that the plan shows.
+# Number of rays from side to side in the plan.
 ACROSS = 25
 
 
 def plan_rays(sight: Sight, metres: float) -> Rays:
     """A level fan as wide as all zones together."""
     wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
-    origins, ways, reach = zone_rays(wide, sight.pose)
+    origins, directions, reach = zone_rays(wide, sight.pose)
     level = slice(ACROSS * (ACROSS // 2), ACROSS * (ACROSS // 2 + 1))
-    return Rays(origins[level] / metres, ways[level], reach[level] / metres)
+    return Rays(origins[level] / metres, directions[level], reach[level] / metres)
 
 
 def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
@@ -52,7 +52,7 @@ def zone_corners(parameters: Any, pose: Pose) -> Array:
     y = -np.tan(parameters.vertical_fov / 2) * np.linspace(-1.0, 1.0, up + 1)
     column, row = np.arange(across * up) % across, np.arange(across * up) // across
     corners = [(column + a, row + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    ways = np.stack([np.stack([x[a], y[b], np.full(len(a), -1.0)], 1) for a, b in corners], 1)
-    world = ways @ pose.axes.T
+    directions = np.stack([np.stack([x[a], y[b], np.full(len(a), -1.0)], 1) for a, b in corners], 1)
+    world = directions @ pose.axes.T
     found: Array = world / np.linalg.norm(world, axis=-1, keepdims=True)
     return found

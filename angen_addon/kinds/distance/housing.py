@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Modules of distance sensors; their boards are chosen, the chips as in ST's data sheets."""
+"""Housings of distance sensors; chips have the sizes of ST's data sheets, boards usual ones."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ...authoring.housing import Housing, looking
 
 
 def _chip(across: float, up: float, deep: float) -> Housing:
-    """A chip on a board of 25 × 18 mm, as the makers of modules sell them."""
+    """A chip of this size (m) on a board of 25 × 18 mm, as sold as modules."""
     x, y = across / 2, up / 2
     housing = Housing().box((-x, -y, 0.0), (x, y, deep))
     return looking(housing.box((-0.0125, -0.009, deep), (0.0125, 0.009, deep + 0.0016)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light sensor: four views, or a face."""
+"""Appearance of light sensors: a photoresistor, with its four views or the lobe of its face."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a light sensor looks at: four views, or all that is before its face."""
+"""Draws what a light sensor looks at: four views, or the lobe before its face."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def plan_rays(sight: Sight, metres: float) -> Rays:
     """Each view as its axis: the views are narrow."""
     if sight.request.method != "FOUR_WALL":
         return sight.rays
-    origins, ways, reach = (part[:, 0] for part in view_rays(sight.request))
-    return Rays(origins, ways, reach, apart=True)
+    origins, directions, reach = (part[:, 0] for part in view_rays(sight.request))
+    return Rays(origins, directions, reach, apart=True)
 
 
 def figure(seen: Any, metres: float) -> Figure:
@@ -50,10 +50,10 @@ def _lobe(pose: Pose, metres: float) -> Figure:
     drawn = Figure()
     angles = np.linspace(-math.pi / 2, math.pi / 2, ROUND + 1)
     for side in (0, 1):
-        ways = np.outer(np.sin(angles), pose.axes[:, side]) - np.outer(
+        directions = np.outer(np.sin(angles), pose.axes[:, side]) - np.outer(
             np.cos(angles), pose.axes[:, 2]
         )
-        curve = (pose.origin + ways * np.cos(angles)[:, None] * LOBE) / metres
+        curve = (pose.origin + directions * np.cos(angles)[:, None] * LOBE) / metres
         drawn.add("axis", pairs(curve[:-1], curve[1:]))
     ring = circle(pose.origin / metres, pose.axes[:, 0], pose.axes[:, 1], LOBE / 4 / metres)
     drawn.add("edge", pairs(ring, np.roll(ring, -1, axis=0)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a light sensor shows besides its parameters: what there is to say of how it was measured."""
+"""Rows in the panel of a light sensor below its parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...scene.sensors import Sensor
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
-    """The note of the last live reading, if there is one: closed forms do not model everything."""
+    """Shows the note of the last live reading, such as on what the closed forms do not model."""
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:
         draw_lines(layout, capital(note), "INFO")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Optical switch: a fork on a frame, its beam along the surface."""
+"""Appearance of optical switches: a fork that stands on a surface, its beam along it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why an optical switch is open or closed: what breaks its beam, or no longer does."""
+"""Explains why an optical switch is open or closed: what breaks its beam, or no longer does."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ RANGE_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Beam:
-    """One update: the nearest range (m) that the beam reads and what is there (empty: nothing),
-    the share of its rays that pass, and the rays' number. `ago`: how many seconds before it a
-    swept switch was broken, if by no more than what went through its beam."""
+    """One update: the nearest `range` (m), the `name` of what is there (empty: nothing), the share
+    of `light` that passes, and the number of `rays`. `ago`: how many seconds before the update
+    something went through the beam, if that alone broke it."""
 
     range: float
     name: str
@@ -31,7 +31,7 @@ class Beam:
 
 @dataclass(frozen=True)
 class BeamCause:
-    """The beam before, where that is known, and at the update."""
+    """The beam at the update before, if known, and at the update."""
 
     before: Beam | None
     now: Beam
@@ -40,7 +40,7 @@ class BeamCause:
 
     @property
     def because(self) -> str:
-        """What breaks the beam, or did until now."""
+        """The object that breaks the beam, or did until now."""
         if not self.open:
             return self.now.name
         return self.before.name if self.before and self.before.range < self.threshold else ""
@@ -58,7 +58,7 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     short = cause.threshold - now.range
     what = quoted(now.name) if now.name else "something"
     if short <= 0.0:
-        return [("To open", "nothing may go through the beam until the next update")]
+        return [("To open", "nothing may cross the beam until the next update")]
     return [
         (
             "To open",
@@ -72,10 +72,10 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     """Update `index` of a switch. Raises SensorError."""
     track = replay.track
     earlier = replay.index_of(replay.number(index) - 1, index)
-    before = None if earlier is None else _look_since(replay, earlier)
+    before = None if earlier is None else _replay_swept(replay, earlier)
     if earlier is not None:
         replay.watch(earlier, index)
-    found = _look(replay, index)
+    found = _replay_update(replay, index)
     if found is None:
         return replay.off(index)
     parameters, now = found
@@ -96,14 +96,14 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     if parameters.noise_sigma > 0.0:
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on the range"))
-    told = float(track.columns["range_m"][index])
+    recorded = float(track.columns["range_m"][index])
     doubt = ""
-    if abs(told - now.range) > RANGE_TOLERANCE:
+    if abs(recorded - now.range) > RANGE_TOLERANCE:
         doubt = (
-            f"{lengths.text(told)} was recorded, the beam reads {lengths.text(now.range)} now: "
+            f"{lengths.text(recorded)} was recorded, the beam reads {lengths.text(now.range)} now: "
             "something has changed since. Simulate again"
         )
-    return replay.told(
+    return replay.explanation(
         index,
         _headline(cause, parameters, lengths),
         tuple(facts),
@@ -112,27 +112,27 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     )
 
 
-def _look_since(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Update `index`, with what a swept switch saw since the one before."""
+def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
+    """Update `index`; a swept switch also watches the steps since the update before."""
     earlier = replay.index_of(replay.number(index) - 1, index)
     if replay.runner.watches and earlier is not None:
-        _look(replay, earlier)
+        _replay_update(replay, earlier)
         replay.watch(earlier, index)
-    return _look(replay, index)
+    return _replay_update(replay, index)
 
 
-def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    taken = replay.take(index)
-    if taken is None:
+def _replay_update(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
+    pending = replay.take(index)
+    if pending is None:
         return None
-    parameters: OpticalSwitchParameters = taken.parameters
-    reading = replay.runner.model.update(parameters, taken.update)
+    parameters: OpticalSwitchParameters = pending.parameters
+    reading = replay.runner.model.update(parameters, pending.update)
     seen = replay.seen
     ahead = seen.ranges * replay.metres
     reach = parameters.range_max - parameters.range_min
     ranges = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
     if parameters.noise_sigma > 0.0:
-        ranges = ranges + taken.update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
+        ranges = ranges + pending.update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
     ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
     nearest = int(np.argmin(ranges))
     beam = Beam(
@@ -151,14 +151,14 @@ def _look(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | 
 
 def _beam_text(beam: Beam, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:
     if beam.ago is not None:
-        return f"{_thing(beam)} at {lengths.text(beam.range)}, {beam.ago:.3f} s before"
+        return f"{_crosser(beam)} at {lengths.text(beam.range)}, {beam.ago:.3f} s before"
     if not beam.name:
         return f"nothing within {lengths.typed(parameters.range_max)}"
     return f"{quoted(beam.name)} at {lengths.text(beam.range)}"
 
 
-def _thing(beam: Beam) -> str:
-    """What went through the beam."""
+def _crosser(beam: Beam) -> str:
+    """The object that went through the beam, as a text."""
     return quoted(beam.name) if beam.name else "something"
 
 
@@ -166,7 +166,7 @@ def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Le
     now, before = cause.now, cause.before
     if now.ago is not None:
         return (
-            f"Closed: {_thing(now)} went through the beam {lengths.text(now.range)} from the "
+            f"Closed: {_crosser(now)} went through the beam {lengths.text(now.range)} from the "
             f"sensor, {now.ago:.3f} s before this update"
         )
     broken = now.range < parameters.threshold

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The beam of a switch, and where it breaks."""
+"""Draws the beam of a switch, and where it is broken."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from ...runtime.last_rays import RaysMet
 from ...view.overlay.figures import Figure, beams, dashes, ends_of
 
-# m, of marks on beams.
+# m: sizes of the marks on a beam.
 LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 
 

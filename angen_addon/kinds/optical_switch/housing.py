@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forks of slotted switches. The default one is about the flag of a door; of parts whose outer
-sizes are not known, the gap is, and the rest is as Vishay's (83764)."""
+"""Forks of slotted switches. The default one fits around a flag on a door. Parts whose outer sizes
+are unknown have their own gap, and otherwise the sizes of Vishay's (data sheet 83764)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from ...authoring.housing import Housing
 
 
 def fork(gap: float, across: float, along: float, height: float) -> Housing:
-    """Two arms beside a gap on a base: outer sizes along the beam, across it, and off the surface
-    (m). The beam is a quarter of the height below the open end."""
+    """Two arms with a gap between them, on a base: outer sizes across the arms, along them, and
+    above the surface (m). The beam is a quarter of the height below the open end."""
     arm, x = (across - gap) / 2, along / 2
     tip, base = -height / 4, height * 3 / 4
     inner = base - height / 4
@@ -21,12 +21,6 @@ def fork(gap: float, across: float, along: float, height: float) -> Housing:
 
 def _tcst() -> Housing:
     return fork(0.0031, 0.0119, 0.0063, 0.0108)
-
-
-# By kind and preset; the empty preset is what a kind looks like otherwise. A pad is one as they
-# are laid under furniture and on seats; a switch one about the flag of a door. Sizes: FSR 400
-# series and FSR 402, 406 data sheets; Vishay 83764. Of other forks the gap is known, the rest is
-# as Vishay's.
 
 
 HOUSINGS = {

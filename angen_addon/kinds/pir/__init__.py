@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motion detector: tilts or zones, level out of a wall."""
+"""Appearance of motion detectors: a body that looks level from a wall, and its tilts or zones."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a motion detector of either model fired, or what would have to change for it to."""
+"""Explains why a motion detector fired, or what would have to change for it to fire."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .explain_scan import SAME as CHANGED
 from .explain_scan import explain_range_scan
 from .explain_warmth import WarmCause, explain_pyroelectric
 
-# m: what moves by less does not move.
+# m: smaller movements count as none.
 SAME = 1e-6
 
 
 def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a motion detector of either model. Raises SensorError."""
+    """Explains update `index` of a motion detector of either model. Raises SensorError."""
     pyroelectric = replay.sensor.parameters.model == "PYROELECTRIC"
     return (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
 
@@ -29,15 +29,15 @@ def explain_motion(replay: Replay, index: int) -> Explanation:
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
     """What would have to change for it to fire, before what was found."""
     headline, facts = found.headline, _missing(replay, index, found) if found.cause else []
-    held = _waiting(replay, index)
+    held = _why_waiting(replay, index)
     if held:
         headline = f"{capital(held)}. {headline}"
         facts.insert(0, ("Output", held))
     return replace(found, headline=headline, facts=(*facts, *found.facts))
 
 
-def _waiting(replay: Replay, index: int) -> str:
-    """Why a motion detector would not report what it notices; empty where it would."""
+def _why_waiting(replay: Replay, index: int) -> str:
+    """Why a motion detector would not report movement now, or empty: warm-up or blocking time."""
     track, pir = replay.track, replay.sensor.parameters
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
@@ -68,10 +68,10 @@ def _missing(replay: Replay, index: int, found: Explanation) -> Facts:
 
 
 def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
-    """What moves nearest to a motion detector since its update before, and why that is not seen,
-    or not enough."""
+    """The object nearest to the detector that has moved since its update before, and why the
+    detector does not report it."""
     if index == 0:
-        return "not known at the first update"
+        return "unknown at the first update"
     before, now = replay.bounds(index - 1), replay.bounds(index)
     pose = replay.pose
     moving = {
@@ -84,27 +84,27 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     places = {n: np.clip(pose.origin, b[0], b[1]) for n, b in moving.items()}
     away = {n: float(np.linalg.norm(place - pose.origin)) for n, place in places.items()}
     name = min(sorted(away), key=lambda n: away[n])
-    told = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
+    text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
     pir = replay.sensor.parameters
     if name in _noticed(found):
-        return f"{told}: seen, but it changes too little, or too slowly"
+        return f"{text}: seen, but it changes too little, or too slowly"
     if away[name] > pir.range_max:
-        return f"{told}: beyond the range max of {replay.lengths.typed(pir.range_max)}"
+        return f"{text}: beyond the range max of {replay.lengths.typed(pir.range_max)}"
     if pir.model == "RANGE_SCAN":
         middle = (moving[name].mean(axis=0) - pose.origin) @ pose.axes
         beside = abs(math.atan2(-middle[0], -middle[2]))
         half = pir.horizontal_fov / 2
         if beside > half:
             return (
-                f"{told}: {math.degrees(beside):.0f}° beside its axis, its field of view ends at "
+                f"{text}: {math.degrees(beside):.0f}° beside its axis, its field of view ends at "
                 f"{math.degrees(half):.0f}°"
             )
-        return f"{told}: hidden, between its rays, or not at the tilt that it looks at"
-    return f"{told}: hidden, outside its zones, as warm as what is behind, or too slow"
+        return f"{text}: hidden, between its rays, or not at the tilt that it looks at"
+    return f"{text}: hidden, outside its zones, as warm as what is behind, or too slow"
 
 
 def _noticed(found: Explanation) -> set[str]:
-    """What changed anything that the detector measures."""
+    """The names of objects that changed something that the detector measures."""
     cause = found.cause
     if isinstance(cause, WarmCause):
         return {thing.name for thing in cause.things}

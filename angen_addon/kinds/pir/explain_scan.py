@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a motion detector that compares ranges says "moved": the ray that changed most."""
+"""Explains a motion detector that compares ranges by the ray that changed most."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ....sensor_logic.wording import quoted
 from ...explain.facts import Explanation, at_frame
 from ...explain.replay import Replay
 
-# A range that changed by less than this, in m, without the noise, did not change.
+# m: a range whose change without noise is smaller did not change.
 SAME = 1e-6
 NAMES_SHOWN = 4
 NOISE = "noise"
@@ -25,8 +25,8 @@ NOISE = "noise"
 
 @dataclass(frozen=True)
 class Scan:
-    """One update: `tilts` and, for each, ranges (tilts, rays) in m as read; `clean`: without the
-    noise; `names` of what was met, ray by ray in the same order."""
+    """One update: the numbers of its `tilts`; `ranges` (tilts, rays) in m; `clean`: the same
+    without noise; `names` of the objects that the rays hit, in the same order."""
 
     tilts: range
     ranges: Array
@@ -37,10 +37,10 @@ class Scan:
 
 @dataclass(frozen=True)
 class RayChange:
-    """The ray that changed most between two scans, and what changed it. Lengths in m, angles in
-    radians. `culprit`: the object that came, went or moved, or "noise"; `names`: what the ray met
-    before and after, empty for nothing; `over`: how many rays each culprit changed by more than
-    the threshold."""
+    """The ray that changed most between two scans. Lengths in m, angles in radians. `culprit`: the
+    object that changed it, or "noise"; `names`: the objects that the ray hit before and after,
+    empty for none; `over`: the number of rays that each culprit changed by more than the
+    threshold."""
 
     tilt: int
     ray: int
@@ -64,7 +64,7 @@ class RayChange:
 
 
 def explain_range_scan(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a detector that compares ranges. Raises SensorError."""
+    """Explains update `index` of a detector that compares ranges. Raises SensorError."""
     track, sensor = replay.track, replay.sensor
     set_up = sensor.settings.pir
     back = 1 if set_up.sweep == "ALL" else _tilts(replay)
@@ -78,7 +78,7 @@ def explain_range_scan(replay: Replay, index: int) -> Explanation:
         text = (
             "No motion yet: this is the first scan at its tilt, there is nothing to compare it with"
         )
-        return replay.told(index, text, ())
+        return replay.explanation(index, text, ())
     cause = _change(parameters, old[1], now, triggered)
     lengths = replay.lengths
     facts = list(_facts(cause, parameters, lengths))
@@ -86,7 +86,7 @@ def explain_range_scan(replay: Replay, index: int) -> Explanation:
     moved = _own_movement(old[1].pose, now.pose, lengths)
     if moved:
         facts.append(("Sensor", moved))
-    return replay.told(
+    return replay.explanation(
         index,
         _headline(cause, parameters, bool(track.active[index]), lengths),
         tuple(facts),
@@ -101,17 +101,17 @@ def _tilts(replay: Replay) -> int:
 
 
 def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] | None:
-    """What the detector reads at an update: its parameters, the scan, whether the model that has
-    seen the scans before finds movement in it, and the tilt (rad) that it tells."""
-    taken = replay.take(index)
-    if taken is None:
+    """Replays an update: the detector's parameters, its scan, whether its model finds movement in
+    it, and the tilt (rad) that it publishes. None where the detector is off."""
+    pending = replay.take(index)
+    if pending is None:
         return None
-    # Without the output stage the model says what this very scan shows.
-    bare = replace(taken.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
-    reading = replay.runner.model.update(bare, taken.update)
-    parameters: PirParameters = taken.parameters
+    # Without hold, blocking and warm-up time the model reports this scan alone.
+    bare = replace(pending.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
+    reading = replay.runner.model.update(bare, pending.update)
+    parameters: PirParameters = pending.parameters
     fan = fan_directions(parameters)
-    first = taken.update.number % len(fan)
+    first = pending.update.number % len(fan)
     tilts = range(len(fan)) if parameters.sweep == "ALL" else range(first, first + 1)
     shape = len(tilts), parameters.rays
     seen = replay.seen
@@ -120,10 +120,12 @@ def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] 
     clean = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
     ranges = clean
     if parameters.noise_sigma > 0.0:
-        noise = taken.update.noise().normal(0.0, parameters.noise_sigma, len(clean))
+        noise = pending.update.noise().normal(0.0, parameters.noise_sigma, len(clean))
         ranges = clean + noise
     ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
-    found = Scan(tilts, ranges.reshape(shape), clean.reshape(shape), seen.names, taken.update.pose)
+    found = Scan(
+        tilts, ranges.reshape(shape), clean.reshape(shape), seen.names, pending.update.pose
+    )
     return parameters, found, reading.active, reading.value
 
 
@@ -152,7 +154,7 @@ def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) ->
 
 
 def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
-    """What changed a ray: the nearer of the two things that it met was there once and once not."""
+    """The object that changed a ray: the nearer of the two that it hit was there only once."""
     before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
     if abs(before - after) <= SAME:
         return NOISE
@@ -220,7 +222,7 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
 
 
 def _own_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
-    """How the sensor itself moved, which makes all things seem to; empty where it did not."""
+    """How the sensor itself moved, or empty: then everything seems to move."""
     if old is new:
         return ""
     way = float(np.linalg.norm(new.origin - old.origin))
@@ -237,10 +239,10 @@ def _doubt(
     track: Any = replay.track
     recorded = bool(track.active[index])
     delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
-    told = float(track.columns["angle_rad"][index])
-    if abs(told - angle) > 1e-6 or (triggered != recorded and not delayed):
+    recorded_angle = float(track.columns["angle_rad"][index])
+    if abs(recorded_angle - angle) > 1e-6 or (triggered != recorded and not delayed):
         return (
-            "what the rays meet now is not what was recorded: something has changed since. "
+            "the rays hit something else now than at the run: something has changed since. "
             "Simulate again"
         )
     return ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a pyroelectric detector fired: which warm thing changed the power on its elements most."""
+"""Explains a pyroelectric detector by the object that changed the power on its elements most."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from ....sensor_logic.wording import quoted
 from ...explain.facts import Explanation
 from ...explain.replay import Replay
 
-# s: what the elements felt earlier than this the amplifier has mostly forgotten.
+# s: changes longer ago than this have mostly decayed in the amplifier.
 WINDOW = 0.5
-# s: that long after what moved has come to rest the signal may swing over the threshold once more.
+# s: the signal may swing over the threshold once more this long after a movement.
 SWING_BACK = 2.0
 MOST_UPDATES = 12
 ZERO_CELSIUS = 273.15
@@ -30,10 +30,10 @@ NAMES_SHOWN = 4
 
 
 @dataclass(frozen=True)
-class WarmThing:
-    """A thing that came, went or moved before the elements' zones, or changed its temperature:
-    `change`, the signed power on the elements that it changed, in W per m² of lenslet, added up
-    over the window without sign; its mean temperature in K; rays on it at the update."""
+class WarmObject:
+    """An object that changed the power on the elements. `change`: that power in W per m² of
+    lenslet, summed over the window without sign; its mean temperature in K; the number of rays that
+    hit it at the update."""
 
     name: str
     change: float
@@ -43,10 +43,10 @@ class WarmThing:
 
 @dataclass(frozen=True)
 class WarmCause:
-    """`things`, the one that changed most first; the recorded signal against the threshold of 1;
-    that threshold in W per m² of lenslet; the ambient in K."""
+    """`things`: the objects that changed the power, the greatest change first; `signal`: as
+    recorded, in multiples of the threshold; `threshold` in W per m² of lenslet; `ambient` in K."""
 
-    things: tuple[WarmThing, ...]
+    things: tuple[WarmObject, ...]
     signal: float
     threshold: float
     ambient: float
@@ -57,9 +57,10 @@ class WarmCause:
 
 
 @dataclass(frozen=True)
-class _Look:
-    """One update, ray by ray (n,): power on the elements above that of the room, in W per m² of
-    lenslet; temperature in K; range in Blender units and the name of what is met; the ambient."""
+class _Update:
+    """One update, for each ray (n,): power on the elements above that of the room, in W per m² of
+    lenslet; temperature in K; range in Blender units; name of the object hit. And the ambient in
+    K."""
 
     power: Array
     temperature: Array
@@ -69,13 +70,13 @@ class _Look:
 
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a pyroelectric detector. Raises SensorError."""
+    """Explains update `index` of a pyroelectric detector. Raises SensorError."""
     track = replay.track
     signal = float(track.columns["signal"][index])
-    looks = _looks(replay, index, WINDOW)
+    looks = _replay_window(replay, index, WINDOW)
     if abs(signal) > 1.0 and looks and not _things([look for _, look in looks]):
-        # The amplifier swings back after what moved stands still.
-        looks = _looks(replay, index, SWING_BACK)
+        # After a movement the amplifier swings back: look further into the past.
+        looks = _replay_window(replay, index, SWING_BACK)
     if not looks:
         return replay.off(index)
     parameters, now = looks[-1]
@@ -87,19 +88,21 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
     ]
     facts += [(thing.name, _thing_text(thing)) for thing in things[:NAMES_SHOWN]]
     headline = _headline(cause, bool(track.active[index]))
-    return replay.told(index, headline, tuple(facts), "", cause)
+    return replay.explanation(index, headline, tuple(facts), "", cause)
 
 
-def _looks(replay: Replay, index: int, window: float) -> list[tuple[PirParameters, _Look]]:
-    """Updates of so many seconds until this one, since the detector was off last."""
+def _replay_window(
+    replay: Replay, index: int, window: float
+) -> list[tuple[PirParameters, _Update]]:
+    """The updates of the last `window` seconds, without those before the detector was last off."""
     times = replay.track.times
     first = index
     while first > 0 and times[index] - times[first - 1] <= window + 1e-9:
         first -= 1
     stride = max(1, math.ceil((index - first) / MOST_UPDATES))
-    looks: list[tuple[PirParameters, _Look]] = []
+    looks: list[tuple[PirParameters, _Update]] = []
     for at in sorted({*range(index, first - 1, -stride)}):
-        look = _look(replay, at)
+        look = _replay_update(replay, at)
         if look is None:
             looks.clear()
         else:
@@ -107,29 +110,29 @@ def _looks(replay: Replay, index: int, window: float) -> list[tuple[PirParameter
     return looks
 
 
-def _look(replay: Replay, index: int) -> tuple[PirParameters, _Look] | None:
-    taken = replay.take(index)
-    if taken is None:
+def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _Update] | None:
+    pending = replay.take(index)
+    if pending is None:
         return None
-    parameters: PirParameters = taken.parameters
-    update = taken.update
-    told: list[Emission] = []
+    parameters: PirParameters = pending.parameters
+    update = pending.update
+    emissions: list[Emission] = []
 
     def warmth(*asked: Any) -> Emission:
-        told.append(update.ask(WARMTH, *asked))
-        return told[-1]
+        emissions.append(update.ask(WARMTH, *asked))
+        return emissions[-1]
 
     replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
-    emission, seen = told[-1], replay.seen
+    emission, seen = emissions[-1], replay.seen
     weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
     surroundings = STEFAN_BOLTZMANN * emission.ambient**4
     power = weights * (radiosity(emission) - surroundings) / math.pi
-    look = _Look(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
+    look = _Update(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
     return parameters, look
 
 
-def _things(looks: list[_Look]) -> tuple[WarmThing, ...]:
-    """What changed the power, the greatest change first."""
+def _things(looks: list[_Update]) -> tuple[WarmObject, ...]:
+    """The objects that changed the power, the greatest change first."""
     changes: dict[str, float] = {}
     temperatures: dict[str, list[float]] = {}
     for old, new in pairwise(looks):
@@ -138,7 +141,7 @@ def _things(looks: list[_Look]) -> tuple[WarmThing, ...]:
             continue
         delta = new.power - old.power
         for ray in np.flatnonzero(np.abs(delta) > 0.0).tolist():
-            # The nearer of the two things met was there once and once not.
+            # The nearer of the two objects hit was there only once.
             nearer = old if old.ranges[ray] < new.ranges[ray] else new
             name = nearer.names[ray]
             step[name] = step.get(name, 0.0) + float(delta[ray])
@@ -146,14 +149,14 @@ def _things(looks: list[_Look]) -> tuple[WarmThing, ...]:
         for name, change in step.items():
             changes[name] = changes.get(name, 0.0) + abs(change)
     found = [
-        WarmThing(name, change, float(np.mean(temperatures[name])), looks[-1].names.count(name))
+        WarmObject(name, change, float(np.mean(temperatures[name])), looks[-1].names.count(name))
         for name, change in sorted(changes.items())
         if name and change > 0.0
     ]
     return tuple(sorted(found, key=lambda thing: -thing.change))
 
 
-def _thing_text(thing: WarmThing) -> str:
+def _thing_text(thing: WarmObject) -> str:
     celsius = thing.temperature - ZERO_CELSIUS
     return f"changed {thing.change:.3g} W/m², {celsius:.1f} °C, {thing.rays} rays on it now"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a motion detector sees: its tilts, or the zones of its lens."""
+"""Draws what a motion detector sees: its tilts, or the zones of its lens."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ....sensor_logic.model import Array
 from ...runtime.last_rays import RaysMet
 from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 
-# Ranges of neighbouring rays that differ by more than this share of the nearer, or by this many
-# times the angle between them where that is more, are not on one surface.
+# Neighbouring rays hit different surfaces where their ranges differ by more than this share of the
+# nearer range, or this many times the angle between the rays, whichever is more.
 JUMP, STEEPEST = 0.15, 4.0
-# So many tilts at most are drawn as surfaces.
+# Number of tilts that are drawn as surfaces, at most.
 SHEETS = 4
 
 
@@ -55,8 +55,8 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
     """Where each zone of a lens ends: filled those of the one element, empty those of the other."""
     drawn, zones = Figure(), zones_of(seen.parameters)
-    ways = zone_edges(zones) @ seen.pose.axes.T
-    ends = corners_of(met, seen.pose.origin, ways, metres)
+    directions = zone_edges(zones) @ seen.pose.axes.T
+    ends = corners_of(met, seen.pose.origin, directions, metres)
     start = seen.pose.origin / metres
     drawn.add("ray", pairs(np.broadcast_to(start, ends[:, 0].shape), ends[:, 0]))
     corners = ends[:, 1:]
@@ -71,12 +71,12 @@ def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
 def zone_edges(zones: Zones) -> Array:
     """(zones, 5, 3): unit vectors along the axis and the edges of each zone, in the sensor's
     frame; the rays that it casts lie within."""
-    ways = np.empty((len(zones), 5, 3))
-    for row, zone in zip(ways, zones, strict=True):
+    directions = np.empty((len(zones), 5, 3))
+    for row, zone in zip(directions, zones, strict=True):
         up = np.cross(zone.right, zone.axis)
         x, y = zone.right * math.tan(zone.width / 2), up * math.tan(zone.height / 2)
         row[:] = [zone.axis, *(zone.axis + a * x + b * y for a, b in CORNERS)]
-    found: Array = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
+    found: Array = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
     return found
 
 

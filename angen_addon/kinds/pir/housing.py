@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies of motion detectors."""
+"""Housings of motion detectors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...authoring.housing import Housing, looking
 
 def _hc_sr501() -> Housing:
     """32 × 24 × 25 mm with a lens of 23 mm, as sold: innovatorsguru.com, purplebearsshopnearn.com.
-    How the depth is shared between lens and board is not told."""
+    The share of the lens in the depth is chosen."""
     lens = [(0.0115 * math.sin(a), 0.0115 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
     housing = Housing().lathe([*lens, (0.0115, 0.0165)])
@@ -24,8 +24,8 @@ def _pmod_pir() -> Housing:
 
 
 def _wall_detector() -> Housing:
-    """For what hangs on a wall, as in the sample home: a flat body of 68 × 110 mm with a bulging
-    lens, 40 mm deep."""
+    """A detector for walls, as in the sample home: a flat body of 68 × 110 mm with a bulging lens,
+    40 mm deep."""
     lens = [(0.026 * math.sin(a), 0.014 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
     return looking(Housing().lathe(lens).box((-0.034, -0.055, 0.014), (0.034, 0.055, 0.04)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a motion detector shows besides its parameters: what keeps it from noticing anything."""
+"""Rows in the panel of a motion detector below its parameters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...scene.sensors import Sensor
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
-    """Each advice with its way out."""
+    """Shows why it may report nothing, with buttons that help."""
     late = advice.warm_up(sensor, context.scene)
     if late:
         box = draw_lines(layout, late.text, "INFO")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a motion detector sees, as seen from above."""
+"""The rays of a motion detector in the plan."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ RAYS_A_ZONE = 5
 
 
 def plan_rays(sight: Sight, metres: float) -> Rays:
-    """The rays that it casts; of a lens each zone as a level fan as wide as the zone, as far as the
-    detection distance of its datasheet."""
+    """The rays that its model casts; of a lens, each zone as a level fan as wide as the zone and as
+    long as the detection distance in its datasheet."""
     parameters, pose = sight.parameters, sight.pose
     if parameters.model != "PYROELECTRIC":
         return sight.rays
     zones = zones_of(parameters)
-    ways = np.array([_across(zone) for zone in zones]).reshape(-1, 3)
-    directions = ways @ pose.axes.T
+    directions = np.array([_across(zone) for zone in zones]).reshape(-1, 3)
+    directions = directions @ pose.axes.T
     origins = np.broadcast_to(pose.origin / metres, directions.shape)
     reach = np.full(len(directions), parameters.range_max / metres)
     return Rays(origins, directions, reach, len(zones))
 
 
 def _across(zone: Zone) -> list[tuple[float, float, float]]:
-    """Unit vectors from side to side of a zone at its middle height, in the sensor's frame."""
+    """Unit vectors from side to side of a zone at its middle height, in the sensor's axes."""
     level, rise = math.cos(zone.elevation), math.sin(zone.elevation)
     sides = np.linspace(-zone.width / 2, zone.width / 2, RAYS_A_ZONE) + zone.azimuth
     return [(-math.sin(a) * level, rise, -math.cos(a) * level) for a in sides.tolist()]

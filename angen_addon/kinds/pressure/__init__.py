@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pressure sensor: a pad that lies on what is below it."""
+"""Appearance of pressure sensors: a pad that lies on a surface, and the force on it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who presses on a pad, and with how much."""
+"""Explains the reading of a pad: which objects press on it, and with how much force."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from ...explain.facts import Explanation, at_frame, more_needed
 from ...explain.replay import Replay
 from .words import centre_text
 
-# Of the recorded force, or of a newton where that is less.
+# Tolerance relative to the recorded force, or to 1 N where that is more.
 FORCE_TOLERANCE = 5e-3
-# N: less than this is nobody.
+# N: objects that press with less are left out.
 LEAST_FORCE = 5e-3
 newtons = FORCE.text
 
 
 @dataclass(frozen=True)
 class PadCause:
-    """Newtons by name, the greatest first; force, own weight along the pad's −Z and threshold in
-    N; the centre of pressure in m along the pad's axes; why the forces are not sure; who pressed at
-    the update before."""
+    """`partners`: the objects that press and their forces in N, the greatest first; `force`,
+    `own_weight` along the pad's −Z and `threshold` in N; `centre` of pressure in m along the pad's
+    axes; `problem`: why the forces are uncertain; `before`: the partners at the update before."""
 
     partners: tuple[tuple[str, float], ...]
     force: float
@@ -40,7 +40,7 @@ class PadCause:
 
     @property
     def because(self) -> str:
-        """What presses most, or did at the update before."""
+        """The object that presses most, or did at the update before."""
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
@@ -56,7 +56,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def _nearest_above(replay: Replay, index: int) -> str:
-    """What is lowest above a pad, and by how much it is."""
+    """The nearest object above a pad, and its distance; empty without any."""
     found = replay.bounds(index, own=True)
     name = replay.sensor.object.name
     if name not in found:
@@ -76,15 +76,15 @@ def _nearest_above(replay: Replay, index: int) -> str:
 def explain_pad(replay: Replay, index: int) -> Explanation:
     """Update `index` of a pad. Raises SensorError."""
     track, sensor = replay.track, replay.sensor
-    taken = replay.take_moved(index)
-    if taken is None:
+    pending = replay.take_moved(index)
+    if pending is None:
         return replay.off(index)
-    contact = taken.update.ask(FORCES)
+    contact = pending.update.ask(FORCES)
     reading = replay.runner.model.update(
-        taken.parameters, replace(taken.update, scene={FORCES: lambda: contact})
+        pending.parameters, replace(pending.update, scene={FORCES: lambda: contact})
     )
-    parameters: PressureParameters = taken.parameters
-    pose = taken.update.pose
+    parameters: PressureParameters = pending.parameters
+    pose = pending.update.pose
     weightless = replace(contact, weight=np.zeros(3))
     shares: dict[str, float] = {}
     for partner in contact.forces.partners:
@@ -104,11 +104,11 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
         reading.fields["problem"],
         tuple(split(track.columns["partners"][index - 1])) if index else (),
     )
-    told = float(track.value[index])
+    recorded = float(track.value[index])
     doubt = ""
-    if abs(told - cause.force) > FORCE_TOLERANCE * max(1.0, abs(told)):
+    if abs(recorded - cause.force) > FORCE_TOLERANCE * max(1.0, abs(recorded)):
         doubt = (
-            f"{newtons(told)} was recorded, {newtons(cause.force)} is found now: something has "
+            f"{newtons(recorded)} was recorded, {newtons(cause.force)} is found now: something has "
             "changed since, or the reading depends on frames long before. Simulate again"
         )
     elif cause.problem:
@@ -120,7 +120,7 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
         when = at_frame(track.frames[index - 1], track.times[index - 1])
         facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))
     headline = _headline(cause, sensor.kind.active_label, sensor.kind.idle_label)
-    return replay.told(index, headline, tuple(facts), doubt, cause)
+    return replay.explanation(index, headline, tuple(facts), doubt, cause)
 
 
 def _facts(cause: PadCause, lengths: Lengths) -> list[tuple[str, str]]:

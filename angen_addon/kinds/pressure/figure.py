@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The outline of a pad and the force on it."""
+"""Draws the outline of a pad, and the force on it."""
 
 from __future__ import annotations
 

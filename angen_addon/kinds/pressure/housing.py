@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pads: the default one as they are laid under furniture and on seats; parts by the data sheets of
-the FSR 400 series, FSR 402 and 406."""
+"""Housings of pads: the default is one for under furniture and on seats, the others have the sizes
+of the data sheets FSR 400 series, FSR 402 and 406."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from ...authoring.housing import Housing, Point, pad
 
 
 def _force_resistor(diameter: float, length: float, side: float = 0.0) -> Housing:
-    """A disk (or square) with its tail along −Y, 0.45 mm thin. The tail feels nothing, so it is
-    lines without a surface; its width is chosen."""
+    """A disk (or square) with its tail along −Y, 0.45 mm thin. The tail senses nothing, so it
+    is lines without a surface; its width is chosen."""
     thin, half = 0.00045, (diameter or side) / 2
     housing = pad(side, thin) if side else Housing().lathe([(half, 0.0), (half, thin)])
     end, w = half - length, min(half, 0.0032)

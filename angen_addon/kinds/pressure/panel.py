@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a pressure pad shows besides its parameters: its reading in full, and warnings."""
+"""Rows in the panel of a pressure pad below its parameters: its whole reading, and warnings."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ SECTIONS = (
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
-    """The reading, and each warning with its way out."""
+    """Shows the reading, and warnings with buttons that help."""
     pad, scene = sensor.object, context.scene
     problem = advice.without_surface(pad)
     if problem:
@@ -80,7 +80,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
 
 
 def _not_yet(seen: Shown) -> str:
-    text = f"Not yet sure: {seen.problem}. The force is that of things at rest"
+    text = f"Not yet sure: {seen.problem}. The force is that of bodies at rest"
     return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
 
 
@@ -88,12 +88,12 @@ def _not_valid(seen: Shown) -> str:
     text = f"Not valid: {seen.problem}"
     if seen.fields is None:
         return text
-    text += ". The last known reading stands"
+    text += ". This is the last known reading"
     return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
 
 
 def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> None:
-    """All but the force, which the sensor's state tells."""
+    """Shows all but the force, which stands in the sensor's state above."""
     column = layout.column(align=True)
     of = KIND.fields
     draw_row(column, "Pressed By", ", ".join(split(fields["partners"])) or NOTHING)

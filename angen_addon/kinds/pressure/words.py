@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A centre of pressure in words."""
+"""Writes a centre of pressure as text."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ...scene.units import UNITS
 
 
 def centre_text(x: float, y: float, lengths: Lengths) -> str:
-    """A centre of pressure, from the pad's origin along its axes (m); in centimetres where the
-    scene has metres, as pads are small."""
+    """The text for a centre of pressure (m, from the pad's origin along its axes); in centimetres
+    where the scene's unit is metres, since pads are small."""
     if math.isnan(x) or math.isnan(y):
         return NOTHING
     fine = UNITS["CENTIMETERS"] if lengths == METRES else lengths

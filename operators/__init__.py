@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One file a verb."""
+"""Operators: one file for each thing that a user does."""
 
 
 def _modules() -> tuple:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shift+A, Sensor: a new sensor at the 3D cursor; the menu also has those that place and fit."""
+"""Shift+A, Sensor: adds a sensor at the 3D cursor, and the menu of all ways to add one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.va
 
 
 def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
-    """What the field of a preset offers: identifiers with the names of the parts."""
+    """Suggestions for the field of a preset: identifiers with the names of the parts."""
     found = [(preset.identifier, preset.label) for preset in KINDS[self.kind].presets]
     return [pair for pair in found if text.lower() in " ".join(pair).lower()]
 
@@ -26,19 +26,19 @@ def preset_property() -> Any:
     return StringProperty(
         name="Preset",
         description="Identifier of a preset of the kind; empty: the defaults. "
-        "The housing is that of the part",
+        "The sensor gets the part's housing",
         search=suggested_presets,
         search_options={"SUGGESTION"},
     )
 
 
 def preset_of(operator: Any) -> Preset | None:
-    """The preset that an operator is asked for. Raises KeyError with what to tell the user."""
+    """The preset that an operator's properties name. Raises KeyError with a text for the user."""
     return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
 
 
 def can_add(cls: Any, context: Context) -> bool:
-    """What polls of operators that add sensors ask."""
+    """Poll of operators that add sensors."""
     if context.mode != "OBJECT":
         cls.poll_message_set("Switch to Object Mode to add a sensor")
         return False
@@ -53,7 +53,7 @@ class ANGEN_OT_sensor_add(Operator):
     bl_label = "Add Sensor"
     bl_description = (
         "Add a sensor at the 3D cursor. It looks along its −Z axis with +Y up, as cameras do; "
-        "a pressure sensor is a pad that lies there and feels what presses on its +Z side"
+        "a pressure sensor is a pad that lies there and senses what presses on its +Z side"
     )
     bl_options = {"REGISTER", "UNDO"}
 

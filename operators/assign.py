@@ -27,7 +27,7 @@ class ANGEN_OT_sensor_assign(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         if context.object is None:
-            cls.poll_message_set("Select the object that is to be a sensor")
+            cls.poll_message_set("Select the object to make a sensor")
             return False
         if not context.object.is_editable:
             cls.poll_message_set("The object is linked: make it local or a library override")

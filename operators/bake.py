@@ -44,11 +44,11 @@ class ANGEN_OT_unbake_keyframes(Operator):
     bl_idname = "angen.unbake_keyframes"
     bl_label = "Unbake"
     bl_description = (
-        "Remove the keys of the sensors' outputs, so that drivers read what is recorded or live"
+        "Remove the keys of the sensors' outputs, so that drivers read recorded or live values"
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    selected: BoolProperty(name="Selected", description="Of the selected and active sensors alone")
+    selected: BoolProperty(name="Selected", description="Only of the selected and active sensors")
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -72,7 +72,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
             self.report({"ERROR"}, "No selected sensor has baked keys that can be removed")
             return {"CANCELLED"}
         many = f"{unbaked.count} sensors" if unbaked.count != 1 else "1 sensor"
-        self.report({"INFO"}, f"Keys of {many} removed: drivers read what is recorded or live")
+        self.report({"INFO"}, f"Keys of {many} removed: drivers read recorded or live values")
         return {"FINISHED"}
 
 

@@ -18,7 +18,7 @@ SHOWN = 3
 
 
 def suggested_parameters(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
-    """What the field of a parameter offers: its names with their labels."""
+    """Suggestions for the field of a parameter: names with their labels."""
     found = [(RATE, "Update rate")]
     if context.object is not None and context.object.angen_sensor.kind != NO_KIND:
         kind = KINDS[context.object.angen_sensor.kind]
@@ -37,7 +37,7 @@ class ANGEN_OT_copy_to_selected(Operator):
 
     parameter: StringProperty(
         name="Parameter",
-        description="Name of the one parameter to copy; empty: all, and the update rate",
+        description="Name of the parameter to copy; empty: all of them, and the update rate",
         search=suggested_parameters,
         search_options={"SUGGESTION"},
     )
@@ -76,11 +76,11 @@ class ANGEN_OT_copy_to_selected(Operator):
                 setattr(_owner(obj, kind, name), name, getattr(_owner(source, kind, name), name))
             done += 1
         what = f"{len(names)} settings" if len(names) > 1 else names[0]
-        told = f"Copied {what} of '{source.name}' to {done} sensor{'' if done == 1 else 's'}"
+        report = f"Copied {what} of '{source.name}' to {done} sensor{'' if done == 1 else 's'}"
         if left_out:
             rest = f" and {len(left_out) - SHOWN} more" if len(left_out) > SHOWN else ""
-            told += f"; left out: {', '.join(left_out[:SHOWN])}{rest}"
-        self.report({"INFO" if done else "ERROR"}, told)
+            report += f"; left out: {', '.join(left_out[:SHOWN])}{rest}"
+        self.report({"INFO" if done else "ERROR"}, report)
         return {"FINISHED" if done else "CANCELLED"}
 
 

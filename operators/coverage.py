@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Maps where motion detectors notice what moves, with progress; Esc gives up."""
+"""Maps where motion detectors notice movement, with progress; Esc cancels."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.files import OutputError, check_folder
 
-# Work done between two looks at the window's events.
+# s: work between two checks of the window's events.
 SLICE_S = 0.1
 
 
 def can_look(cls: Any, context: Context) -> bool:
-    """What polls of operators that look at the whole scene ask."""
+    """Poll of operators that look at the whole scene."""
     if state.CACHE.running:
         cls.poll_message_set("A simulation is running")
         return False
@@ -48,7 +48,7 @@ def has_detector(cls: Any, context: Context) -> bool:
 
 
 def begin_map(context: Context) -> Generator[Stage | CoverageMap, None, None]:
-    """The generator of the map that the scene's settings ask for."""
+    """The generator of the map with the scene's settings."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
     chosen = [s for s in sensors if not settings.selected or s.selected]
@@ -63,11 +63,11 @@ def begin_map(context: Context) -> Generator[Stage | CoverageMap, None, None]:
 
 
 class Staged:
-    """What operators share that run a generator of stages: at once, or in a window bit by bit. Esc
-    throws Enough into it: it ends with what it has, or gives up."""
+    """Mix-in of operators that run a generator of stages: at once, or in a window in slices. Esc
+    throws Enough into the generator, which returns what it has, or nothing."""
 
-    # What Esc does, where the work has anything by then.
-    esc = "gives up"
+    # What Esc does once the work has a result.
+    esc = "cancels"
     _run: Generator[Any, None, None]
     _timer: Any = None
 
@@ -104,18 +104,18 @@ class Staged:
 
     def modal(self, context: Context, event: Event) -> set[str]:
         if event.type not in {"ESC", "TIMER"}:
-            # The scene must stay as it is until all of it has been looked at.
+            # The scene must not change while the generator reads it.
             return {"RUNNING_MODAL"}
         try:
-            told = self._run.throw(Enough) if event.type == "ESC" else self._advance()
-            if isinstance(told, Stage):
-                self._show(context, told)
+            result = self._run.throw(Enough) if event.type == "ESC" else self._advance()
+            if isinstance(result, Stage):
+                self._show(context, result)
                 return {"RUNNING_MODAL"}
             self.cancel(context)
-            self._finish(context, told)
+            self._finish(context, result)
         except Enough:
             self.cancel(context)
-            self.report({"INFO"}, "Given up; nothing has changed")  # type: ignore[attr-defined]
+            self.report({"INFO"}, "Cancelled; nothing has changed")  # type: ignore[attr-defined]
             return {"CANCELLED"}
         except SensorError as error:
             self.cancel(context)
@@ -127,13 +127,13 @@ class Staged:
         return {"FINISHED"}
 
     def _advance(self) -> Any:
-        """Works for about SLICE_S: the last stage, or the result."""
+        """Works for about SLICE_S; returns the last stage, or the result."""
         until = time.perf_counter() + SLICE_S
-        told = None
-        for told in self._run:  # noqa: B007
+        result = None
+        for result in self._run:  # noqa: B007
             if time.perf_counter() >= until:
                 break
-        return told
+        return result
 
     def _show(self, context: Context, stage: Stage) -> None:
         share = 100.0 * stage.share
@@ -143,7 +143,7 @@ class Staged:
         )
 
     def cancel(self, context: Context) -> None:
-        """Blender calls this too, where it ends the operator itself."""
+        """Blender also calls this where it ends the operator itself."""
         if self._timer is None:
             return
         self._run.close()  # type: ignore[attr-defined]
@@ -159,7 +159,7 @@ class ANGEN_OT_coverage(Staged, Operator):
     bl_label = "Map Coverage"
     bl_description = (
         "Map where the motion detectors notice a step, an arm or a cat, as the scene is now: "
-        "walls, furniture and doors hide what is behind. Esc gives up"
+        "walls, furniture and doors hide what is behind. Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -185,7 +185,7 @@ class ANGEN_OT_coverage(Staged, Operator):
 class ANGEN_OT_coverage_clear(Operator):
     bl_idname = "angen.coverage_clear"
     bl_label = "Clear Coverage"
-    bl_description = "Take the coverage maps out of the scene"
+    bl_description = "Remove the coverage maps from the scene"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -205,7 +205,7 @@ class ANGEN_OT_coverage_clear(Operator):
 class ANGEN_OT_export_coverage(Operator, ExportHelper):
     bl_idname = "angen.export_coverage"
     bl_label = "Export Coverage"
-    bl_description = "Map the coverage anew and write it: .svg for a picture, .csv for the cells"
+    bl_description = "Map the coverage again and write it: .svg for a picture, .csv for the cells"
 
     filename_ext = ".svg"
     check_extension = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A day of a routine in the window: it is acted, a stretch of it is shown, and left again."""
+"""Computes a day of a routine, shows a stretch of it as animation, and removes that again."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from ..sensor_logic.residents.acted import Acted
 from ..sensor_logic.residents.places import Places
 from .coverage import can_look
 
-# The day that was acted last: of what it was, and what came out.
+# The last computed day with its settings, until others are chosen: computing takes seconds.
 _acted: tuple[Any, Acted, Places, Plan] | None = None
 
 
-def _asked(scene: Any) -> tuple[Plan, date, int]:
-    """Routine, start and seed that the panel asks for. Raises DayError."""
-    asked = scene.angen_day
+def _settings(scene: Any) -> tuple[Plan, date, int]:
+    """Routine, start and seed from the panel's settings. Raises DayError."""
+    settings = scene.angen_day
     try:
-        start = date.fromisoformat(asked.date)
-        start + timedelta(asked.number)
+        start = date.fromisoformat(settings.date)
+        start + timedelta(settings.number)
     except (ValueError, OverflowError):
-        raise DayError(f"start: '{asked.date}' is no date, such as 2026-03-02") from None
-    if asked.text is not None:
-        return Plan.of(asked.text.as_string(), asked.text.name), start, asked.seed
-    if not asked.routine:
+        raise DayError(f"start: '{settings.date}' is not a date such as 2026-03-02") from None
+    if settings.text is not None:
+        return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
+    if not settings.routine:
         raise DayError("choose a routine: a file, or a text in this file")
-    return Plan.read(Path(bpy.path.abspath(asked.routine))), start, asked.seed
+    return Plan.read(Path(bpy.path.abspath(settings.routine))), start, settings.seed
 
 
 def _day(scene: Any) -> tuple[Acted, Places, Plan]:
-    """The day that the panel asks for, acted anew where it is not at hand. Raises DayError."""
+    """The day of the panel's settings; computes it unless it was the last one. Raises DayError."""
     global _acted
-    plan, start, seed = _asked(scene)
+    plan, start, seed = _settings(scene)
     key = bpy.data.filepath, scene.name, plan.text, start, seed, scene.angen_day.number
     if _acted is None or _acted[0] != key:
         frame = scene.frame_current
@@ -56,7 +56,7 @@ def _day(scene: Any) -> tuple[Acted, Places, Plan]:
 
 
 class ANGEN_OT_day_read(Operator):
-    """Works out what happens on the day, and lists it"""
+    """Compute what the residents do on this day, and list it"""
 
     bl_idname = "angen.day_read"
     bl_label = "Read Day"
@@ -76,20 +76,20 @@ class ANGEN_OT_day_read(Operator):
         except DayError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        asked = scene.angen_day
-        asked.done.clear()
+        settings = scene.angen_day
+        settings.done.clear()
         for done in activities(acted, places.room_of):
-            item = asked.done.add()
+            item = settings.done.add()
             item.name, item.person, item.room = done.activity, done.person, done.room
             item.start, item.end = done.start / 1e6, done.end / 1e6
-        day = date.fromisoformat(asked.date) + timedelta(asked.number - 1)
-        asked.told = f"{day:%A} {day.isoformat()}: {len(asked.done)} activities"
-        self.report({"INFO"}, asked.told)
+        day = date.fromisoformat(settings.date) + timedelta(settings.number - 1)
+        settings.told = f"{day:%A} {day.isoformat()}: {len(settings.done)} activities"
+        self.report({"INFO"}, settings.told)
         return {"FINISHED"}
 
 
 class ANGEN_OT_day_show(Operator):
-    """Shows this activity as animation, to be scrubbed, sensed and explained"""
+    """Show this activity as animation, for scrubbing, simulating and Explain"""
 
     bl_idname = "angen.day_show"
     bl_label = "Show Activity"
@@ -113,11 +113,11 @@ class ANGEN_OT_day_show(Operator):
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
-        asked = scene.angen_day
-        if not 0 <= self.index < len(asked.done):
+        settings = scene.angen_day
+        if not 0 <= self.index < len(settings.done):
             self.report({"ERROR"}, "there is no such activity: read the day first")
             return {"CANCELLED"}
-        item = asked.done[self.index]
+        item = settings.done[self.index]
         shown.leave(scene)
         try:
             acted, places, plan = _day(scene)
@@ -126,13 +126,13 @@ class ANGEN_OT_day_show(Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         shown.show(scene, acted, places, residents, item.start, item.end)
-        asked.active = self.index
+        settings.active = self.index
         state.CACHE.settings_changed(scene)
         return {"FINISHED"}
 
 
 class ANGEN_OT_day_leave(Operator):
-    """The home as it was before the day was shown"""
+    """Restore the home as it was before the day was shown"""
 
     bl_idname = "angen.day_leave"
     bl_label = "Leave Day"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looks for what in the home makes sensors read nonsense."""
+"""Examines the home for causes of nonsensical readings."""
 
 from __future__ import annotations
 

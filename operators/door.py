@@ -21,20 +21,20 @@ from .add import can_add
 from .surface import Surface, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"
-# Metres. The fork is the default housing of a switch; the flag stands in the middle of its gap.
+# m: the gap and the fork of a switch's default housing; the flag stands in the middle of the gap.
 GAP, FORK = 0.05, fork(0.05, 0.09, 0.024, 0.06)
 INSET = 0.06  # from the leaf's free edge to the flag
 FLAG_HALF, FLAG_THIN, FLAG_OVER, FOOT = 0.008, 0.002, 0.012, 0.025
 POST_AT, POST_THIN = 0.02, 0.004  # of a sliding leaf's flag, before the beam
-# Heights over the leaf's top at which a frame is looked for.
-# A sliding leaf's fork has an arm below its beam.
+# m: heights over the leaf's top at which to search for a frame; a sliding leaf needs ARM_BELOW,
+# since its fork has an arm below the beam.
 HEIGHTS = (0.025, 0.04, 0.06, 0.09, 0.12, 0.16)
 ARM_BELOW = 0.05
-# How far in front of the leaf the search starts, and how deep behind its face it goes.
+# m: how far in front of the leaf the search starts, and how deep behind its face it goes.
 BEFORE, BEHIND = 0.3, 0.3
 
 GUESS = (
-    ". Nothing tells its hinge, which is taken to be at the {}, seen from the switch: choose "
+    ". Its hinge is assumed at the {}, seen from the switch, since nothing shows where it is: choose "
     "another Motion in the panel Fit Door with Switch (F9)"
 )
 
@@ -93,7 +93,7 @@ class ANGEN_OT_door_fit(Operator):
 
 
 def _short(leaf: Any) -> str:
-    """What the parts of a door are named after: of "Door hall" the hall."""
+    """The name for the parts of a door: "hall" for "Door hall"."""
     return leaf.name.removeprefix("Door ")
 
 
@@ -106,7 +106,8 @@ def _refuse_fitted(context: Context, leaf: Any) -> None:
 def _frame_of(
     context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
 ) -> tuple[Leaf, Surface]:
-    """The leaf, looked at from the side that the switch is on, and where that goes."""
+    """The leaf as seen from the side of the switch, and the surface for the switch. Raises
+    DoorError."""
     for sides in leaves:
         found = [(s, hit) for s in sides if (hit := _over(context, leaf_object, frames, s))]
         # Nearest to the leaf's face, which is where a frame ends.
@@ -120,12 +121,12 @@ def _frame_of(
     of = "of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "of a frame or wall"
     raise DoorError(
         f"nothing {of} is behind its free upper corner, within 16 cm over its top: select the "
-        "frame or the wall besides it"
+        "frame or the wall too"
     )
 
 
 def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> Surface | None:
-    """What the switch can stand on over the leaf: the foremost of three points at one height."""
+    """The surface over the leaf for the switch: the foremost of three points at one height."""
     scale = unit_scale(context.scene)
 
     def passes(obj: Any) -> bool:
@@ -155,15 +156,16 @@ def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> 
 
 
 def _switch_matrix(leaf: Leaf, point: Vector, scale: float) -> Matrix:
-    """The switch on the frame at `point`, the middle of its beam there. A hinged leaf's flag goes
-    out between arms that stand beside it, a sliding leaf's between one above and one below."""
+    """The matrix of the switch on the frame, with the middle of its beam at `point`. The flag of a
+    hinged leaf leaves between arms beside it, that of a sliding leaf between one above and one
+    below."""
     turn = math.pi / 2 if leaf.slides else 0.0
     matrix = place_on(KIND, FORK, point, leaf.out, turn, unit_scale=scale)
     return Matrix.Translation(matrix.col[2].xyz * (GAP / 2 / scale)) @ matrix
 
 
 def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, scale: float) -> Any:
-    """A thin flag that stands in the middle of the beam while the leaf is closed, on the leaf."""
+    """Adds a thin flag to the leaf, which is in the middle of the beam while the leaf is closed."""
     beam = switch @ Vector((0, 0, -GAP / 2 / scale)) - leaf.corner
     across, over = beam.dot(leaf.out) * scale, beam.dot(leaf.up) * scale
     shape = flag_shape(across, over, leaf.thickness * scale, leaf.slides)
@@ -198,7 +200,7 @@ def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Ho
 
 
 def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
-    """What would keep the switch from reading closed now and open later."""
+    """Why the switch would not read closed now, or never open; empty where it works."""
     matrix = sensor.matrix_world
     start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
     depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale
@@ -209,7 +211,7 @@ def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) 
     first = look(lambda obj: belongs_to(obj, sensor))
     if first is None or first.object != flag:
         what = f"'{first.object.name}'" if first else "nothing"
-        return f"its beam meets {what} before the flag: choose the other side, or move it"
+        return f"its beam hits {what} before the flag: choose the other side, or move it"
     other = look(lambda obj: belongs_to(obj, sensor) or belongs_to(obj, leaf))
     if other is not None:
         return f"'{other.object.name}' stands in its gap: it would never read open; move it"

@@ -18,14 +18,14 @@ from .recording import has_fresh_recording
 
 
 def recorded(context: Context) -> tuple[Recording, Track] | None:
-    """The recording and the active sensor's track in it, with one update at least."""
+    """The recording, and the active sensor's track in it if that has any update."""
     sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid) if sensor and recording else None
     return (recording, track) if recording and track and len(track) else None
 
 
 def poll_recorded(cls: Any, context: Context) -> bool:
-    """Whether there is a recorded active sensor; else tells what to do."""
+    """Whether the active sensor is recorded; else sets the poll message."""
     if state.CACHE.running:
         cls.poll_message_set("A simulation is running")
     elif active_sensor(context) is None:
@@ -33,7 +33,7 @@ def poll_recorded(cls: Any, context: Context) -> bool:
     elif has_fresh_recording(cls, context):
         if recorded(context) is not None:
             return True
-        cls.poll_message_set("Nothing is recorded of this sensor: switch it on and simulate")
+        cls.poll_message_set("This sensor is not recorded: switch it on and simulate")
     return False
 
 
@@ -67,7 +67,7 @@ class ANGEN_OT_event_jump(Operator):
         now = scene.frame_current + scene.frame_subframe
         indices = log_indices(track) if self.values else event_indices(track)
         frames = [track.frames[i] for i in indices.tolist()]
-        # Frames between whole ones come back from Blender in single precision.
+        # Blender stores subframes in single precision.
         later = [f for f in frames if f > now + 1e-4]
         earlier = [f for f in frames if f < now - 1e-4]
         ahead = later[:1] if self.direction == "NEXT" else earlier[-1:]
@@ -86,9 +86,9 @@ class ANGEN_OT_event_jump(Operator):
         return {"FINISHED"}
 
 
-# In every editor that plays. Ctrl+Alt+arrows turn the screen or change the workspace on some
-# systems; with Shift and Alt, arrows are free in all of Blender's keymaps but those of editors of
-# text and clips, which come first there.
+# The keys work in every editor with a timeline. Desktops often use Ctrl+Alt+arrows;
+# Shift+Alt+arrows are free in all of Blender's keymaps but those of the text and clip editors,
+# which come first there.
 KEYS = (("RIGHT_ARROW", "NEXT"), ("LEFT_ARROW", "PREVIOUS"))
 _items: list[tuple[Any, Any]] = []
 

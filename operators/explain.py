@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds out why the active sensor reads what it does at the playhead's event."""
+"""Explains the active sensor's last event before the playhead, or its reading there."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class ANGEN_OT_explain(Operator):
 
     now: BoolProperty(
         name="Now",
-        description="Explain what it reads at the playhead, and what would have to change where "
-        "it reports nothing, in place of its last event",
+        description="Explain its reading at the playhead instead of its last event, or what would "
+        "have to change for one",
     )
 
     @classmethod

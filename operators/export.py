@@ -13,7 +13,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..angen_addon.output.output_files import write
 from ..sensor_logic.files import OutputError, check_folder, file_names
 from ..sensor_logic.log.event_log import events_csv, samples_csv
-from .export_options import ExportOptions, told
+from .export_options import ExportOptions, finished
 from .recording import is_still_fresh
 
 
@@ -36,18 +36,18 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
         except OutputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        return told(self, str(path))
+        return finished(self, str(path))
 
 
 class ANGEN_OT_export_samples(ExportOptions, Operator):
     bl_idname = "angen.export_samples"
     bl_label = "Export Samples"
-    bl_description = "Write every update, a CSV file a sensor, into a folder of its own"
+    bl_description = "Write all updates, one CSV file for each sensor, into a new folder"
 
     directory: StringProperty(name="Folder", subtype="DIR_PATH")
     folder: StringProperty(
         name="New Folder",
-        description="Made in the chosen folder, with a number where there is one of that name. "
+        description="Name of a new folder in the chosen one; it gets a number if the name exists. "
         "Empty: the files go into the chosen folder itself",
     )
 
@@ -73,10 +73,10 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         except OutputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        return told(self, f"{len(texts)} files in {folder}")
+        return finished(self, f"{len(texts)} files in {folder}")
 
     def _folder(self, chosen: Path) -> Path:
-        """Where the files go: one that does not exist yet, if a new one is wanted."""
+        """The folder for the files: the chosen one, or a new one in it."""
         if not self.folder:
             return chosen
         if Path(self.folder).name != self.folder or self.folder == "..":

@@ -14,7 +14,7 @@ from ..angen_addon.output.output_files import Outputs
 from ..angen_addon.output.run_log import log_of_run
 from ..sensor_logic.files import OutputError
 from ..sensor_logic.formats import FORMATS
-from .export_options import ExportOptions, told
+from .export_options import ExportOptions, finished
 from .recording import is_still_fresh
 
 ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
@@ -49,10 +49,10 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
         except OutputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        return told(self, str(path))
+        return finished(self, str(path))
 
     def _path(self) -> Path:
-        """What was typed, with the format's usual extension where it has none."""
+        """The chosen path, with the format's usual extension where it has none."""
         path = Path(bpy.path.abspath(self.filepath))
         return path if path.suffix else path.with_suffix(FORMATS[self.format].extension)
 

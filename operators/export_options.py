@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all exports of a recording let the user choose: which sensors, and when it begins."""
+"""Options of all exports of a recording: which sensors, and the date and time of its start."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ from .recording import has_fresh_recording
 
 
 class ExportOptions:
-    """A mix-in of export operators, which work where there is a fresh recording."""
+    """Mix-in of operators that export a fresh recording."""
 
     selected_only: BoolProperty(
-        name="Selected Sensors", description="Leave out what sensors that are not selected report"
+        name="Selected Sensors",
+        description="Leave out the readings of sensors that are not selected",
     )
     spreadsheet: BoolProperty(
         name="For Spreadsheets",
-        description="Names that a spreadsheet would take for formulas (=A1) get a leading '",
+        description="Names that a spreadsheet would read as formulas (=A1) get a leading '",
     )
     start: StringProperty(
         name="Start",
-        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: what is "
-        "written then tells the time of day too. Empty: seconds alone",
+        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: the file then "
+        "has the time of day too. Empty: only seconds",
     )
 
     @classmethod
@@ -39,7 +40,8 @@ class ExportOptions:
         return has_fresh_recording(cls, context)
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:
-        """The sensors, what was recorded of them, and what t = 0 stands for. Raises OutputError."""
+        """The chosen sensors, their recording, and the date and time of t = 0. Raises
+        OutputError."""
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         sensors = all_sensors(context.view_layer)
@@ -52,7 +54,7 @@ class ExportOptions:
         return sensors, recording, self._start()
 
     def shown(self, text: str) -> str:
-        """CSV as it is to be written."""
+        """CSV text, made safe for spreadsheets if so chosen."""
         return for_spreadsheets(text) if self.spreadsheet else text
 
     def _start(self) -> datetime | None:
@@ -62,7 +64,7 @@ class ExportOptions:
             raise OutputError(f"Start: {error}") from None
 
 
-def told(operator: Any, text: str) -> set[str]:
-    """Reports what was written, as long as a line is."""
+def finished(operator: Any, text: str) -> set[str]:
+    """Reports the written files, cut to the length of a line."""
     operator.report({"INFO"}, f"Written: {text}"[:200])
     return {"FINISHED"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How high a sensor that is being placed is above what lies below it, and a typed height."""
+"""The height of a sensor above the floor while it is being placed, and typed heights."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ..angen_addon.scene.units import lengths_of
 from .surface import PASSED, Surface, first_surface
 
 UP = Vector((0.0, 0.0, 1.0))
-# A surface rises if this share of a step along it goes up.
+# A surface rises if a step along it goes up by at least this share.
 RISES = 0.5
-# What faces up by more than this share carries what is placed on it.
+# A surface whose normal points up by more than this share counts as a floor.
 CARRIES = 0.5
-# A length as it may be typed: numbers, each with a unit or without.
+# A typed length: numbers, each with or without a unit.
 LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
 NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
 TYPED = set("0123456789.-mcftin'\"")
@@ -27,8 +27,8 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 
 
 def below(scene: Any, depsgraph: Any, place: Vector, on: Surface) -> Surface | None:
-    """The floor below a place on a surface: not what it lies on itself, whose underside is none,
-    and nothing as steep as a wall that leans."""
+    """The floor below a place on a surface. Neither the object of that surface counts as a floor,
+    nor anything as steep as a leaning wall."""
     carrier = on.object if on.normal.z > CARRIES else None
     off = UP * (1e-3 / unit_scale(scene))
     start = place
@@ -41,7 +41,7 @@ def below(scene: Any, depsgraph: Any, place: Vector, on: Surface) -> Surface | N
 
 
 def height_text(scene: Any, place: Vector, floor: Surface | None) -> str:
-    """How high a place is, and how far above what lies below it."""
+    """A text for the height of a place, and its height above the floor."""
     scale, lengths = unit_scale(scene), lengths_of(scene)
     height = f"Z {lengths.text(place.z * scale)}"
     if floor is None:
@@ -51,7 +51,7 @@ def height_text(scene: Any, place: Vector, floor: Surface | None) -> str:
 
 
 def raised(point: Vector, normal: Vector, way: float) -> Vector | None:
-    """A point of a surface with this normal, `way` higher on it; None where it does not rise."""
+    """The point `way` higher on a surface with this normal; None where the surface is level."""
     along = UP - normal * normal.z
     if along.length < RISES:
         return None
@@ -59,13 +59,14 @@ def raised(point: Vector, normal: Vector, way: float) -> Vector | None:
 
 
 class TypedLength:
-    """A length as the user types it."""
+    """Collects a length from typed keys."""
 
     def __init__(self) -> None:
         self.text = ""
 
     def take(self, event: Event) -> bool:
-        """Whether a key that was pressed is part of it. Letters are, once there is a number."""
+        """Adds a pressed key, and returns whether it is part of a length; letters are, after a
+        number."""
         if event.type == "BACK_SPACE" and self.text:
             self.text = self.text[:-1]
             return True
@@ -78,7 +79,7 @@ class TypedLength:
         return True
 
     def metres(self, scene: Any) -> float | None:
-        """A number alone is in the unit that the scene shows; None as long as it is no length."""
+        """The length in m, or None; a number alone is in the scene's unit."""
         if not LENGTH.fullmatch(self.text):
             return None
         number = NUMBER.fullmatch(self.text)

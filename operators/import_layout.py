@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File, Import, Sensor Layout: the sensors of a layout file into the scene."""
+"""File, Import, Sensor Layout: adds and changes sensors to match a layout file."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
     bl_idname = "angen.import_layout"
     bl_label = "Import Sensor Layout"
     bl_description = (
-        "Add and change sensors as a layout file says, which is what angen list --json prints. "
-        "Where anything in it is wrong, nothing changes"
+        "Add and change sensors to match a layout file, such as angen list --json prints. "
+        "If the file has an error, nothing changes"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -28,8 +28,8 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
     remove: BoolProperty(
         name="Remove Others",
-        description="Delete the sensors that the layout does not have. What is more than a "
-        "housing, such as furniture, stays as an ordinary object",
+        description="Delete the sensors that the layout lacks. Objects that are more than a "
+        "housing, such as furniture, stay as ordinary objects",
     )
 
     @classmethod

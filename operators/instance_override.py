@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts library overrides in the place of an instance of a linked collection, so that its sensors
-can be set, keyed and read by drivers each on its own."""
+"""Replaces an instance of a linked collection by library overrides, so that each of its sensors can
+be set, keyed and read by drivers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def why_not(sensor: Any) -> str:
     if not holder.is_editable:
         return "The instance itself is linked: make it local first"
     if holder.instance_collection.library is None:
-        return "Its collection is of this file: edit that"
+        return "Its collection is in this file: edit that"
     return ""
 
 
@@ -30,8 +30,8 @@ class ANGEN_OT_instance_override(Operator):
     bl_idname = "angen.instance_override"
     bl_label = "Override Linked Home"
     bl_description = (
-        "Put library overrides, which can be edited, in the place of this instance of a linked "
-        "collection. They move with it"
+        "Replace this instance of a linked collection by library overrides, which can be "
+        "edited. They move with it"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -53,7 +53,7 @@ class ANGEN_OT_instance_override(Operator):
             self.report({"ERROR"}, f"Blender could not override what '{holder.name}' instances")
             return {"CANCELLED"}
         holder.instance_type = "NONE"
-        # Overrides stand where the library has them, not where the instance was.
+        # Overrides stand where the library has them: the parent moves them to the instance.
         for obj in made.all_objects:
             if obj.parent is None:
                 obj.parent = holder

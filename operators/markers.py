@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Timeline markers for events: one for each, replaced when made again."""
+"""Adds and removes timeline markers, one for each event."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from ..sensor_logic.log.partner_names import split
 from ..sensor_logic.recording.tracks import Recording, Track
 from .recording import has_fresh_recording
 
-# Blender draws each marker at each redraw: with more its window gets slow.
+# Blender draws each marker at each redraw: more would make its window slow.
 MOST_MARKERS = 5000
 
 
 def marked(scene: Any) -> set[str]:
-    """Names of the markers that were made for events."""
+    """Names of the markers of events."""
     return set(scene.angen_timeline.marked.splitlines())
 
 
 def clear(scene: Any, prefixes: tuple[str, ...] = ("",)) -> int:
-    """Removes the markers of events whose names begin like that; returns how many."""
+    """Removes the markers of events whose names begin with a prefix; returns how many."""
     names = {name for name in marked(scene) if name.startswith(prefixes)}
     gone = [marker for marker in scene.timeline_markers if marker.name in names]
     for marker in gone:
@@ -43,7 +43,7 @@ def prefix(sensor: str) -> str:
 
 
 def event_name(track: Track, index: int) -> str:
-    """What happened at an update, in the words of panels."""
+    """The name for the event at an update, in the words of panels."""
     kind, texts = track.kind, []
     for published in kind.events:
         column = track.columns[published.name]
@@ -69,7 +69,9 @@ def _selected(context: Context) -> list[Sensor]:
 class ANGEN_OT_markers_add(Operator):
     bl_idname = "angen.markers_add"
     bl_label = "Mark Events"
-    bl_description = "A timeline marker for each event of the selected sensors, in place of earlier"
+    bl_description = (
+        "Add a timeline marker for each event of the selected sensors, replacing earlier ones"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     values: BoolProperty(
@@ -110,7 +112,7 @@ class ANGEN_OT_markers_add(Operator):
         return {"FINISHED"}
 
     def _events(self, recording: Recording, sensors: list[Sensor]) -> Iterator[tuple[str, int]]:
-        """Name and frame of each marker to be; markers stand at whole frames."""
+        """Yields the name and whole frame of each new marker."""
         for sensor in sensors:
             track = recording.track_of(sensor.uid)
             if track is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places a new sensor on the surface under the mouse, turned off it, in one gesture."""
+"""Places a new sensor on the surface under the mouse."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ class ANGEN_OT_sensor_place(Operator):
     bl_idname = "angen.sensor_place"
     bl_label = "Place Sensor"
     bl_description = (
-        "Place a sensor on the surface under the mouse, turned off it: on a wall a motion detector "
-        "looks level, on a ceiling down; a pad lies on a floor or a seat; a switch stands on a "
-        "door's frame. Click places, R or the wheel turns, digits tell the height on a wall, "
-        "P lets it follow, Esc cancels"
+        "Place a sensor on the surface under the mouse: a motion detector looks level from a wall, "
+        "and down from a ceiling; a pad lies on a floor or a seat; a switch stands on a door's "
+        "frame. Click to place, R or wheel to turn, digits for the height on a wall, P to parent "
+        "it to the surface, Esc to cancel"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -144,41 +144,41 @@ class ANGEN_OT_sensor_place(Operator):
         return {"RUNNING_MODAL"}
 
     def cancel(self, context: Context) -> None:
-        """Blender calls this too, where it ends the operator itself."""
+        """Blender also calls this where it ends the operator itself."""
         if self._preview is not None:
             self._preview.remove(context)
             self._preview = None
 
     def _look(self, context: Context, event: Event) -> None:
-        """Notes the surface under the mouse and shows the sensor there."""
+        """Finds the surface under the mouse, and shows the sensor there."""
         met = _surface_under(context, event)
-        matrix, told = None, "No surface under the mouse"
+        matrix, text = None, "No surface under the mouse"
         if met is not None:
-            matrix, told = self._stand(context, met)
+            matrix, text = self._stand(context, met)
         keys = KEYS.format("leave" if self.follow else "follow")
         if self._preview is not None:
-            self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {told}", keys)
+            self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {text}", keys)
 
     def _stand(self, context: Context, met: Surface) -> tuple[Matrix, str]:
-        """Notes a place on a surface, at the height that was typed if any; the matrix there, and
-        the place in words."""
+        """Sets the place on a surface, at the typed height if any; returns the matrix there and a
+        text for the header."""
         scene, along = context.scene, met.along if met.whole else []
         matrix = self._matrix(context, met.point, met.normal, along)
         floor = below(scene, context.evaluated_depsgraph_get(), matrix.translation, met)
-        told = f"On '{met.object.name}'    "
+        text = f"On '{met.object.name}'    "
         height = self._typed.metres(scene)
         if height is not None:
             level = (floor.point.z if floor else 0.0) + height / unit_scale(scene)
             higher = raised(met.point, met.normal, level - matrix.translation.z)
             if higher is None:
-                told += "A height is for walls, not for what is level    "
+                text += "Heights work on walls, not on level surfaces    "
             else:
                 met = met._replace(point=higher)
                 matrix = self._matrix(context, met.point, met.normal, along)
         self.location, self.normal = met.point, met.normal
         self.surface = met.object.name if met.whole else ""
-        told += height_text(scene, matrix.translation, floor)
-        return matrix, told + (f"    Height: {self._typed.text}" if self._typed.text else "")
+        text += height_text(scene, matrix.translation, floor)
+        return matrix, text + (f"    Height: {self._typed.text}" if self._typed.text else "")
 
 
 def _on(surface: Any) -> str:
@@ -203,8 +203,8 @@ def _surface_under(context: Context, event: Event) -> Surface | None:
 def visible_surface(
     scene: Any, depsgraph: Any, origin: Vector, direction: Vector, culled: bool
 ) -> Surface | None:
-    """What the user sees first along a ray: one looks through what is shown as an outline, such as
-    a ceiling from above, unless there is nothing behind it."""
+    """The surface that the user sees first along a ray: an object shown as an outline, such as a
+    ceiling from above, only counts where nothing is behind it."""
     met = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)
     return met or first_surface(scene, depsgraph, origin, direction, culled=culled)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shows a sensor that is being placed: its outline under the mouse, where it is and the keys.
+"""Draws a sensor while it is being placed: its outline under the mouse, its place and the keys.
 
-Nothing is put into the scene, so that looking for a place voids no recording.
+It adds nothing to the scene, so that no recording becomes stale.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from ..angen_addon.scene.sensors import unit_scale
 
 COLOR = (1.0, 0.6, 0.1, 1.0)
 LINE_WIDTH = 1.5
-# Draw handlers in use: where the extension is switched off, Blender ends operators unasked.
+# Draw handlers in use. Blender ends operators without a call where the extension is switched off.
 _handles: set[Any] = set()
 
 
 class Preview:
-    """The outline of a housing at `matrix`; nothing where that is None."""
+    """Draws the outline of a housing at `matrix`, if that is not None."""
 
     def __init__(self, context: Context, housing: Housing) -> None:
         self.matrix: Matrix | None = None
@@ -51,7 +51,7 @@ class Preview:
             return
         shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
         to_world = self.matrix @ Matrix.Scale(1 / self._scale, 4)
-        # Single precision is enough: what is drawn is near the origin of its own axes.
+        # Single precision is enough near the origin of the housing's axes.
         with gpu.matrix.push_pop():
             gpu.matrix.multiply_matrix(to_world)
             shader.bind()
@@ -74,7 +74,7 @@ def _remove(handle: Any) -> None:
 
 
 def remove_all() -> None:
-    """Takes back what operators still show that Blender ended without a call."""
+    """Removes the draw handlers of operators that Blender ended without a call."""
     if _handles and bpy.context.window_manager is not None:
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places of residents: adds a point for one, guesses a mark anew, checks what can be reached."""
+"""Places of residents: adds a place, guesses its settings again, checks what residents can
+reach."""
 
 from __future__ import annotations
 
@@ -19,9 +20,9 @@ from ..sensor_logic.residents import places as known
 from ..sensor_logic.wording import capital
 from .add import can_add
 
-# What an empty can stand for: a leaf or a lamp is an object.
+# Kinds of places that an empty can mark; a door's leaf and a lamp are objects.
 POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
-# m: how large the empty is shown.
+# m: size of the empty.
 SHOWN_M = 0.1
 POINT_ITEMS = [item for item in USES if item[0] in POINTS]
 
@@ -30,8 +31,8 @@ class ANGEN_OT_place_point(Operator):
     bl_idname = "angen.place_point"
     bl_label = "Add Place"
     bl_description = (
-        "Add an empty at the 3D cursor for what residents do there: where one stands, or on the "
-        "seat, bed or thing itself. Its arrow shows where one looks, or where the head lies"
+        "Add an empty at the 3D cursor as a place for residents: where they stand, or on the seat, "
+        "bed or thing itself. Its arrow points where they look, or where the head lies"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -58,7 +59,7 @@ class ANGEN_OT_place_point(Operator):
 class ANGEN_OT_place_guess(Operator):
     bl_idname = "angen.place_guess"
     bl_label = "Guess Again"
-    bl_description = "Find anew where it faces, or how far the door opens, from its shape and keys"
+    bl_description = "Find again where it faces, or how far the door opens, from its shape and keys"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -74,8 +75,8 @@ class ANGEN_OT_places_check(Operator):
     bl_idname = "angen.places_check"
     bl_label = "Check Places"
     bl_description = (
-        "Look which marked places residents cannot get to from the entrance, and draw how far they "
-        "get as a curve on the floor"
+        "Find the marked places that residents cannot reach from the entrance, and draw how far "
+        "they get as a curve on the floor"
     )
     bl_options = {"REGISTER", "UNDO"}
 

@@ -14,7 +14,7 @@ from ..sensor_logic.kinds import KINDS, NO_KIND
 
 
 def sensor_can_change(cls: Any, context: Context) -> bool:
-    """What polls of operators that set the active sensor's parameters ask."""
+    """Poll of operators that set the active sensor's parameters."""
     obj = context.object
     if obj is None or obj.angen_sensor.kind == NO_KIND:
         cls.poll_message_set("Select a sensor")
@@ -35,7 +35,7 @@ class ANGEN_OT_preset_apply(Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        """Of a menu item: where the figures of its preset are from."""
+        """The tooltip of a menu item, with the source of its preset."""
         obj = context.object
         if obj is not None and obj.angen_sensor.kind != NO_KIND:
             for preset in KINDS[obj.angen_sensor.kind].presets:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Proposes places for motion detectors, and makes sensors of them or takes them away again."""
+"""Proposes places for motion detectors, and turns them into sensors or removes them."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ class ANGEN_OT_place_propose(Staged, Operator):
     bl_idname = "angen.place_propose"
     bl_label = "Propose Places"
     bl_description = (
-        "Look for places of motion detectors on walls and ceilings that together cover the most. "
-        "They get the parameters of the active motion detector. Esc takes the best so far"
+        "Find places for motion detectors on walls and ceilings that together cover the most. They "
+        "get the parameters of the active motion detector. Esc keeps the best so far"
     )
     bl_options = {"REGISTER", "UNDO"}
-    esc = "takes the best so far"
+    esc = "keeps the best so far"
 
     preset: StringProperty(
         name="Preset",
         description="Identifier of a preset of the motion detector, in place of the active one",
     )
     seed: IntProperty(
-        name="Seed", description="Which of places that are equally good is taken", min=0
+        name="Seed", description="Chooses between places that are equally good", min=0
     )
 
     @classmethod
@@ -89,7 +89,7 @@ def _can_decide(cls: Any, context: Context) -> bool:
 class ANGEN_OT_place_accept(Operator):
     bl_idname = "angen.place_accept"
     bl_label = "Accept"
-    bl_description = "Make motion detectors of the proposed places; of the selected ones, if any"
+    bl_description = "Turn the proposed places, or only the selected ones, into motion detectors"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -115,7 +115,7 @@ class ANGEN_OT_place_accept(Operator):
 
 
 def accept(context: Context, ghost: Any) -> Any:
-    """A motion detector at the place of a proposed one, which stays. Raises KeyError."""
+    """Adds a motion detector at a proposed place, whose object stays. Raises KeyError."""
     identifier = ghost.get(ghosts.PRESET, "")
     preset = find_preset(DETECTOR, identifier) if identifier else None
     room = room_of(ghost)
@@ -131,7 +131,7 @@ def accept(context: Context, ghost: Any) -> Any:
 class ANGEN_OT_place_discard(Operator):
     bl_idname = "angen.place_discard"
     bl_label = "Discard"
-    bl_description = "Take the proposed places away again"
+    bl_description = "Remove the proposed places"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forgets the recording; and what operators ask of it before its results leave."""
+"""Clears the recording, and checks for other operators that it is not stale."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WAY_OUT = "Simulate again, or undo the change"
 
 
 def why_not_fresh(scene: Any) -> str:
-    """Why there is no recording of the scene as it is, with the way out; empty where there is."""
+    """Why there is no fresh recording, and what to do; empty where there is one."""
     kept = state.CACHE.kept(scene)
     if kept is None:
         return "Simulate first"
@@ -22,7 +22,7 @@ def why_not_fresh(scene: Any) -> str:
 
 
 def has_fresh_recording(operator: Any, context: Context) -> bool:
-    """Whether there is a recording, of the scene as it is; sets the poll message."""
+    """Whether there is a fresh recording; else sets the poll message."""
     why_not = why_not_fresh(context.scene)
     if why_not:
         operator.poll_message_set(why_not)
@@ -30,7 +30,8 @@ def has_fresh_recording(operator: Any, context: Context) -> bool:
 
 
 def is_still_fresh(operator: Any, context: Context) -> bool:
-    """The same after a look at everything: some changes Blender tells nobody of."""
+    """Whether the recording is fresh, after comparing the whole scene, since Blender does not
+    report all changes."""
     scene = context.scene
     kept = state.CACHE.kept(scene)
     assert kept is not None
@@ -40,7 +41,7 @@ def is_still_fresh(operator: Any, context: Context) -> bool:
     return not kept.stale
 
 
-# Modes in which undo goes back to what the scene was; in others, to what is edited there alone.
+# Modes whose undo steps restore the scene; other modes restore only what is edited in them.
 UNDONE_IN = {"OBJECT", "POSE"}
 
 
@@ -48,7 +49,7 @@ class ANGEN_OT_clear_recording(Operator):
     bl_idname = "angen.clear_recording"
     bl_label = "Clear Recording"
     bl_description = (
-        "Forget what was recorded, in the file too; sensors follow the playhead again. "
+        "Delete the recording, also from the file; sensors follow the playhead again. "
         "Undo brings it back"
     )
     bl_options = {"REGISTER", "UNDO"}
@@ -59,14 +60,14 @@ class ANGEN_OT_clear_recording(Operator):
             cls.poll_message_set("A simulation is running")
             return False
         if state.CACHE.kept(context.scene) is None:
-            cls.poll_message_set("Nothing is recorded")
+            cls.poll_message_set("There is no recording")
             return False
         return True
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         if context.mode in UNDONE_IN and context.preferences.edit.use_global_undo:
             return self.execute(context)
-        # There is no way back.
+        # Nothing restores the recording then.
         found: set[str] = context.window_manager.invoke_confirm(self, event)
         return found
 

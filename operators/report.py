@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the report of the last run: as a page to read and print, or as a picture."""
+"""Writes the report on the recording as a page to read and print, or as a picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
 from ..angen_addon.scene.sensors import SensorError
 from ..sensor_logic.files import OutputError, check_folder
-from .export_options import ExportOptions, told
+from .export_options import ExportOptions, finished
 from .recording import is_still_fresh
 
 
@@ -26,7 +26,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
         ".svg for the pictures alone"
     )
 
-    # The name may end in .html or .svg: the file browser is to leave it as it is.
+    # Empty, so that the file browser accepts both .html and .svg.
     filename_ext = ".html"
     check_extension = None
     filter_glob: StringProperty(default="*.html;*.svg", options={"HIDDEN"})
@@ -43,7 +43,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
         except (OutputError, SensorError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        return told(self, str(path))
+        return finished(self, str(path))
 
 
 class ANGEN_MT_export(bpy.types.Menu):

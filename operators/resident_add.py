@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shift+A, Sensor, Resident: a person or a cat that lives in the home."""
+"""Shift+A, Sensor, Resident: adds a person or a cat that lives in the home."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class ANGEN_OT_resident_add(Operator):
     bl_idname = "angen.resident_add"
     bl_label = "Add Resident"
     bl_description = (
-        "Add a person or a cat that stands at the 3D cursor: a skinned body that every sensor "
-        "sees, weighs and feels. A routine says what it does all day"
+        "Add a person or a cat that stands at the 3D cursor: a skinned body that all sensors "
+        "notice. A routine decides what it does all day"
     )
     bl_options = {"REGISTER", "UNDO"}
 

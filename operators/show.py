@@ -16,9 +16,9 @@ from mathutils import Vector
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors, unit_scale
 
-# m: the least radius of what is shown around a sensor, so that one sees where it is.
+# m: the view shows at least this radius around a sensor.
 LEAST_RADIUS = 0.6
-# Of the view's width, and of its distance, beyond what just fits.
+# Factors of the view's width and distance beyond a tight fit.
 MARGIN = 1.25
 SENSOR_MM = 36.0
 
@@ -72,8 +72,8 @@ class ANGEN_OT_sensor_show(Operator):
 
 
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
-    """Selects a sensor that is not hidden, alone, and moves the view to it; or adds it to the
-    selection. `stay`: the view stays where the sensor is in it."""
+    """Selects only this sensor, which must not be hidden, and moves the view to it; with `extend`,
+    adds it to the selection. `stay`: does not move the view if the sensor is in it."""
     obj = sensor.handle
     if not extend:
         for selected in context.selected_objects:
@@ -90,7 +90,7 @@ def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = Fa
 
 
 def why_hidden(obj: Any, context: Context) -> str:
-    """Why it cannot be selected, with the way out; empty where it can."""
+    """Why an object cannot be selected, and what to do; empty where it can."""
     if obj.hide_select:
         return "cannot be selected: tick Selectable in its Object tab, Visibility"
     if not obj.visible_get(view_layer=context.view_layer):
@@ -99,8 +99,8 @@ def why_hidden(obj: Any, context: Context) -> str:
 
 
 def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
-    """Middle and radius, in Blender units, of what a sensor sees, as it is drawn; else of what it
-    sees at most."""
+    """Middle and radius, in Blender units, of the drawing of what a sensor sees, or else of its
+    range."""
     metres = unit_scale(context.scene)
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
     drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
@@ -119,7 +119,7 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
 
 
 class Window(NamedTuple):
-    """The region that a 3D view draws in, and from where to where (pixels) nothing covers it."""
+    """The region of a 3D view, and the bounds (pixels) of the part that nothing covers."""
 
     region: Any
     left: int
@@ -127,7 +127,7 @@ class Window(NamedTuple):
 
 
 def window_of(area: Any) -> Window:
-    """Toolbar and sidebar lie over the view where the user's preferences want it so."""
+    """The window of an area, without the toolbar and sidebar where they overlap the view."""
     window = next(region for region in area.regions if region.type == "WINDOW")
     left, right = 0, window.width
     for region in area.regions:
@@ -141,7 +141,7 @@ def window_of(area: Any) -> Window:
 
 
 def is_in_view(obj: Any, context: Context) -> bool:
-    """Whether the area shows the place of an object, wherever nothing covers it."""
+    """Whether the uncovered part of a 3D view shows the location of an object."""
     window, left, right = window_of(context.area)
     view = context.space_data.region_3d
     at = location_3d_to_region_2d(window, view, obj.matrix_world.translation)
@@ -149,13 +149,14 @@ def is_in_view(obj: Any, context: Context) -> bool:
 
 
 def frame(context: Context, middle: Vector, radius: float) -> None:
-    """Moves the view, as View Selected does, without turning it, so that nothing covers it."""
+    """Moves the view without turning it, as View Selected does, to a sphere in its uncovered
+    part."""
     space = context.space_data
     region = context.region_data or space.region_3d
     if region.view_perspective == "CAMERA":
         region.view_perspective = "PERSP"
     window, left, right = window_of(context.area)
-    # Of half the longer side, as the lens sees it; and of half of what is free.
+    # Half of the lens's field along the longer side, and half of the free part of it.
     longer = SENSOR_MM / space.lens
     share = min(right - left, window.height) / max(window.width, window.height)
     region.view_distance = MARGIN * radius / math.sin(math.atan(longer * share))

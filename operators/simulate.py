@@ -27,7 +27,7 @@ SCENES_OWN = -(2**31)
 class ANGEN_OT_simulate(Operator):
     bl_idname = "angen.simulate"
     bl_label = "Simulate Sensors"
-    bl_description = "Record what every sensor reports over the frames. Esc keeps what is done"
+    bl_description = "Record the readings of all sensors over the frames. Esc keeps what is done"
     bl_options = {"REGISTER"}
 
     frame_start: IntProperty(
@@ -80,9 +80,9 @@ class ANGEN_OT_simulate(Operator):
         return True
 
     def _end(self, context: Context, early: bool = False) -> None:
-        """Keeps what was recorded, if anything, and shows it at the playhead."""
+        """Stores the recording, if there is any, and shows it at the playhead."""
         scene = context.scene
-        # Where a script went to another scene meanwhile, the recording is not of this one.
+        # A script may have changed the scene meanwhile: the recording is not of that one.
         if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
             return
         if (early or not self._has_a_frame()) and self._leaves_as_is(scene):
@@ -90,7 +90,7 @@ class ANGEN_OT_simulate(Operator):
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
             outputs.show_recorded(self._recording, all_sensors(context.view_layer), frame)
-            # What drivers make of it is no edit that voids the recording.
+            # An update of drivers is no edit that makes the recording stale.
             context.view_layer.update()
         lacking.look(context.view_layer)
         depsgraph = context.evaluated_depsgraph_get()
@@ -103,8 +103,8 @@ class ANGEN_OT_simulate(Operator):
         return self._recording.frame_end >= self._recording.frame_start
 
     def _leaves_as_is(self, scene: Any) -> bool:
-        """Whether a run that was stopped is worth less than what was recorded before: no frame is
-        done, or the earlier recording still holds and has all its frames."""
+        """Whether the earlier recording stays after Esc: no frame is done, or it is fresh and has
+        all of the new frames."""
         first, last = self._recording.frame_start, self._recording.frame_end
         earlier = state.CACHE.recording(scene)
         holds = earlier is not None and earlier.covers(first) and earlier.covers(last)
@@ -174,11 +174,11 @@ class ANGEN_OT_simulate(Operator):
         return {"RUNNING_MODAL"}
 
     def _advance(self) -> Progress | None:
-        """Simulates for a slice of time; None when all is done. Raises SensorError."""
+        """Simulates for a slice of time; returns None at the end. Raises SensorError."""
         until = self._slices.begin()
         for progress in self._run:
             self._left.note(progress)
-            # What takes long is shown before.
+            # A slow step is shown when it begins.
             if progress.doing or time.perf_counter() >= until:
                 self._slices.end()
                 return progress

@@ -1,29 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long a modal operator works before Blender has its turn."""
+"""Divides the work of a modal operator into slices, between which Blender redraws."""
 
 from __future__ import annotations
 
 import time
 
-# s: long enough for a few redraws a second at most, and short enough for Esc.
+# s: a slice is so long that Blender redraws a few times a second, and short enough for Esc.
 LEAST, MOST = 0.25, 0.75
-# A slice lasts this many times as long as Blender's last turn, so that drawing costs a tenth.
+# A slice lasts this many times as long as Blender's last redraw, which so costs a tenth.
 TIMES = 9.0
 
 
 class Slices:
-    """Slices of work, each long against what Blender's turn before it took: each step of a run
-    changes the scene, so that Blender draws everything anew whenever it has its turn."""
+    """Chooses the length of slices by the time of Blender's redraws: each step of a run changes the
+    scene, so that each redraw evaluates and draws everything."""
 
     def __init__(self) -> None:
         self._ended: float | None = None
 
     def begin(self) -> float:
-        """Until when to work now, by the clock of `time.perf_counter`."""
+        """Begins a slice; returns its end by `time.perf_counter`."""
         now = time.perf_counter()
         away = now - self._ended if self._ended is not None else 0.0
         return now + min(max(away * TIMES, LEAST), MOST)
 
     def end(self) -> None:
-        """To be called when the work of a slice is done."""
+        """Ends a slice, once its work is done."""
         self._ended = time.perf_counter()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a study of the selected sensors' parameters, and opens the report of one: running it is
-for `angen study run`, outside Blender."""
+"""Writes a study of the selected sensors' parameters, which `angen study run` runs outside Blender,
+and opens its report."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..sensor_logic.study.targets import COMMON, POSE
 
 
 def command(file: str) -> str:
-    """What runs the study in a file; empty where none is named."""
+    """The command that runs the study of a file; empty without a file."""
     path = Path(bpy.path.abspath(file))
     study, out = (shlex.quote(str(p)) for p in (path, path.with_suffix("")))
     return f"angen study run {study} --out {out}" if file else ""
@@ -42,7 +42,7 @@ def varied_sensors(context: Context) -> list[Sensor]:
 class ANGEN_OT_study_vary(Operator):
     bl_idname = "angen.study_vary"
     bl_label = "Vary"
-    bl_description = "Have this parameter of the selected sensors of this kind vary in the study"
+    bl_description = "Vary this parameter of the selected sensors of this kind in the study"
 
     parameter: StringProperty(options={"HIDDEN"})
 
@@ -77,7 +77,7 @@ def _value(sensor: Sensor, parameter: str) -> Any:
 class ANGEN_OT_study_leave(Operator):
     bl_idname = "angen.study_leave"
     bl_label = "Leave As It Is"
-    bl_description = "Take this parameter out of the study"
+    bl_description = "Remove this parameter from the study"
 
     index: IntProperty(options={"HIDDEN"})
 
@@ -90,8 +90,8 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
     bl_idname = "angen.study_write"
     bl_label = "Write Study"
     bl_description = (
-        "Write the study file, for `angen study run`: this home simulated once for each "
-        "combination of values, and each seed"
+        "Write the study file for `angen study run`, which simulates this home once for each "
+        "combination of values and seed"
     )
 
     filename_ext = ".toml"
@@ -126,7 +126,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         wanted.file = str(path)
-        unsaved = "; the home has changes that are not saved yet" if bpy.data.is_dirty else ""
+        unsaved = "; the home has unsaved changes" if bpy.data.is_dirty else ""
         self.report({"INFO"}, f"Written: {path}{unsaved}. Run it in a terminal")
         return {"FINISHED"}
 
@@ -134,7 +134,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
 class ANGEN_OT_study_command(Operator):
     bl_idname = "angen.study_command"
     bl_label = "Copy Command"
-    bl_description = "Copy the line to type in a terminal, which runs the study"
+    bl_description = "Copy the command that runs the study, for a terminal"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -148,7 +148,7 @@ class ANGEN_OT_study_command(Operator):
 class ANGEN_OT_study_report(Operator):
     bl_idname = "angen.study_report"
     bl_label = "Open Report"
-    bl_description = "Show the report of the study, which `angen study report` wrote, in a browser"
+    bl_description = "Open the report that `angen study report` wrote in a browser"
 
     @classmethod
     def poll(cls, context: Context) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the surface that a ray meets first, as the user sees it."""
+"""Finds the surface that a ray hits first, as the user sees it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 from mathutils import Vector
 
-# Things that a ray may pass before it is given up.
+# A ray may pass this many objects.
 PASSED = 64
-# How far on a ray that passes something starts again, as a share of the distance.
+# A ray that passes an object starts again this share of the distance further on.
 STEP = 1e-6
 
 
 class Surface(NamedTuple):
-    """Where a ray met something: `normal` faces where the ray came from. `whole`: the object
-    itself was met, not an instance of it elsewhere."""
+    """Where a ray hit something: `normal` points to where the ray came from. `whole`: the ray hit
+    the object itself, not an instance of it elsewhere."""
 
     point: Vector
     normal: Vector
@@ -25,7 +25,7 @@ class Surface(NamedTuple):
 
     @property
     def along(self) -> list[Vector]:
-        """The object's own directions, to line up with."""
+        """The axes of the object, to align with."""
         matrix = self.object.matrix_world
         return [matrix.col[1].xyz, matrix.col[0].xyz]
 
@@ -39,8 +39,8 @@ def first_surface(
     passes: Callable[[Any], bool] | None = None,
     culled: bool = False,
 ) -> Surface | None:
-    """What a ray meets first within `length` units. It passes what is ignored by sensors,
-    the objects that `passes` tells, and with `culled` the backs of faces."""
+    """The surface that a ray hits first within `length` Blender units. The ray passes objects that
+    sensors ignore or for which `passes` returns True and, with `culled`, the backs of faces."""
     direction = direction.normalized()
     start, left = origin.copy(), length
     for _ in range(PASSED):
@@ -64,7 +64,7 @@ def first_surface(
 
 
 def belongs_to(obj: Any, owner: Any) -> bool:
-    """Whether an object is another or hangs on it."""
+    """Whether an object is `owner` or a child of it."""
     while obj is not None:
         if obj == owner:
             return True

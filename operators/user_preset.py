@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user's own presets, kept by Blender's preset system in presets/angen_sensors/KIND.
+"""The user's own presets, which Blender's preset system stores in presets/angen_sensors/KIND.
 
-They are files as Blender writes them, a line a parameter. They are read, not run: a file of an
-earlier version may name what is no more.
+They are files as Blender writes them, a line for each parameter. This module reads and does not run
+them, since a file of an earlier version may name parameters that no longer exist.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ OWNER = "settings"
 
 
 def folder_of(kind: Kind) -> str:
-    """Where presets of a kind are, in any of Blender's folders of presets."""
+    """The folder of presets of a kind below Blender's folders of presets."""
     return f"angen_sensors/{kind.attribute}"
 
 
 def user_presets(kind: Kind) -> list[Path]:
-    """The files of the user's presets of a kind, by name."""
+    """The files of the user's presets of a kind, in the order of their names."""
     folders = (Path(folder) for folder in bpy.utils.preset_paths(folder_of(kind)))
     return sorted(
         (file for folder in folders for file in folder.glob("*.py")), key=lambda f: f.name
@@ -43,7 +43,7 @@ def label_of(file: Path) -> str:
 
 
 def values_in(file: Path) -> dict[str, Any]:
-    """What a preset's file sets, by parameter. Raises OSError, or ValueError with the reason."""
+    """The values in a preset's file by parameter. Raises OSError, or ValueError with the reason."""
     values: dict[str, Any] = {}
     try:
         statements = ast.parse(file.read_text(encoding="utf-8")).body
@@ -80,7 +80,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
     def _kind(self) -> Kind:
         return KINDS[bpy.context.object.angen_sensor.kind]
 
-    # What Blender's preset system asks
+    # For Blender's preset system
 
     @property
     def preset_subdir(self) -> str:
@@ -92,7 +92,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @property
     def preset_values(self) -> list[str]:
-        """All parameters but what is of this file alone, such as partners."""
+        """All parameters but those that refer to this file, such as partners."""
         known = specs(self._kind.parameters)
         return [f"{OWNER}.{name}" for name, spec in known.items() if not spec.pointer]
 
@@ -102,7 +102,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
             self.report({"ERROR"}, "Give the preset a name")
             return {"CANCELLED"}
         result = super().execute(context)
-        # Blender names the menu after the preset that was saved last.
+        # Blender shows the last saved preset as the menu's name.
         getattr(bpy.types, self.preset_menu).bl_label = "Presets"
         if result == {"FINISHED"}:
             self.report({"INFO"}, f"{'Removed' if removed else 'Saved'} the preset '{name}'")
@@ -114,7 +114,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 class ANGEN_OT_user_preset_apply(Operator):
     bl_idname = "angen.user_preset_apply"
     bl_label = "Apply Own Preset"
-    bl_description = "Set the active sensor's parameters to those of a preset that you saved"
+    bl_description = "Set the active sensor's parameters to those of one of your presets"
     bl_options = {"REGISTER", "UNDO"}
 
     name: StringProperty(name="Name", description="Name of a preset of the sensor's kind")
@@ -145,7 +145,7 @@ class ANGEN_OT_user_preset_apply(Operator):
 
 
 def _set(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:
-    """Sets what fits; returns the names of what does not."""
+    """Sets the values that fit; returns the names of the others."""
     known, unknown = specs(kind.parameters), []
     for name, value in values.items():
         spec = known.get(name)

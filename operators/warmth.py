@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gives things the temperatures they usually have."""
+"""Sets usual temperatures of objects, and writes a detector's lens as text."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ITEMS = [(u.identifier, u.label, u.tip) for u in USUAL.values()]
 class ANGEN_OT_warmth_set(Operator):
     bl_idname = "angen.warmth_set"
     bl_label = "Set Usual Temperature"
-    bl_description = "Give the selected objects, with all that hangs on them, a usual temperature"
+    bl_description = "Give the selected objects and their children a usual temperature"
     bl_options = {"REGISTER", "UNDO"}
 
     sort: EnumProperty(name="Sort", items=ITEMS)
@@ -31,7 +31,7 @@ class ANGEN_OT_warmth_set(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         if not context.selected_objects and context.object is None:
-            cls.poll_message_set("Select what is warm")
+            cls.poll_message_set("Select the warm objects")
             return False
         return True
 
@@ -66,8 +66,8 @@ class ANGEN_OT_lens_table(Operator):
     bl_idname = "angen.lens_table"
     bl_label = "Lens as Text"
     bl_description = (
-        "Write the zones of the active detector's lens into a text, to be edited in the Text "
-        "Editor, and let the detector use it"
+        "Write the zones of the active detector's lens into a text for the Text Editor, and let "
+        "the detector use it"
     )
     bl_options = {"REGISTER", "UNDO"}
 

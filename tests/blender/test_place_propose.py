@@ -298,7 +298,7 @@ def test_a_window_shows_progress_to_the_end(modal: Any, addon_part: Any, monkeyp
     assert modal.modal(window, event("TIMER")) == {"FINISHED"}
     assert modal.results == ["done"] and modal.closed
     assert window.timers == 0 and window.progress[-1] == "end"
-    assert "75 %, part 3. Esc gives up" in window.texts[-2] and window.texts[-1] is None
+    assert "75 %, part 3. Esc cancels" in window.texts[-2] and window.texts[-1] is None
 
 
 def test_escape_keeps_what_a_search_has(modal: Any, addon_part: Any, monkeypatch: Any) -> None:

@@ -34,8 +34,8 @@ ARM_BELOW = 0.05
 BEFORE, BEHIND = 0.3, 0.3
 
 GUESS = (
-    ". Its hinge is assumed at the {}, seen from the switch, since nothing shows where it is: choose "
-    "another Motion in the panel Fit Door with Switch (F9)"
+    ". Its hinge is assumed at the {}, seen from the switch, since nothing shows where it is: "
+    "choose another Motion in the panel Fit Door with Switch (F9)"
 )
 
 

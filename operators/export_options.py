@@ -31,8 +31,8 @@ class ExportOptions:
     )
     start: StringProperty(
         name="Start",
-        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: the file then "
-        "has the time of day too. Empty: only seconds",
+        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: the file "
+        "then has the time of day too. Empty: only seconds",
     )
 
     @classmethod

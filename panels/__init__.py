@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One file a place in the interface."""
+"""Panels: one file for each place in the interface."""
 
 
 def _modules() -> tuple:

@@ -31,7 +31,7 @@ class ANGEN_PT_active_sensor(Panel):
         sensor = active_sensor(context)
         if sensor is None:
             return
-        # The icon tells the kind; both in words do not fit.
+        # The icon shows the kind: both names would not fit.
         self.layout.label(text=sensor.name, icon=sensor.kind.icon, translate=False)
         if sensor.holders:
             draw_instanced(self.layout, sensor)

@@ -11,19 +11,19 @@ from bpy.types import Context, Panel, UIList
 from ..sensor_logic.days.times import hours_minutes, time_at
 
 HOUR_S = 3600.0
-# The strip's lines are the night and morning, the day, and the evening.
+# The lines of the strip: night and morning, day, and evening.
 HOURS_A_LINE = 8
 
 
 def longest(done: list[Any], start: float, end: float) -> int | None:
-    """Which of these activities takes most of the time from `start` to `end`."""
+    """The index of the activity that takes most of the time from `start` to `end`, or None."""
     shares = [min(item.end, end) - max(item.start, start) for item in done]
     best = max(range(len(done)), key=shares.__getitem__, default=None)
     return None if best is None or shares[best] <= 0 else best
 
 
 def _strip(layout: Any, asked: Any, person: str) -> None:
-    """The hours of a day; a click shows what takes most of that hour."""
+    """Buttons for the hours of a day; each shows the longest activity of that hour."""
     layout.label(text=person)
     theirs = [index for index, item in enumerate(asked.done) if item.person == person]
     done = [asked.done[index] for index in theirs]
@@ -41,7 +41,7 @@ def _strip(layout: Any, asked: Any, person: str) -> None:
 
 
 class ANGEN_UL_done(UIList):
-    """What is done on the day; a click shows it."""
+    """The activities of the day; a click shows one as animation."""
 
     def draw_item(
         self, context: Context, layout: Any, data: Any, item: Any, icon: int, active: Any,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the doctor found in the home, and the way to mend it."""
+"""The findings of Examine Home, each with the way to mend it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ANGEN_PT_doctor(Panel):
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
         if found:
-            layout.label(text="As it was then: examine again once mended", icon="INFO")
+            layout.label(text="As found then: examine again after mending", icon="INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_doctor,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The active sensor's events and why they happened (sidebar), and the timeline's settings."""
+"""The active sensor's events and their explanation (sidebar), and the timeline's settings."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ANGEN_PT_events(Panel):
             draw_lines(layout, why_not_fresh(scene), "INFO")
             return
         if track is None or not len(track):
-            draw_lines(layout, "Nothing is recorded of it: switch it on and simulate", "INFO")
+            draw_lines(layout, "This sensor is not recorded: switch it on and simulate", "INFO")
             return
         history = HISTORIES.get(recording, state.CACHE.sensors(context.view_layer))
         row = history.row_of(sensor.uid)
@@ -60,7 +60,7 @@ def _draw_events(layout: Any, scene: Any, recording: Recording, track: Track, ro
     frame = scene.frame_current + scene.frame_subframe + 1e-4
     frames = [track.frames[i] for i in row.events.tolist()]
     passed = sum(f <= frame for f in frames)
-    # The name last: it is long, and what does not fit is cut.
+    # The name comes last, so that it is cut where it does not fit.
     text = f"{passed} of {len(frames)} events passed: {track.sensor}"
     layout.label(text=text, icon="PREVIEW_RANGE", translate=False)
     line = layout.row(align=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors within collection instances: their rows under the table, and what can be done there."""
+"""Sensors in collection instances: their rows under the table, and the panel of the active one."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ MOST_ROWS = 16
 
 
 def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
-    """A row each, as in the table; a click shows the sensor."""
+    """Draws a row for each, as in the table; a click shows the sensor."""
     active = active_sensor(context)
     where = "collection instances"
     if active is not None and active.holders:
-        # Of many homes that of the active one.
+        # Of many homes, only that of the active sensor.
         sensors = [s for s in sensors if s.handle == active.handle]
         where = f"'{active.handle.name}'"
     column = layout.box().column(align=True)
@@ -50,7 +50,7 @@ def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
 
 
 def draw_instanced(layout: Any, sensor: Sensor) -> None:
-    """What the user should know of the active sensor, and a way to one of its own."""
+    """Explains what an instanced sensor lacks, with the button that overrides its home."""
     text = (
         f"In the instance '{sensor.handle.name}': its settings are those of its collection, the "
         "same in all instances. Its outputs are not keyed, and drivers cannot read them"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texts in panels: broken into lines that fit, and names beside values."""
+"""Draws texts in panels: broken into lines, or as names beside values."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ..angen_addon.scene.lengths import in_units
 from ..angen_addon.scene.sensors import unit_scale
 from ..angen_addon.scene.units import with_unit
 
-# Of Blender's interface font, in pixels at a scale of 1; and what margins and the icon take.
+# Width of a character of Blender's interface font, and of margins and icon, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2
 MARGIN_LETTERS = 11
-# Pixels, where there is no region to measure.
+# Pixels: assumed width without a region.
 USUAL_WIDTH = 320
 LABEL_SHARE = 0.4
-# Where a region is narrower than this many pixels at a scale of 1, names of fields would be cut in
-# a column of their own: they stand in the fields.
+# In regions narrower than this (pixels at scale 1), names stand in their fields, since a column of
+# names would cut them.
 NARROW = 230
 
 
@@ -32,7 +32,7 @@ def has_name_column() -> bool:
 
 
 def draw_lines(layout: Any, text: str, icon: str) -> Any:
-    """A box with a text broken into lines; returns the box, for what would mend it."""
+    """Draws a text in a box, broken into lines; returns the box, for a button that helps."""
     region = bpy.context.region
     width = region.width if region else USUAL_WIDTH
     # Without a window there is no scale.
@@ -48,15 +48,15 @@ def draw_lines(layout: Any, text: str, icon: str) -> Any:
 def draw_property(
     layout: Any, scene: Any, owner: Any, name: str, label: str, unit: str = ""
 ) -> None:
-    """A property with its unit: in the field where Blender can show it there, else in the label.
-    Lengths, which are stored in metres, are shown and read in the scene's own unit."""
+    """Draws a property with its unit, in the field where Blender supports that, else in the label.
+    Lengths are stored in metres, and edited in the scene's unit."""
     text = with_unit(label, unit, scene)
     of_units = unit == "m" and unit_scale(scene) != 1.0
     layout.prop(owner, in_units(name) if of_units else name, text=text)
 
 
 def draw_row(layout: Any, name: str, text: str) -> None:
-    """A name to the left, as those of properties are, and its value."""
+    """Draws a name at the left, as those of properties, and its value."""
     row = layout.split(factor=LABEL_SHARE if has_name_column() else 0.5)
     left = row.row()
     left.alignment = "RIGHT"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The weight that an animated thing puts on pressure pads: Physics tab and sidebar."""
+"""The weight of an animated object on pressure pads: Physics tab and sidebar."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Weight:
         return context.object is not None and context.object.type in weights.BEARER_TYPES
 
     def draw_header_preset(self, context: Context) -> None:
-        # In a narrow region it would stand in the panel's own name.
+        # In a narrow region it would cover the panel's name.
         if context.object.angen_load.mass > 0.0 and has_name_column():
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
 
@@ -37,7 +37,7 @@ class _Weight:
 
 
 def draw_weight(layout: Any, context: Context) -> None:
-    """Mass and tolerance of the active object, what they are for, and what may be meant wrong."""
+    """Draws mass and tolerance of the active object, what they mean, and warnings of mistakes."""
     obj = context.object
     column = layout.column()
     column.use_property_split = has_name_column()
@@ -74,7 +74,7 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
     weighed = weights.weighed_with(obj, view_layer)
     if weighed.surfaces:
         names = _names(weighed.surfaces)
-        draw_lines(layout, f"Puts its weight where these touch what is below: {names}", "INFO")
+        draw_lines(layout, f"Its weight presses where these touch what is below: {names}", "INFO")
     else:
         text = (
             "Nothing weighs with it: there is no visible surface on it, or each has a mass of its "
@@ -83,14 +83,14 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
         draw_lines(layout, text, "ERROR")
     bearers = [other for _, other in weighed.apart] if weighed.surfaces else []
     if obj in weighed.surfaces:
-        # A surface with a mass of its own leaves that of its armature to the others.
+        # The mass of its armature then counts for the armature's other surfaces.
         bearers += [
             other
             for other in list(candidates(obj))[1:]
             if has_mass(other) and weights.weighed_with(other, view_layer).surfaces
         ]
     if bearers:
-        text = f"Counted twice? {_names(bearers)} has a mass too, and both weigh"
+        text = f"Counted twice? {_names(bearers)} has a mass too, and both count"
         draw_lines(layout, text, "ERROR")
 
 
@@ -101,7 +101,7 @@ def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
         draw_lines(layout, f"It weighs with '{above.name}' ({mass})", "INFO")
         return
     weighed = weights.weighed_with(obj, view_layer)
-    text = "No weight. For what is animated, not simulated: a person, moved furniture"
+    text = "No weight. Meant for animated objects, not simulated ones: a person, moved furniture"
     if weighed.surfaces:
         text += f". The mass would be that of {_names(weighed.surfaces)}"
     if weighed.apart:
@@ -127,7 +127,7 @@ class ANGEN_PT_sidebar_weight(_Weight, Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        # A sensor can have a weight, in the Physics tab; here it would be in the way.
+        # Sensors seldom have a weight: it can be set in the Physics tab.
         return super().poll(context) and context.object.angen_sensor.kind == NO_KIND
 
 

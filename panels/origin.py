@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the reading of the active sensor comes from, and what baked keys say beside it."""
+"""Rows on where the reading of the active sensor comes from, and the value of baked keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .readings import Shown
 
 
 def draw(layout: Any, seen: Shown) -> None:
-    """Under the reading of a sensor that is switched on."""
+    """Draws these rows under the reading of a sensor that is switched on."""
     if seen.origin:
         row = layout.row()
         row.active = False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of the sensors the 3D view draws: in the sidebar and in the popover of overlays."""
+"""Settings of the drawing in the 3D view: in the sidebar and in the popover of overlays."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from bpy.types import Context, Panel
 
 from .readings import ACTIVE, BAKED, IDLE, NOT_SURE, OFF, OLD, UNKNOWN, WRONG
 
-# Words for the signs, which are those that the table has too.
+# The meaning of the signs, which the table has too.
 SIGNS = (
     (ACTIVE, "Motion, open, pressed, lit"),
     (IDLE, "Still, closed, free, dark"),
     (WRONG, "Not valid"),
     (NOT_SURE, "Not yet sure, or warming up"),
-    (OLD, "Old: it would read anew"),
-    (BAKED, "Baked keys alone"),
+    (OLD, "Old: it would read again"),
+    (BAKED, "Only baked keys"),
     (UNKNOWN, "No reading: scrub, play or simulate"),
     (OFF, "Off"),
 )
@@ -50,7 +50,7 @@ class ANGEN_PT_overlay(Panel):
 
 
 def draw_in_popover(self: Any, context: Context) -> None:
-    """At the end of Blender's own overlays."""
+    """Draws the settings after those of Blender's own overlays."""
     settings = context.scene.angen_overlay
     column = self.layout.column()
     column.active = context.space_data.overlay.show_overlays

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a sensor, whatever its kind, wherever a panel wants it."""
+"""Draws the reading and parameters of a sensor of any kind in a panel."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .readings import shown
 
 
 def sensor_of(obj: Any) -> Sensor | None:
-    """The object as a sensor, if it is one."""
+    """The sensor of an object, or None."""
     if obj is None or obj.angen_sensor.kind == NO_KIND:
         return None
     return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
 
 
 def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
-    """Its reading, what is wrong with it, and all parameters that the chosen model looks at.
+    """Draws its reading, warnings, and all parameters that its chosen model uses.
 
-    `layout` has the full width of the region: sections need it.
+    `layout` must have the full width of the region, which sections need.
     """
     seen = shown(sensor, context.scene)
     layout.label(text=seen.text, icon=seen.icon)
@@ -68,14 +68,14 @@ def _draw_parameters(column: Any, scene: Any, sensor: Sensor, names: Any) -> Non
     known = specs(sensor.kind.parameters)
     for name in names:
         spec = known[name]
-        # What has one choice only is nothing to choose.
+        # A parameter with only one choice needs no field.
         if is_chosen(group, spec.used_when) and len(spec.choices) != 1:
             unit = sensor.kind.unit_of(spec, group)
             draw_property(column, scene, group, name, panel_label(spec), unit)
 
 
 def panel_label(spec: Spec) -> str:
-    """What a panel calls a parameter: what is longer than the column of names is cut there."""
+    """The name of a parameter in panels, which is cut where it is longer than the column."""
     return spec.short or spec.label
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What residents do with the active object: Physics tab and sidebar; which places are reached."""
+"""What residents do with the active object (Physics tab and sidebar), and the places they reach."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST = 6
 
 
 def draw_place(layout: Any, context: Context) -> None:
-    """The mark of the active object."""
+    """Draws the place that the active object marks."""
     obj = context.object
     mark = obj.angen_place
     column = layout.column()
@@ -40,7 +40,7 @@ def draw_place(layout: Any, context: Context) -> None:
 
 
 def _draw_moved(layout: Any, column: Any, context: Context) -> None:
-    """How a leaf, drawer or curtain moves."""
+    """Draws how a leaf, drawer or curtain moves."""
     mark = context.object.angen_place
     told, slides = as_door(context.object) if mark.use != DRAWER else ("", True)
     if mark.use == DOOR:
@@ -102,7 +102,7 @@ class ANGEN_PT_places(Panel):
             draw_lines(layout, text, "ERROR")
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
-        draw_lines(layout, "As it was then: check again once it is changed", "INFO")
+        draw_lines(layout, "As found then: check again after changes", "INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics_place, ANGEN_PT_places))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu of presets in the header of a sensor's panel: parts, and what the user saved."""
+"""The menu of presets in the header of a sensor's panel: known parts, and the user's own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .parameters import sensor_of
 class ANGEN_MT_presets(Menu):
     bl_idname = "ANGEN_MT_presets"
     bl_label = "Presets"
-    bl_description = "Known parts and settings; the one that the parameters agree with is ticked"
+    bl_description = "Known parts and settings; a tick marks the one that the parameters match"
 
     def draw(self, context: Context) -> None:
         sensor = sensor_of(context.object)
@@ -42,7 +42,7 @@ class ANGEN_MT_presets(Menu):
 
 
 def _draw_own(layout: Any, sensor: Any) -> None:
-    """The user's, each with a button that removes it."""
+    """Draws the user's presets, each with a button that removes it."""
     for file in user_presets(sensor.kind):
         row = layout.row(align=True)
         item = row.operator(
@@ -59,7 +59,7 @@ def _draw_own(layout: Any, sensor: Any) -> None:
 
 
 def draw_choice(layout: Any, sensor: Any) -> None:
-    """The menu's button, with the name of the part that the sensor is set to."""
+    """Draws the menu's button, with the name of the matching preset."""
     found = sensor.kind.presets
     applied = [preset.label for preset in found if is_applied(sensor.object, preset)]
     text = applied[0] if applied else "Presets"
@@ -67,7 +67,7 @@ def draw_choice(layout: Any, sensor: Any) -> None:
 
 
 def draw_presets(layout: Any, context: Context) -> None:
-    """The menu's button, where the active object is a sensor."""
+    """Draws the menu's button if the active object is a sensor."""
     if sensor_of(context.object) is not None:
         layout.menu(ANGEN_MT_presets.bl_idname, text="", icon="PRESET")
 

@@ -15,7 +15,7 @@ from .lines import draw_lines, draw_property, draw_row, has_name_column
 
 
 def resident_of(obj: Any) -> Any:
-    """The resident's armature that the object is, or is the body of; None where it is neither."""
+    """The armature of the resident that an object belongs to, or None."""
     return next((one for one in (obj, obj.parent) if is_resident(one)), None) if obj else None
 
 
@@ -36,7 +36,7 @@ class _Resident:
         column.prop(settings, "speed")
         column.prop(settings, "stature")
         if body_of(rig) is None:
-            draw_lines(layout, "Its body was deleted: nothing of it is seen or weighed", "ERROR")
+            draw_lines(layout, "Its body was deleted: sensors do not notice it", "ERROR")
             return
         column.prop(settings, "mass")
         warmth = body_of(rig).angen_warmth

@@ -53,7 +53,7 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
         column.prop(scene, "angen_substeps")
         column.prop(scene, "angen_seed")
         column.prop(scene, "angen_ray_caster")
-        # Names are cut where they take more than the column of names has.
+        # Names that are longer than their column are cut.
         column = layout.column()
         column.label(text="Light")
         draw_property(column, scene, scene, "angen_luminous_efficacy", "Lamps", "lm/W")
@@ -61,8 +61,8 @@ class ANGEN_PT_simulation_settings(_Sidebar, Panel):
 
 
 def draw_frames(layout: UILayout, scene: Scene) -> None:
-    """Which frames will be simulated: those of the preview range, where one is set. The scene's
-    own start is not to be changed here: it is where time begins."""
+    """Draws the frames to simulate: those of the preview range, if set. The scene's own start has
+    no field here, since it is t = 0."""
     row = layout.row(align=True)
     if scene.use_preview_range:
         row.prop(scene, "use_preview_range", text="", icon="PREVIEW_RANGE", toggle=True)
@@ -74,14 +74,14 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 
 
 def draw_lacking(layout: UILayout) -> None:
-    """What the file needs and does not have here, so that readings are not those of the home."""
+    """Draws what the file needs and lacks, so that readings are wrong."""
     lacks = state.CACHE.lacks
     if not lacks:
         return
     for text in lacks[:SHOWN_LACKS]:
         draw_lines(layout, capital(text), "ERROR")
     if len(lacks) > SHOWN_LACKS:
-        layout.label(text=f"and {len(lacks) - SHOWN_LACKS} more, as `angen list` tells")
+        layout.label(text=f"and {len(lacks) - SHOWN_LACKS} more: see `angen list`")
     row = layout.row(align=True)
     row.operator("file.find_missing_files", text="Find Files", icon="VIEWZOOM")
     row.operator("wm.revert_mainfile", text="Reload Trusted").use_scripts = True
@@ -89,7 +89,7 @@ def draw_lacking(layout: UILayout) -> None:
 
 
 def draw_recording(layout: UILayout, scene: Scene) -> None:
-    """Whether there is a recording, and whether it still holds."""
+    """Draws whether there is a recording, and whether it is stale."""
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All sensors in a table: sorted, searched, with what they read; a click shows one."""
+"""The table of all sensors with their readings: sorted and searched; a click shows one."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from .readings import (
     shown,
 )
 
-# What wants to be looked at comes first.
+# Rank of states, those that need attention first.
 ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN, OFF)
 ROWS, MOST_ROWS = 4, 8
-# In a region wider than this many pixels at a scale of 1 there is a column for rooms.
+# Regions wider than this (pixels at scale 1) have a column for rooms.
 WIDE = 330
 NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 
 
 def sort_key(sensor: Sensor, seen: Shown | None, by: str) -> tuple[Any, ...]:
-    """Sensors that are alike are in the order of their names."""
+    """The key to sort a sensor by; equal ones come in the order of their names."""
     if by == "ROOM":
-        # Those without a room come last.
+        # Sensors without a room come last.
         return (not sensor.room, sensor.room.lower(), sensor.name.lower())
     if by == "KIND":
         return (sensor.kind.number, sensor.name.lower())
@@ -57,7 +57,7 @@ def matches(sensor: Sensor, seen: Shown | None, words: str) -> bool:
 
 
 class ANGEN_UL_sensors(UIList):
-    """The objects of a view layer; those that are no sensors are left out."""
+    """The objects of a view layer that are sensors."""
 
     def draw_item(
         self,
@@ -78,7 +78,7 @@ class ANGEN_UL_sensors(UIList):
         row = layout.row(align=True)
         row.active = sensor.settings.enabled
         wide = _is_wide(context)
-        # The active one's row has a button too.
+        # The active row has a button too.
         active = item == context.view_layer.objects.active
         narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
         split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
@@ -100,13 +100,13 @@ class ANGEN_UL_sensors(UIList):
         )
 
     def draw_filter(self, context: Context, layout: Any) -> None:
-        """Search and order stand above the table."""
+        """Draws nothing here: search and order are above the table."""
 
 
 def arranged(
     objects: list[Any], scene: Any, settings: Any, show: int
 ) -> tuple[list[int], list[int]]:
-    """For a list of objects: a flag each, `show` or 0, and the place of each."""
+    """For each object of a list its flag, `show` or 0, and its row in the table."""
     by, words = settings.sort, settings.search
     flags, keys = [0] * len(objects), []
     for number, obj in enumerate(objects):
@@ -128,7 +128,7 @@ def arranged(
 
 
 def _arranged_instanced(sensors: list[Sensor], scene: Any, settings: Any) -> list[Sensor]:
-    """Those that the search is for, sorted as the table is."""
+    """The sensors that match the search, sorted as the table."""
     by, words = settings.sort, settings.search
     keys = []
     for number, sensor in enumerate(sensors):
@@ -191,7 +191,7 @@ def _active_index(self: PropertyGroup) -> int:
 
 
 def _show_index(self: PropertyGroup, index: int) -> None:
-    """A click on a row selects the sensor, and shows it where it was out of view."""
+    """Selects the sensor of a clicked row, and moves the view if it is out of view."""
     context = bpy.context
     objects = context.view_layer.objects
     sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None
@@ -209,15 +209,15 @@ def _group() -> type:
         ),
         "sort": EnumProperty(
             name="Sort By",
-            description="What the table is sorted by",
+            description="Order of the table",
             items=[
                 ("NAME", "Name", "By name", 0),
                 ("ROOM", "Room", "By room, then name", 1),
                 ("KIND", "Kind", "By kind, then name", 2),
-                ("STATE", "State", "What is not valid first, then what is active", 3),
+                ("STATE", "State", "Not valid first, then active", 3),
             ],
         ),
-        "reverse": BoolProperty(name="Reverse", description="The other way round"),
+        "reverse": BoolProperty(name="Reverse", description="Reverse the order"),
         "index": IntProperty(
             name="Active Sensor", get=_active_index, set=_show_index, options=set()
         ),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Temperatures that pyroelectric detectors see: Physics, Material and Collection tabs."""
+"""Temperatures for pyroelectric detectors: Physics, Material and Collection tabs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .lines import draw_lines, draw_property, has_name_column
 class ANGEN_MT_warmth(Menu):
     bl_idname = "ANGEN_MT_warmth"
     bl_label = "Set Usual"
-    bl_description = "Temperatures that things usually have"
+    bl_description = "Usual temperatures of things"
 
     def draw(self, context: Context) -> None:
         for usual in warmth.USUAL.values():
@@ -89,7 +89,7 @@ class ANGEN_PT_collection_warmth(_Warmth, Panel):
 
 
 def draw_own(layout: Any, owner: Any) -> None:
-    """Temperature and emissivity of an object, material or collection."""
+    """Draws temperature and emissivity of an object, material or collection."""
     column = layout.column()
     column.use_property_split = has_name_column()
     column.active = owner.angen_warmth.use_temperature
@@ -98,7 +98,7 @@ def draw_own(layout: Any, owner: Any) -> None:
 
 
 def _draw_others(layout: Any, obj: Any) -> None:
-    """What else says how warm the object is."""
+    """Draws which collection or materials also set the object's temperature."""
     for material in evaluated_materials(obj):
         if material is not None and material.angen_warmth.use_temperature:
             celsius = material.angen_warmth.temperature
@@ -111,7 +111,7 @@ def _draw_others(layout: Any, obj: Any) -> None:
 
 
 def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
-    """What keeps a pyroelectric detector from feeling what its user expects."""
+    """Warns where a pyroelectric detector cannot sense what the user expects."""
     if not warmth.pyroelectric([sensor]):
         return
     cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
@@ -123,9 +123,9 @@ def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> N
 
 
 def _draw_rate(layout: Any, scene: Any) -> None:
-    """A button that sets the active sensor's rate to one that is enough."""
+    """Draws a button that sets the active sensor's rate high enough."""
     frames = scene.render.fps / scene.render.fps_base
-    # The least that is enough and falls on frames.
+    # The lowest sufficient rate that falls on frames.
     rate = max(frames / max(1.0, frames // warmth.ENOUGH_RATE), warmth.ENOUGH_RATE)
     fit = layout.operator("wm.context_set_float", text=f"Set to {rate:g} Hz", icon="CHECKMARK")
     fit.data_path, fit.value = "object.angen_sensor.update_rate", rate

@@ -21,13 +21,13 @@ GAP = 0.05
 def advised(home: Examined) -> Iterator[Found]:
     """Reports pads that nothing can press on, or that sink."""
     for pad in home.requiring(FORCES):
-        for problem in (
+        for warning in (
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
             advice.weightless(pad.object, home.scene, home.view_layer),
         ):
-            if problem:
-                yield f"'{pad.name}': {uncapitalized(problem.problem)}", problem.mend
+            if warning:
+                yield f"'{pad.name}': {uncapitalized(warning.problem)}", warning.mend
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:

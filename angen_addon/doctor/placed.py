@@ -166,6 +166,6 @@ def names_nothing(home: Examined) -> Iterator[Found]:
 def nothing_warm(home: Examined) -> Iterator[Found]:
     """Reports pyroelectric detectors where nothing is warm."""
     found = warmth.pyroelectric(home.sensors)
-    problem = warmth.nothing_warm(home.view_layer) if found else None
-    if problem:
-        yield f"{problem.problem} ({named(s.name for s in found)})", problem.mend
+    warning = warmth.nothing_warm(home.view_layer) if found else None
+    if warning:
+        yield f"{warning.problem} ({named(s.name for s in found)})", warning.mend

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 def appearance_of(kind: Kind) -> Appearance:
     """The appearance of a kind."""
     """The appearance of a kind."""
+    """The appearance of a kind."""
     return _appearance(kind.attribute)
 
 
+# One a kind, until Blender ends: drawing asks for it at each redraw.
 # One a kind, until Blender ends: drawing asks for it at each redraw.
 # One a kind, until Blender ends: drawing asks for it at each redraw.
 @cache

@@ -22,7 +22,7 @@ LIVE_IS_OFF = "Nothing is recorded of this frame, and Live is off: simulate, or 
 NOT_RECORDED = "Nothing is recorded of it: switch it on and simulate"
 
 
-class Told(NamedTuple):
+class PlayheadReading(NamedTuple):
     """What is known of a sensor at the playhead.
 
     `origin`: RECORDED, LIVE, BAKED or NOTHING; `reading`: None where nothing is known; it was read
@@ -73,39 +73,39 @@ class Playhead:
         self._nothing = NOT_YET if scene.angen_live else LIVE_IS_OFF
         self._old = self._live.why_old(scene) if self._live is not None else ""
 
-    def of(self, sensor: Sensor, quantity: Field) -> Told:
+    def of(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
         """`quantity`: what the sensor's reading is."""
         told = self._recorded(sensor) if self._is_recorded else self._lively(sensor, quantity)
         if sensor.holders or not outputs.output_curves(sensor.object):
             return told
         keys = Reading(sensor.settings.active, sensor.settings.value, {})
         if told.reading is None and not told.problem:
-            return Told(BAKED, keys, self.frame, old=told.old, keys=keys)
+            return PlayheadReading(BAKED, keys, self.frame, old=told.old, keys=keys)
         return told._replace(keys=keys)
 
     def seconds(self, frames: float) -> float:
         return float(frames * self._base / self._rate)
 
-    def _recorded(self, sensor: Sensor) -> Told:
+    def _recorded(self, sensor: Sensor) -> PlayheadReading:
         track = self._tracks.get(sensor.uid)
         index = track.at(self.frame) if track else None
         if track is None or index is None:
-            return Told(NOTHING, old=NOT_RECORDED)
+            return PlayheadReading(NOTHING, old=NOT_RECORDED)
         fields = {name: column[index] for name, column in track.columns.items()}
         reading = Reading(bool(track.active[index]), track.value[index], fields)
         read_at = track.frames[index]
         age = self.seconds(self.frame - read_at)
-        return Told(RECORDED, reading, read_at, age, fields.get("problem", ""))
+        return PlayheadReading(RECORDED, reading, read_at, age, fields.get("problem", ""))
 
-    def _lively(self, sensor: Sensor, quantity: Field) -> Told:
+    def _lively(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
         live = self._live
         if live is None:
-            return Told(NOTHING, old=self._nothing)
+            return PlayheadReading(NOTHING, old=self._nothing)
         problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
         old = self._old or live.why_unlit(sensor)
         published = live.readings.get(sensor.name)
         if published is None or published.reading.fields.get(quantity.name) is None:
             # What was read as another kind, or by another method, is in another unit.
-            return Told(NOTHING, problem=problem, old=old or NOT_YET)
+            return PlayheadReading(NOTHING, problem=problem, old=old or NOT_YET)
         age = self.seconds(self.frame - published.frame)
-        return Told(LIVE, published.reading, published.frame, age, problem, old)
+        return PlayheadReading(LIVE, published.reading, published.frame, age, problem, old)

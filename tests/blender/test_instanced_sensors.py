@@ -235,7 +235,7 @@ def test_an_override_takes_the_place_of_an_instance_of_a_linked_home(linked, tmp
 
 def test_what_cannot_be_overridden_is_told(flats):
     bpy.context.view_layer.objects.active = bpy.data.objects["A"]
-    with pytest.raises(RuntimeError, match="Its collection is of this file"):
+    with pytest.raises(RuntimeError, match="Its collection is in this file"):
         ops.instance_override()
 
 

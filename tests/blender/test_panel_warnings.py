@@ -105,7 +105,7 @@ def test_the_weight_panel_says_what_is_weighed(world):
     rig.angen_load.mass = 70.0
     layout = drawn("ANGEN_PT_sidebar_weight")
     assert "70 kg" in layout.labels
-    assert "Puts its weight" in layout.text and "'hair', 'skin'" in layout.text
+    assert "Its weight presses" in layout.text and "'hair', 'skin'" in layout.text
     assert "ERROR" not in layout.icons
     activate(world, skin)
     assert "It weighs with 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text

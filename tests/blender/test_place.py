@@ -298,7 +298,7 @@ def test_a_typed_height_is_that_above_the_floor_and_on_the_wall(world, told, sca
 def test_a_typed_height_of_what_is_level_is_told_to_be_none(world, told):
     world.box((9, 9, 0.1), at=(0, 0, -0.05), name="Floor")
     text, height = told("PRESSURE", (0, 0, 3), (0, 0, -1), "1.2")
-    assert "A height is for walls" in text and height == pytest.approx(0.0, abs=1e-6)
+    assert "Heights work on walls" in text and height == pytest.approx(0.0, abs=1e-6)
 
 
 def test_keys_that_are_a_height_and_keys_that_are_not(world, heights):

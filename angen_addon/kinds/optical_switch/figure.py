@@ -13,8 +13,8 @@ LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 
 
 def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """The beam to where it breaks, a cross there and what is dark behind; a bar where it must reach
-    for the switch to be open."""
+    """The beam up to where it is broken, a cross there and a dashed line behind; a bar at the range
+    that it must reach for the switch to be open."""
     drawn = beams(seen, number, met, metres)
     _, (ends,), (hit,) = ends_of(met, metres)
     parameters, pose = seen.parameters, seen.pose

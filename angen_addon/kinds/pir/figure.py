@@ -24,8 +24,8 @@ SHEETS = 4
 
 
 def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Each tilt as a sheet from the sensor to where its rays end; what is between them is dead. Or
-    the zones of its lens."""
+    """Each tilt as a sheet from the sensor to the ends of its rays, since nothing between the tilts
+    is seen; or the zones of its lens."""
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC":
         return _zones(seen, met, metres)
@@ -43,7 +43,7 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     drawn.add("outline", pairs(ends[:, :-1][first], ends[:, 1:][last]))
     drawn.add("limit", contour[~both & ~jump & dashed])
     drawn.add("edge", contour[jump])
-    # Surfaces take the longest to draw: a few of the tilts tell where it sees.
+    # Surfaces are slow to draw: a few of the tilts are enough.
     tilts = np.linspace(0, parameters.tilt_count - 1, SHEETS).round().astype(int)
     sheets = np.flatnonzero(np.isin(number + np.arange(rows), tilts))
     starts, ends = starts[sheets], ends[sheets]
@@ -53,7 +53,7 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
-    """Where each zone of a lens ends: filled those of the one element, empty those of the other."""
+    """The end of each zone of a lens: filled for one element, empty for the other."""
     drawn, zones = Figure(), zones_of(seen.parameters)
     directions = zone_edges(zones) @ seen.pose.axes.T
     ends = corners_of(met, seen.pose.origin, directions, metres)
@@ -91,7 +91,7 @@ def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
 
 
 def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure | None:
-    """The tilt that is scanned now, where there are others."""
+    """The tilt that is scanned now, if there are others."""
     parameters = seen.parameters
     one_of_many = len(met.reach) == parameters.rays > 1 and parameters.tilt_count > 1
     if parameters.model == "PYROELECTRIC" or not one_of_many:

@@ -30,7 +30,7 @@ def test_every_used_parameter_is_drawn_once(world, addon_part, kind, name):
     expected = [
         name
         for name, spec in specs.items()
-        if parameters.used(group, name, spec) and len(spec.choices) != 1
+        if parameters.is_chosen(group, spec.used_when) and len(spec.choices) != 1
     ]
     found = [name for name in drawn(name).props if name in specs]
     assert sorted(found) == sorted(expected)

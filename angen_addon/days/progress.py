@@ -12,7 +12,7 @@ from ..runtime.simulation import Progress
 TERMINAL_S, LOG_S = 0.3, 30.0
 
 
-class Kept(Protocol):
+class FinishedDays(Protocol):
     def has(self, number: int) -> bool: ...
 
 
@@ -20,7 +20,7 @@ class DayLine:
     """One line that renews itself on a terminal, else one now and then. Of several processes it
     sees the whole days."""
 
-    def __init__(self, stream: TextIO, quiet: bool, days: int, kept: Kept) -> None:
+    def __init__(self, stream: TextIO, quiet: bool, days: int, kept: FinishedDays) -> None:
         self._stream, self._quiet, self._days, self._kept = stream, quiet, days, kept
         self._begin = time.perf_counter()
         self._shown = self._begin

@@ -12,7 +12,7 @@ from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import SensorInPlan
 from ..kinds import appearance_of
 from ..runtime.sensor_runner import SensorRunner
-from ..runtime.sight import Rays, sight_of
+from ..runtime.sight import SensorRays, sight_of
 from ..runtime.time_base import clock_of
 from ..scene.home import Home
 from ..scene.instances import Uid
@@ -50,7 +50,7 @@ def placed(home: Home, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
     )
 
 
-def _segments(home: Home, sensor: Sensor, rays: Rays) -> Array:
+def _segments(home: Home, sensor: Sensor, rays: SensorRays) -> Array:
     """(n, 2, 2) in m: start and end of each ray as seen from above."""
     ranges = home.caster.cast(sensor.uid, BUNDLE, rays.origins, rays.directions, rays.reach)
     ends = rays.origins + rays.directions * ranges[:, None]

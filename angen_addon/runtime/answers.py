@@ -21,7 +21,7 @@ from ..scene.contact.frame_state import gravity_of
 from ..scene.instances import matrix_of as matrix_in
 from ..scene.instances import shown_in
 from ..scene.light.probe import LightRequest
-from ..scene.rays.sweep import TOLERANCE, Beam, Moment
+from ..scene.rays.sweep import TOLERANCE, Beam, SolidsAtStep
 from ..scene.sensors import Sensor
 from .last_rays import RaysMet
 from .probes import Probes
@@ -65,7 +65,7 @@ class Swept:
     pose: Pose
     origins: Array
     beam: Beam
-    moment: Moment
+    solids: SolidsAtStep
 
 
 def ranges(
@@ -145,12 +145,12 @@ def _swept_at(
     else:
         beam = Beam(matrix_of(pose, metres), origins / metres, directions, length / metres)
     sweeper = asked.probes.sweeper
-    now = sweeper.moment(frame)
+    now = sweeper.solids_at(frame)
     asked.runner.swept = Swept(step, pose, origins, beam, now)
     if before is None or before.step != step - 1:
         return None
     found = sweeper.sweep(
-        asked.depsgraph, asked.runner.uid, before.moment, now, before.beam, beam, TOLERANCE / metres
+        asked.depsgraph, asked.runner.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
     )
     if metres == 1.0 or not len(found):
         return found

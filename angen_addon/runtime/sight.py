@@ -16,7 +16,7 @@ from .sensor_runner import SensorRunner
 
 
 @dataclass(frozen=True)
-class Rays:
+class SensorRays:
     """Rays in the world, in Blender units: `origins` (n, 3), unit `directions` (n, 3), `reach`
     (n,). `rows`: how many equal rows they stand in, for a motion detector its tilts; `bundles`: how
     many equal parts of them are cast apart; `apart`: each stands for itself, they span no fan."""
@@ -28,7 +28,7 @@ class Rays:
     bundles: int = 1
     apart: bool = False
 
-    def same(self, other: Rays | None) -> bool:
+    def same(self, other: SensorRays | None) -> bool:
         return (
             other is not None
             and (self.rows, self.bundles) == (other.rows, other.bundles)
@@ -50,7 +50,7 @@ class Rays:
 
 # With these all rays are asked for at once.
 EVERYTHING = {"sweep": "ALL"}
-NO_RAYS = Rays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+NO_RAYS = SensorRays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Sight:
 
     parameters: Any
     pose: Pose
-    rays: Rays
+    rays: SensorRays
     request: Any = None
 
 
@@ -87,7 +87,7 @@ def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
     metres, asked = unit_scale(depsgraph.scene), []
 
     def note(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
-        asked.append(Rays(origins / metres, np.array(directions), length / metres))
+        asked.append(SensorRays(origins / metres, np.array(directions), length / metres))
         raise _Enough
 
     with suppress(_Enough):

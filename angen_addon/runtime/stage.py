@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What simulating, live sensing and explaining have in common: the scene is brought to a step, what
-the sensors need of it there is kept, and those that are due sense, many steps at once."""
+"""Evaluates a scene at the steps of a run, stores what its sensors need of each frame, and lets the
+sensors that are due sense a batch of frames at once."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ TELL_EVERY = 0.25
 
 
 @dataclass
-class Kept:
-    """The frames that the probes keep, to be sensed: each is the scene from one of the `steps`
-    until the next of them, the newest until the step `last`; and what was read then of sensors that
-    change from one to the next. `since` when, in s, by the clock of `time.monotonic`."""
+class FrameBatch:
+    """Frames that the probes store until the sensors sense them. Frame i is the scene from
+    `steps[i]` until the next of the steps, the newest until the step `last`. `reads`: parameters
+    and pose, by runner and frame, of sensors that change from frame to frame. `since`: the start of
+    the batch by `time.monotonic`, s."""
 
     steps: list[int] = field(default_factory=list)
     last: int = -1
@@ -40,24 +41,24 @@ class Kept:
     since: float = field(default_factory=time.monotonic)
 
     def frames(self, steps: Index) -> Index:
-        """Which of the frames (n,) are those at some steps."""
+        """The frames (n,) at these steps (n,)."""
         return np.searchsorted(np.array(self.steps), steps, side="right") - 1
 
     def part(self, steps: Index) -> Index:
-        """Those of some steps (n,) in order that are kept."""
+        """Those of the ascending steps (n,) that are in the batch."""
         return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
 
     def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
-        """What was read of a sensor at frames (n,); None of one that stays as it is."""
+        """Parameters and poses of a sensor at frames (n,); None for one that does not change."""
         if (runner, int(frames[0])) not in self.reads:
             return None
         return [self.reads[runner, frame] for frame in frames.tolist()]
 
 
 class Stage:
-    """The sensors of a scene and the probes that look at it for them. `lit` are the updates of
-    light sensors until their light was measured. `batches`: whether frames may be kept, to be
-    sensed later, many at once."""
+    """Sensors of a scene and the probes that read the scene for them. `lit`: updates of light
+    sensors whose light is not measured yet. `batches`: whether frames may be stored and sensed
+    later, many at once."""
 
     def __init__(
         self,
@@ -81,17 +82,17 @@ class Stage:
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
         self._pads = Pads(scene, self.runners, self._clock, self.probes)
-        self._kept = Kept()
+        self._batch = FrameBatch()
 
     @property
     def has_sensed_all(self) -> bool:
         """Whether nothing is kept that was not sensed yet."""
-        return not self._kept.steps
+        return not self._batch.steps
 
     @property
     def last_step(self) -> int | None:
         """The last of the steps that are kept; None where there is none."""
-        return self._kept.last if self._kept.steps else None
+        return self._batch.last if self._batch.steps else None
 
     def resume(self) -> None:
         """Others had their turn, and may have edited the scene."""
@@ -125,20 +126,20 @@ class Stage:
             self.probes.look(depsgraph, None)
         elif not self.probes.keep(depsgraph, watched):
             # Things came or went: what was before is sensed while it is still there.
-            yield from self.sense(window, self.go(self._kept.last))
+            yield from self.sense(window, self.go(self._batch.last))
             depsgraph = self.go(steps[0])
             self.probes.keep(depsgraph, watched)
-        before = self._kept.last
-        self._kept.steps.append(looked[0])
-        self._kept.last = looked[-1]
+        before = self._batch.last
+        self._batch.steps.append(looked[0])
+        self._batch.last = looked[-1]
         try:
             self._take_down(window, looked, depsgraph)
         except SensorError:
             # Those before can be sensed nevertheless.
-            self._kept.steps.pop()
-            self._kept.last = before
+            self._batch.steps.pop()
+            self._batch.last = before
             raise
-        waited = time.monotonic() - self._kept.since > TELL_EVERY
+        waited = time.monotonic() - self._batch.since > TELL_EVERY
         if not self._batches or self.probes.full or self.lit or waited:
             yield from self.sense(window, depsgraph)
 
@@ -156,38 +157,38 @@ class Stage:
 
     def _take_down(self, window: Window, looked: list[int], depsgraph: Any) -> None:
         """What must be read at the steps themselves, at all of which the scene is the same."""
-        frame = len(self._kept.steps) - 1
+        frame = len(self._batch.steps) - 1
         for runner in {r: None for step in looked for r in window.read.get(step, ())}:
             read = runner.read(depsgraph, self.probes.edits)
-            self._kept.reads[runner, frame] = read
+            self._batch.reads[runner, frame] = read
             if runner.sensor.kind.requires_light:
                 dates = window.dates[runner].between(looked[0], looked[-1])
-                frames = self._kept.frames(dates.steps)
+                frames = self._batch.frames(dates.steps)
                 self.lit.extend(runner.pending(dates, frames, [read], depsgraph, self.probes))
 
     def sense(self, window: Window, depsgraph: Any) -> Iterator[PendingUpdates]:
-        """The updates at the steps that were kept, which are forgotten then. Each is to be asked
-        for its readings before the next."""
-        kept, self._kept = self._kept, Kept()
-        if not kept.steps:
+        """Yields the updates at the steps of the batch and begins the next batch. The caller asks
+        each for its readings before it takes the next."""
+        batch, self._batch = self._batch, FrameBatch()
+        if not batch.steps:
             return
         self.probes.develop(depsgraph)
         for runner, dates in window.dates.items():
-            kind, due = runner.sensor.kind, dates.between(kept.steps[0], kept.last)
+            kind, due = runner.sensor.kind, dates.between(batch.steps[0], batch.last)
             if kind.requires_light or not len(due.steps):
                 continue
-            frames = kept.frames(due.steps)
-            reads = kept.reads_of(runner, frames)
+            frames = batch.frames(due.steps)
+            reads = batch.reads_of(runner, frames)
             if reads is None:
                 reads = [runner.read(depsgraph, self.probes.edits)]
             if kind.requires_forces:
                 self._pads.wait(runner, due, reads)
             else:
                 yield from runner.pending(due, frames, reads, depsgraph, self.probes)
-        moved = kept.part(window.motion)
-        pads = {runner: kept.part(steps) for runner, steps in window.pads.items()}
+        moved = batch.part(window.motion)
+        pads = {runner: batch.part(steps) for runner, steps in window.pads.items()}
         if len(moved):
-            yield from self._pads.sense(moved, kept.frames(moved), pads, depsgraph)
+            yield from self._pads.sense(moved, batch.frames(moved), pads, depsgraph)
 
     def measure(self, alone: bool) -> Iterator[str]:
         """Measures the light that is asked for; yields before each picture, in words what takes

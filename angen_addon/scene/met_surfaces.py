@@ -10,7 +10,7 @@ import numpy as np
 
 from ...sensor_logic.model import Answers, Array, Index
 from .instances import Uid
-from .rays.bundles import Seen
+from .rays.bundles import RayHits
 from .rays.caster import RayCaster
 from .rays.reference import SceneRayCaster
 
@@ -54,5 +54,5 @@ class MetSurfaces(ABC):
         """Reads what changed since the last look."""
 
     @abstractmethod
-    def _found(self, depsgraph: Any, seen: Seen) -> Any:
+    def _found(self, depsgraph: Any, seen: RayHits) -> Any:
         """The property where rays end."""

@@ -14,7 +14,7 @@ from ...sensor_logic.physics.photometry import luminance
 from .animation import all_animated
 from .light.surfaces import Surfaces
 from .met_surfaces import MetSurfaces
-from .rays.bundles import Seen
+from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster
 from .rays.reference import SceneRayCaster
 from .rays.solids import Solid
@@ -43,7 +43,7 @@ class Reflectance(MetSurfaces):
         if self._changing:
             self._surfaces = Surfaces()
 
-    def _found(self, depsgraph: Any, seen: Seen) -> Array:
+    def _found(self, depsgraph: Any, seen: RayHits) -> Array:
         found = np.zeros(len(seen.met))
         for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
             which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry

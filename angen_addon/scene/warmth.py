@@ -18,7 +18,7 @@ from ...sensor_logic.model import Emission, Index
 from ...sensor_logic.quantities import ZERO_CELSIUS
 from .animation import is_animated
 from .met_surfaces import MetSurfaces
-from .rays.bundles import Seen
+from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster
 from .rays.reference import SceneRayCaster
 from .rays.solids import Solid, Solids
@@ -56,7 +56,7 @@ class Warmth(MetSurfaces):
     def _solids(self) -> Solids:
         return self._rays.solids
 
-    def _found(self, depsgraph: Any, seen: Seen) -> Emission:
+    def _found(self, depsgraph: Any, seen: RayHits) -> Emission:
         ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
         temperature, emissivity = self._temperature[seen.met], self._emissivity[seen.met]
         for number in np.unique(seen.met).tolist() if self._patches else ():

@@ -13,11 +13,11 @@ from ..explain.facts import Explanation
 from ..explain.plain import explain_plainly
 from ..explain.replay import Replay
 from ..runtime.last_rays import RaysMet
-from ..runtime.sight import Rays, Sight
+from ..runtime.sight import SensorRays, Sight
 from .overlay.figures import Figure, beams, plain_figure
 
 
-def own_rays(sight: Sight, metres: float) -> Rays:
+def own_rays(sight: Sight, metres: float) -> SensorRays:
     """The rays that its model casts."""
     return sight.rays
 
@@ -49,7 +49,7 @@ class Appearance:
     `housings`: what makes the body of a preset's part, of "" for all others; else a cube.
     `stand`: which way it looks on a surface; else out of it.
     `plan_rays`: what the plan draws it to see with; else what it casts.
-    `figure`: the sensor (a field.Seen) as lines; else a cross where it casts no rays.
+    `figure`: the sensor (a DrawnSensor) as lines; else a cross where it casts no rays.
     `rays_figure`: a bundle of its rays, by its number, and what they met; else beams.
     `scan_figure`: a bundle that it cast at its last update; `lit_figure`: what moved there, seen
     from the ranges (n,) that the bundle found before.
@@ -63,7 +63,7 @@ class Appearance:
 
     housings: Mapping[str, Callable[[], Housing]] = field(default_factory=dict)
     stand: Stand = looking_out
-    plan_rays: Callable[[Sight, float], Rays] = own_rays
+    plan_rays: Callable[[Sight, float], SensorRays] = own_rays
     figure: Callable[[Any, float], Figure] = plain_figure
     rays_figure: Callable[[Any, int, RaysMet, float], Figure] = beams
     scan_figure: Callable[[Any, int, RaysMet, float], Figure | None] = no_scan

@@ -18,7 +18,9 @@ def field(world, addon_part):
     when the playhead rests."""
     state = addon_part("angen_addon.runtime.state").CACHE
     live_of = addon_part("angen_addon.runtime.live").live_of
-    made = state.overlay = addon_part("angen_addon.view.overlay.field").Field(world.scene)
+    made = state.overlay = addon_part("angen_addon.view.overlay.drawn_sensors").DrawnSensors(
+        world.scene
+    )
 
     def follow(frame=None, publish=True):
         scene, layer = world.scene, bpy.context.view_layer
@@ -416,7 +418,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     """A switch whose flag moves from frame 40 on, and two that see nothing move."""
     draw = addon_part("angen_addon.view.overlay.draw")
     readings = addon_part("panels.readings")
-    row = addon_part("angen_addon.view.overlay.field").Row
+    row = addon_part("angen_addon.view.overlay.drawn_sensors").SensorRow
     given = []
     monkeypatch.setattr(draw, "_batch", lambda part: given.append(part) or part)
     flag = world.box((0.2, 0.2, 0.01), (0, 0, -0.3), name="flag")

@@ -12,7 +12,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import parallel_rays
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.bundles import Rays
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.bundles import RayBundle
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from mathutils.bvhtree import BVHTree
@@ -56,7 +56,7 @@ def rays_at(random, at, spread, count):
 def meet_shape(points, corners, origins, ways):
     """How far rays go to a shape with `points` (3, n) at three frames at which it is the same, inf
     where they miss it, and to which triangle."""
-    rays = Rays(origins, ways, np.full(len(ways), np.inf))
+    rays = RayBundle(origins, ways, np.full(len(ways), np.inf))
     shapes, still = np.stack([points] * 3), np.stack([np.eye(4)] * 3)
     hits = changing_shapes.meet(
         shapes, corners.T, still, still, rays, np.ones((3, len(ways)), bool)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....sensor_logic.model import Pose
 from ...runtime.last_rays import RaysMet
-from ...runtime.sight import Rays, Sight
+from ...runtime.sight import SensorRays, Sight
 from ...scene.light.views import view_rays
 from ...view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 
@@ -18,12 +18,12 @@ from ...view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pair
 LOBE = 0.25
 
 
-def plan_rays(sight: Sight, metres: float) -> Rays:
+def plan_rays(sight: Sight, metres: float) -> SensorRays:
     """Each view as its axis: the views are narrow."""
     if sight.request.method != "FOUR_WALL":
         return sight.rays
     origins, directions, reach = (part[:, 0] for part in view_rays(sight.request))
-    return Rays(origins, directions, reach, apart=True)
+    return SensorRays(origins, directions, reach, apart=True)
 
 
 def figure(seen: Any, metres: float) -> Figure:

@@ -9,12 +9,12 @@ import numpy as np
 
 from ....sensor_logic.kinds.pir.pyroelectric.detector import zones_of
 from ....sensor_logic.kinds.pir.pyroelectric.zones import Zone
-from ...runtime.sight import Rays, Sight
+from ...runtime.sight import SensorRays, Sight
 
 RAYS_A_ZONE = 5
 
 
-def plan_rays(sight: Sight, metres: float) -> Rays:
+def plan_rays(sight: Sight, metres: float) -> SensorRays:
     """The rays that its model casts; of a lens, each zone as a level fan as wide as the zone and as
     long as the detection distance in its datasheet."""
     parameters, pose = sight.parameters, sight.pose
@@ -25,7 +25,7 @@ def plan_rays(sight: Sight, metres: float) -> Rays:
     directions = directions @ pose.axes.T
     origins = np.broadcast_to(pose.origin / metres, directions.shape)
     reach = np.full(len(directions), parameters.range_max / metres)
-    return Rays(origins, directions, reach, len(zones))
+    return SensorRays(origins, directions, reach, len(zones))
 
 
 def _across(zone: Zone) -> list[tuple[float, float, float]]:

@@ -59,7 +59,7 @@ def check_places(depsgraph: Any) -> Checked:
     for one in lost:
         if len(one.way):
             ground = reading.grounds[one.place.storey]
-            name = _between(ground, reading.things[one.place.name].rows, one)
+            name = _between(ground, reading.marked[one.place.name].rows, one)
             if name:
                 between[one.place.name] = name
     return Checked(reading.places, lost, between, _shut(depsgraph) if lost else ())

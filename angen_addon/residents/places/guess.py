@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a new mark says where nobody told: where a thing faces, how far a door opens."""
+"""What a new mark says where nobody told: which way an object faces, how far a door opens."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ...scene.door_motion import DoorError
 from ...scene.home import Home
 from ...scene.sensors import unit_scale
 from .leaves import keyed_angle, keyed_slide, leaf_of
+from .marked_object import MarkedObject
 from .marks import FACING, set_look
-from .thing import Thing
 
 # m: what is less uneven has no back; how far room is looked for; beyond its own box.
 UNEVEN_M, FAR_M, BEYOND_M = 0.08, 3.0, 0.01
@@ -37,27 +37,27 @@ def guess(obj: Any, depsgraph: Any) -> None:
             mark.slide = slide * unit_scale(depsgraph.scene)
     elif mark.use in FACING:
         home = Home(depsgraph)
-        thing = Thing(home, obj)
-        look = _look(home, thing, mark.use)
+        marked = MarkedObject(home, obj)
+        look = _look(home, marked, mark.use)
         if look is not None:
-            set_look(obj, thing.matrix, look)
+            set_look(obj, marked.matrix, look)
 
 
-def _look(home: Home, thing: Thing, use: str) -> Array | None:
+def _look(home: Home, marked: MarkedObject, use: str) -> Array | None:
     """(2,): where it faces; None where its front is as good as any."""
-    axes = np.array(thing.matrix)[:2, :2].T
+    axes = np.array(marked.matrix)[:2, :2].T
     sizes = np.linalg.norm(axes, axis=1)
     if sizes.min() < 1e-9:
         axes, sizes = np.eye(2), np.ones(2)
     x, y = axes / sizes[:, None]
     ways = [-y, x, y, -x]
-    if not thing.solid:
+    if not marked.solid:
         return None
     if use == LIE:
-        _, deep, wide = thing.box(x)
+        _, deep, wide = marked.box(x)
         ways = [x, -x] if deep > wide else [y, -y]
-    tops = [_top_at(thing, way) for way in ways]
-    free = [_free(home, thing, way) for way in ways]
+    tops = [_top_at(marked, way) for way in ways]
+    free = [_free(home, marked, way) for way in ways]
     if max(tops) - min(tops) > UNEVEN_M and use in (SIT, LIE):
         high = int(np.argmax(tops))
         return ways[high] if use == LIE else -ways[high]
@@ -68,27 +68,27 @@ def _look(home: Home, thing: Thing, use: str) -> Array | None:
     return front if use == SIT else -front
 
 
-def _top_at(thing: Thing, way: Array) -> float:
+def _top_at(marked: MarkedObject, way: Array) -> float:
     """m: how high it is at its end along a way."""
-    middle, deep, wide = thing.box(way)
+    middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
     points = [
         middle + way * (deep - inset * deep) + across * wide * k
         for inset in (0.04, 0.1, 0.16)
         for k in (-0.5, 0.0, 0.5)
     ]
-    heights = thing.heights(np.array(points))
+    heights = marked.heights(np.array(points))
     return float(np.nanmax(heights)) if np.isfinite(heights).any() else 0.0
 
 
-def _free(home: Home, thing: Thing, way: Array) -> float:
+def _free(home: Home, marked: MarkedObject, way: Array) -> float:
     """m: how far there is room beyond its end along a way."""
-    middle, deep, wide = thing.box(way)
+    middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
-    rows = set(thing.rows.tolist())
+    rows = set(marked.rows.tolist())
     others = home.part(lambda solid: solid.row not in rows)
     # Over what is low and built into something, such as a sink.
-    low, top = float(thing.points[:, 2].min()), float(thing.points[:, 2].max())
+    low, top = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
     level = top + 0.05 if top - low < LOW_M else (low + top) / 2.0
     edge = middle + way * (deep + BEYOND_M)
     starts = [[*(edge + across * wide * k), level] for k in (-0.6, 0.0, 0.6)]

@@ -12,8 +12,8 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DRAWER, Door
 from ...scene.door_motion import DoorError, Leaf, leaves_of, shutting_of
 from ...scene.home import Home
+from .marked_object import MarkedObject
 from .marks import look_of
-from .thing import Thing
 
 UP = np.array([0.0, 0.0, 1.0])
 # m: a handle above the floor, and from the free edge at most; of what is narrow a share of it.
@@ -53,7 +53,7 @@ def door_of(home: Home, obj: Any, floor: float, room: str, number: int) -> Door:
     edge, out, up = (np.array(v) for v in (leaf.edge, leaf.out, leaf.up))
     corner = np.array(leaf.corner) * metres
     width, thick = leaf.width * metres, leaf.thickness * metres
-    low_z = float(Thing(home, obj).points[:, 2].min(initial=corner[2]))
+    low_z = float(MarkedObject(home, obj).points[:, 2].min(initial=corner[2]))
     hinge = corner - edge * width
     if leaf.pivot is not None and not leaf.slides:
         hinge = np.array(leaf.pivot) * metres
@@ -100,12 +100,12 @@ def _handle(low: Array, high: Array, floor: float) -> Array:
 
 def _drawer(home: Home, obj: Any, room: str, number: int) -> Door:
     """It comes out towards who looks at it."""
-    thing = Thing(home, obj)
-    if not thing.solid:
+    marked = MarkedObject(home, obj)
+    if not marked.solid:
         raise DoorError("it has no surface: a drawer is a mesh, pulled out against where it faces")
-    look = look_of(obj, thing.matrix)
-    middle, deep, wide = thing.box(look)
-    low_z, high_z = float(thing.points[:, 2].min()), float(thing.points[:, 2].max())
+    look = look_of(obj, marked.matrix)
+    middle, deep, wide = marked.box(look)
+    low_z, high_z = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
     way = np.array([*-look, 0.0])
     across = np.cross(UP, way)
     hinge = np.array([*(middle - look * deep), low_z]) - across * wide

@@ -16,9 +16,9 @@ from ...scene.home import Home
 from ...scene.rooms import room_of
 from .floor import PlaceError, grounds, under, walked
 from .leaves import door_of
+from .marked_object import MarkedObject
 from .marks import marked
 from .standing import REACH_M, place_of
-from .thing import Thing
 
 T = TypeVar("T")
 
@@ -39,15 +39,15 @@ class Reading:
                 "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
             )
         self.home = Home(depsgraph)
-        self.things = {obj.name: Thing(self.home, obj) for obj in objects}
+        self.marked = {obj.name: MarkedObject(self.home, obj) for obj in objects}
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
-        points = np.array([_anchor(thing) for thing in self.things.values()])
+        points = np.array([_anchor(marked) for marked in self.marked.values()])
         # Lamps without a switch hang anywhere.
         loose = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
         stood = ~np.array(loose) | np.all(loose)
-        rows = [t.rows for t in self.things.values() if t.obj.angen_place.use != STAND]
+        rows = [t.rows for t in self.marked.values() if t.obj.angen_place.use != STAND]
         rows = np.concatenate([np.empty(0, np.intp), *rows])
-        names = [name for name, counts in zip(self.things, stood, strict=True) if counts]
+        names = [name for name, counts in zip(self.marked, stood, strict=True) if counts]
         walk = walked(self.home, leaves)
         self.grounds = grounds(self.home, walk, points[stood], names, rows)
         heights = [ground.storey.height for ground in self.grounds]
@@ -91,27 +91,29 @@ class Reading:
     def _door(self, obj: Any) -> Door:
         number = self.numbers[obj.name]
         storey = self.grounds[number].storey
-        room = room_of(obj) or storey.room_at(self.things[obj.name].middle)
+        room = room_of(obj) or storey.room_at(self.marked[obj.name].middle)
         return door_of(self.home, obj, storey.height, room, number)
 
     def _lamp(self, obj: Any) -> Lamp:
         switch = obj.angen_place.switch
-        at: Array = Thing(self.home, switch).middle if switch else self.things[obj.name].middle
+        at: Array = (
+            MarkedObject(self.home, switch).middle if switch else self.marked[obj.name].middle
+        )
         return Lamp(obj.name, _light_of(obj).name, at)
 
     def _place(self, obj: Any) -> Place:
         switch = obj.angen_place.switch if obj.angen_place.use == LAMP else None
         number = self.numbers[obj.name]
-        hand = Thing(self.home, switch) if switch else None
-        return place_of(self.things[obj.name], self.grounds[number], number, hand)
+        hand = MarkedObject(self.home, switch) if switch else None
+        return place_of(self.marked[obj.name], self.grounds[number], number, hand)
 
 
-def _anchor(thing: Thing) -> Array:
+def _anchor(marked: MarkedObject) -> Array:
     """(3,): where a mark is, as its floor is looked for; of a lamp with a switch, there."""
-    mark = thing.obj.angen_place
+    mark = marked.obj.angen_place
     if mark.use == LAMP and mark.switch is not None:
-        return np.array(mark.switch.matrix_world.translation) * thing.home.metres
-    return thing.middle
+        return np.array(mark.switch.matrix_world.translation) * marked.home.metres
+    return marked.middle
 
 
 def _light_of(obj: Any) -> Any:

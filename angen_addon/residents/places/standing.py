@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where one stands to sit, lie down, or use a thing, and where hips or hand go."""
+"""Where one stands to sit, lie down, or use an object, and where hips or hand go."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, LAMP, LIE, SIT, STAND, Place
 from ...coverage.cells import finished, free_ways
 from .floor import Ground
+from .marked_object import MarkedObject
 from .marks import look_of
-from .thing import Thing
 
 # m: who stands before a seat has the hips so far before where they will be.
 BEFORE_SEAT_M = 0.57
@@ -32,7 +32,7 @@ WITHIN_M, ROOM_M = 1.2, 0.12
 APART_M = 1.5
 # So does what is so near to a shut leaf, which would meet who stands there.
 LEAF_M, IN_DOORWAY_M = 0.3, 0.5
-# No wall may be between who stands there and the thing, at this height above the floor.
+# No wall may be between who stands there and the object, at this height above the floor.
 SIGHT_M = 1.25
 # Cells that are tried.
 TRIED = 400
@@ -43,35 +43,39 @@ AT_HIPS_M = 0.08
 SHORT_M = 0.12
 
 
-def place_of(thing: Thing, ground: Ground, number: int, target: Thing | None = None) -> Place:
-    """The place of a thing; `target` is what the hand goes to instead of the thing itself."""
-    mark = thing.obj.angen_place
-    look = look_of(thing.obj, thing.matrix)
+def place_of(
+    marked: MarkedObject, ground: Ground, number: int, target: MarkedObject | None = None
+) -> Place:
+    """The place of a marked object; `target`: what the hand goes to instead of the object."""
+    mark = marked.obj.angen_place
+    look = look_of(marked.obj, marked.matrix)
     floor = ground.storey.height
     edge = None
     if mark.use == STAND:
-        point = thing.middle
+        point = marked.middle
         at, target_at = point[:2], np.array([*point[:2], floor])
     elif mark.use == SIT:
-        target_at = _seat(thing, look, floor)
+        target_at = _seat(marked, look, floor)
         ideal = target_at[:2] + look * (mark.away or BEFORE_SEAT_M)
-        at = stand(ground, thing, ideal, target_at)
+        at = stand(ground, marked, ideal, target_at)
     elif mark.use == LIE:
-        target_at = _bed(thing, look)
-        at, edge = _bedside(ground, thing, look, target_at)
+        target_at = _bed(marked, look)
+        at, edge = _bedside(ground, marked, look, target_at)
     else:
         aimless = mark.use in (LAMP, CURTAIN)
-        at, target_at = _used(ground, target or thing, look, mark.away, aimless)
+        at, target_at = _used(ground, target or marked, look, mark.away, aimless)
         away = target_at[:2] - at
         look = away / np.linalg.norm(away) if np.linalg.norm(away) > 1e-6 else look
     yaw = math.atan2(look[1], look[0])
     room = ground.storey.room_at(at)
     standing = np.array([*at, floor])
     height = float(target_at[2]) - floor
-    return Place(thing.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number)
+    return Place(marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number)
 
 
-def stand(ground: Ground, thing: Thing, ideal: Array, target: Array, ring: float = 0.0) -> Array:
+def stand(
+    ground: Ground, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
+) -> Array:
     """(2,) m: the best place to stand near `ideal` (2,), or at `ring` m from it, with no wall
     between it and `target` (3,); `ideal` itself where there is none."""
     floor = ground.storey.floor
@@ -95,7 +99,7 @@ def stand(ground: Ground, thing: Thing, ideal: Array, target: Array, ring: float
         return ideal
     # The middle of a cell is not better than what lies in it.
     exact = floor.cell(ideal)
-    seen = _sees(ground, thing, points[order], target)
+    seen = _sees(ground, marked, points[order], target)
     if not seen.any():
         return ideal
     best = order[int(np.argmax(seen))]
@@ -104,11 +108,11 @@ def stand(ground: Ground, thing: Thing, ideal: Array, target: Array, ring: float
     return found
 
 
-def _sees(ground: Ground, thing: Thing, points: Array, target: Array) -> Array:
-    """(n,): whether nothing but the thing is between points (n, 2) and a target, at the height of
+def _sees(ground: Ground, marked: MarkedObject, points: Array, target: Array) -> Array:
+    """(n,): whether nothing but the object is between points (n, 2) and a target, at the height of
     a breast."""
     home = ground.home
-    rows = np.setdiff1d(home.rows, thing.rows)
+    rows = np.setdiff1d(home.rows, marked.rows)
     way = target[:2] - points
     length = np.linalg.norm(way, axis=1)
     far = np.maximum(length - SHORT_M, 1e-3)
@@ -122,19 +126,19 @@ def _sees(ground: Ground, thing: Thing, points: Array, target: Array) -> Array:
     return seen
 
 
-def _seat(thing: Thing, look: Array, floor: float) -> Array:
+def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
     """(3,): what the hips rest on."""
-    if not thing.solid:
-        return thing.at
-    middle, deep, wide = thing.box(look)
+    if not marked.solid:
+        return marked.at
+    middle, deep, wide = marked.box(look)
     across = np.array([-look[1], look[0]]) * min(0.1, wide / 2)
     along = np.arange(deep, -deep, -STEP_M)
     lines = [middle + along[:, None] * look + across * k for k in (-1, 0, 1)]
-    tops = np.array([thing.heights(line) for line in lines]) - floor
+    tops = np.array([marked.heights(line) for line in lines]) - floor
     height = np.where((tops >= SEATS_M[0]) & (tops <= SEATS_M[1]), tops, np.nan)
     known = np.isfinite(height).any(axis=0)
     if not known.any():
-        return np.array([*middle, float(thing.points[:, 2].max())])
+        return np.array([*middle, float(marked.points[:, 2].max())])
     front = float(along[np.argmax(known)])
     # Of what is shallow, as a stool, the middle.
     hips = max(front - ON_SEAT_M, (front - deep) / 2.0)
@@ -143,27 +147,29 @@ def _seat(thing: Thing, look: Array, floor: float) -> Array:
     return np.array([*(middle + look * hips), floor + float(top)])
 
 
-def _bed(thing: Thing, look: Array) -> Array:
+def _bed(marked: MarkedObject, look: Array) -> Array:
     """(3,): what the hips rest on of who lies."""
-    if not thing.solid:
-        return thing.at
-    middle, deep, wide = thing.box(look)
+    if not marked.solid:
+        return marked.at
+    middle, deep, wide = marked.box(look)
     across = np.array([-look[1], look[0]])
     s = np.linspace(-0.25, 0.25, 5)
     points = [middle + look * a * deep + across * b * wide for a in s for b in s]
-    tops = thing.heights(np.array(points))
-    top = float(np.nanmedian(tops)) if np.isfinite(tops).any() else float(thing.middle[2])
+    tops = marked.heights(np.array(points))
+    top = float(np.nanmedian(tops)) if np.isfinite(tops).any() else float(marked.middle[2])
     return np.array([*middle, top])
 
 
-def _bedside(ground: Ground, thing: Thing, look: Array, target: Array) -> tuple[Array, Array]:
+def _bedside(
+    ground: Ground, marked: MarkedObject, look: Array, target: Array
+) -> tuple[Array, Array]:
     """Where one stands (2,) beside a bed, and where one sits (3,) on its edge."""
     across = np.array([-look[1], look[0]])
     sides = []
     for side in (across, -across):
-        edge = _edge(ground, thing, target, side)
+        edge = _edge(ground, marked, target, side)
         ideal = target[:2] + side * (edge - ON_EDGE_M + BEFORE_SEAT_M)
-        at = stand(ground, thing, ideal, np.array([*(target[:2] + side * edge), target[2]]))
+        at = stand(ground, marked, ideal, np.array([*(target[:2] + side * edge), target[2]]))
         here = ground.storey.floor.cell(at)
         apart = 0.0 if ground.part[here] == ground.main else APART_M
         free = bool(ground.storey.floor.free[here])
@@ -173,10 +179,10 @@ def _bedside(ground: Ground, thing: Thing, look: Array, target: Array) -> tuple[
     return at, target + np.array([*sitting, 0.0])
 
 
-def _edge(ground: Ground, thing: Thing, target: Array, side: Array) -> float:
+def _edge(ground: Ground, marked: MarkedObject, target: Array, side: Array) -> float:
     """How far the bed goes from the target to one side, m."""
-    if thing.solid:
-        return float(thing.reach(side)[1] - target[:2] @ side)
+    if marked.solid:
+        return float(marked.reach(side)[1] - target[:2] @ side)
     steps = np.arange(0.05, 1.5, STEP_M)
     starts = np.column_stack(
         [target[:2] + steps[:, None] * side, np.full(len(steps), target[2] + 0.15)]
@@ -187,19 +193,19 @@ def _edge(ground: Ground, thing: Thing, target: Array, side: Array) -> float:
 
 
 def _used(
-    ground: Ground, thing: Thing, look: Array, away: float, aimless: bool
+    ground: Ground, marked: MarkedObject, look: Array, away: float, aimless: bool
 ) -> tuple[Array, Array]:
     """Where one stands (2,) and where the hand goes (3,); `aimless`: from any side."""
     floor = ground.storey.height
     if aimless:
-        at = stand(ground, thing, thing.middle[:2], thing.middle, ring=POINT_FROM_M)
-        return at, thing.middle
-    if not thing.solid:
-        target, front, usual = thing.at, thing.at[:2], POINT_FROM_M
+        at = stand(ground, marked, marked.middle[:2], marked.middle, ring=POINT_FROM_M)
+        return at, marked.middle
+    if not marked.solid:
+        target, front, usual = marked.at, marked.at[:2], POINT_FROM_M
     else:
-        middle, deep, _ = thing.box(look)
+        middle, deep, _ = marked.box(look)
         front, usual = middle - look * deep, USED_FROM_M
-        top = float(thing.points[:, 2].max())
+        top = float(marked.points[:, 2].max())
         hand = min(top, floor + HAND_M)
         target = np.array([*(front + look * min(0.15, deep)), hand])
-    return stand(ground, thing, front - look * (away or usual), target), target
+    return stand(ground, marked, front - look * (away or usual), target), target

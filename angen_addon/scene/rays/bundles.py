@@ -17,7 +17,7 @@ Index = NDArray[np.intp]
 
 
 @dataclass
-class Rays:
+class RayBundle:
     """A bundle: origins (n, 3), unit directions (n, 3), how far they reach (n,)."""
 
     origins: Array
@@ -46,7 +46,7 @@ class Rays:
         """What shapes that change are seen in."""
         return pictures_of(self.origins, self.directions, self.apex)
 
-    def same(self, other: Rays) -> bool:
+    def same(self, other: RayBundle) -> bool:
         """Whether another is equal; those who ask in turn with arrays of their own are known."""
         own = self.origins, self.directions, self.length
         asked = other.origins, other.directions, other.length
@@ -65,15 +65,15 @@ class Rays:
 
 
 @dataclass
-class Seen:
+class RayHits:
     """What rays meet: ranges (n,), the number of the solid met (n,), and which face of it (n,)."""
 
     ranges: Array
     met: NDArray[np.int64]
     faces: Index
 
-    def copy(self) -> Seen:
-        return Seen(self.ranges.copy(), self.met.copy(), self.faces.copy())
+    def copy(self) -> RayHits:
+        return RayHits(self.ranges.copy(), self.met.copy(), self.faces.copy())
 
     def shorten(self, number: int, which: Index, far: Array, faces: Index) -> None:
         """The rays `which` (k,) get to the solid of this number, where that is nearer."""
@@ -84,18 +84,18 @@ class Seen:
 
 
 @dataclass
-class Bundle:
+class CastBundle:
     """What a bundle meets among the still solids, and the box of the rays up to there. `gone_seen`:
     how much of `Solids.gone` is dealt with. Of the moving solids `rows`, their versions (m,) when
     it was cast last, 0 for one that is away from it; by row those that it met: which rays, how far
     they go and to which face; and with these what it `seen` last, which nobody may write to."""
 
-    rays: Rays
+    rays: RayBundle
     own: frozenset[int]
-    still: Seen
+    still: RayHits
     box: tuple[Array, Array]
     gone_seen: int
     rows: Index | None = None
     versions: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     hits: dict[int, tuple[Index, Array, Index]] = field(default_factory=dict)
-    seen: Seen | None = None
+    seen: RayHits | None = None

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import Answers
 from ..instances import Uid
 from . import changing_shapes
-from .bundles import Array, Bundle, Index, Rays, Seen
+from .bundles import Array, CastBundle, Index, RayBundle, RayHits
 from .changing_shapes import turned
 from .frames import Frames
 from .geometry import Geometry
@@ -55,7 +55,7 @@ class RayCaster:
         self.frames = Frames.present(self.solids)
         # What the rays met that were cast last, as `see_at` has it.
         self.seen = Answers([], np.zeros(0, np.intp))
-        self._bundles: dict[tuple[Uid, int], Bundle] = {}
+        self._bundles: dict[tuple[Uid, int], CastBundle] = {}
         self._own: dict[Uid, _Own] = {}
         self._depsgraph: Any = None
 
@@ -84,7 +84,7 @@ class RayCaster:
     ) -> tuple[Array, NDArray[np.int64]]:
         """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
         last = np.array([len(self.frames) - 1])
-        seen: Seen = self.see_at(sensor, bundle, origins, directions, length, last)[0]
+        seen: RayHits = self.see_at(sensor, bundle, origins, directions, length, last)[0]
         return seen.ranges, seen.met
 
     def cast_at(
@@ -112,10 +112,10 @@ class RayCaster:
         length: Array,
         frames: Index,
     ) -> Answers:
-        """What the rays meet at each of some frames (k,), in order of time: `Seen`, which nobody
+        """What the rays meet at each of some frames (k,), in order of time: `RayHits`, which nobody
         may write to."""
         own = self._own_solids(sensor)
-        known = self._meet_still(sensor, bundle, Rays(origins, directions, length), own)
+        known = self._meet_still(sensor, bundle, RayBundle(origins, directions, length), own)
         if known.rows is not own.moving or known.seen is None:
             known.rows, known.hits, known.seen = own.moving, {}, known.still
             known.versions = np.full(len(own.moving), AWAY)
@@ -144,7 +144,7 @@ class RayCaster:
 
     def _renew(
         self,
-        bundle: Bundle,
+        bundle: CastBundle,
         rows: list[int],
         hits: dict[tuple[int, int], tuple[Index, Array, Index]],
         frame: int,
@@ -174,14 +174,14 @@ class RayCaster:
         self._depsgraph = depsgraph
         seen = self._nothing(length)
         if len(length):
-            rays = Rays(origins, directions, length)
+            rays = RayBundle(origins, directions, length)
             self._meet(rows, rays, rays.box(length), seen)
         return seen.ranges, seen.met
 
-    def _nothing(self, length: Array) -> Seen:
+    def _nothing(self, length: Array) -> RayHits:
         count = len(length)
         met = np.full(count, NOTHING, np.int64)
-        return Seen(length.copy(), met, np.zeros(count, np.intp))
+        return RayHits(length.copy(), met, np.zeros(count, np.intp))
 
     def _own_solids(self, sensor: Uid) -> _Own:
         state = self.solids.listing, len(self.solids.gone)
@@ -196,13 +196,13 @@ class RayCaster:
             self._own[sensor] = known
         return known
 
-    def _meet_still(self, sensor: Uid, bundle: int, rays: Rays, own: _Own) -> Bundle:
+    def _meet_still(self, sensor: Uid, bundle: int, rays: RayBundle, own: _Own) -> CastBundle:
         """What is known of the bundle, made anew where solids that it met are gone."""
         gone = self.solids.gone
         known = self._bundles.get((sensor, bundle))
         if known is None or known.own != own.numbers or not known.rays.same(rays):
             still = self._nothing(rays.length)
-            known = Bundle(rays, own.numbers, still, rays.box(rays.length), len(gone))
+            known = CastBundle(rays, own.numbers, still, rays.box(rays.length), len(gone))
             self._bundles[sensor, bundle] = known
             again = np.arange(len(rays.length))
         elif known.gone_seen < len(gone):
@@ -211,7 +211,7 @@ class RayCaster:
         else:
             return known
         if len(again):
-            part = Rays(rays.origins[again], rays.directions[again], rays.length[again])
+            part = RayBundle(rays.origins[again], rays.directions[again], rays.length[again])
             seen = self._nothing(part.length)
             self._meet(own.still, part, part.box(part.length), seen)
             # What was seen before may be in other hands.
@@ -222,7 +222,7 @@ class RayCaster:
         return known
 
     def _hits(
-        self, bundle: Bundle, frames: Index, columns: Index
+        self, bundle: CastBundle, frames: Index, columns: Index
     ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
         """By frame and row, of solids given by frame (p,) and column (p,): which rays of a bundle
         meet it, how far they go and to which face."""
@@ -250,7 +250,7 @@ class RayCaster:
         surfaces: list[Any],
         matrix: Array,
         inverse: Array,
-        rays: Rays,
+        rays: RayBundle,
         limits: Array,
         crossed: NDArray[np.bool_],
     ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
@@ -267,7 +267,7 @@ class RayCaster:
             if nearer.any():
                 yield i, (which[nearer], far[nearer], faces[nearer])
 
-    def _near(self, rows: Index, rays: Rays, box: tuple[Array, Array]) -> list[Index]:
+    def _near(self, rows: Index, rays: RayBundle, box: tuple[Array, Array]) -> list[Index]:
         """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
         may compare with each ray."""
         near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
@@ -275,7 +275,7 @@ class RayCaster:
         at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
         return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
 
-    def _meet(self, rows: Index, rays: Rays, box: tuple[Array, Array], seen: Seen) -> None:
+    def _meet(self, rows: Index, rays: RayBundle, box: tuple[Array, Array], seen: RayHits) -> None:
         """Shortens what is `seen` to the nearest of the solids `rows`, as they are in the list."""
         for part in self._near(rows, rays, box):
             enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
@@ -298,7 +298,7 @@ class RayCaster:
         geometry: Geometry,
         surface: Any,
         which: Index,
-        rays: Rays,
+        rays: RayBundle,
         limits: Array,
         inverse: Array,
     ) -> tuple[Array, Index]:
@@ -320,7 +320,7 @@ def _meet_changing(
     surfaces: list[Any],
     matrix: Array,
     inverse: Array,
-    rays: Rays,
+    rays: RayBundle,
     limits: Array,
     crossed: NDArray[np.bool_],
 ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
@@ -358,7 +358,7 @@ def _of_one_cut(surfaces: list[Any]) -> Iterator[slice]:
             start = end
 
 
-def _slabs(lo: Array, hi: Array, rays: Rays) -> tuple[Array, Array]:
+def _slabs(lo: Array, hi: Array, rays: RayBundle) -> tuple[Array, Array]:
     """Where rays (n) enter and leave boxes (m): two arrays (m, n); it misses if leave < enter."""
     enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
     with np.errstate(invalid="ignore"):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from .bundles import Rays
+    from .bundles import RayBundle
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -75,7 +75,7 @@ def meet(
     corners: Index,
     matrix: Array,
     inverse: Array,
-    rays: Rays,
+    rays: RayBundle,
     asked: NDArray[np.bool_],
 ) -> Hits:
     """The nearest of the triangles `corners` (3, m) that rays (n) meet at each of some frames (k):

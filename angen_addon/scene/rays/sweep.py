@@ -34,7 +34,7 @@ STANDS = -1
 
 
 @dataclass(frozen=True)
-class Moment:
+class SolidsAtStep:
     """The solids at one step: numbers (n,), their surfaces, matrices (n, 4, 4) and world bounds
     (n, 3)."""
 
@@ -46,9 +46,10 @@ class Moment:
 
 
 @dataclass(frozen=True)
-class Moves:
-    """From a moment to the next: by row of the solids now, their row `before` (n,), or STANDS, and
-    the bounds (n, 3) of what they went through; `moved` (m,) are the rows of those that did."""
+class SolidMotion:
+    """How solids moved from one step to the next: by its row now, the row of each `before` (n,), or
+    STANDS where it did not move, and the bounds (n, 3) of the space that it swept; `moved` (m,):
+    the rows of those that moved."""
 
     before: Rows
     lo: Array
@@ -83,18 +84,18 @@ class Sweeper:
     def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
         self._caster = caster
         self._frames: Frames | None = None
-        self._moments: dict[int, Moment] = {}
+        self._at_frames: dict[int, SolidsAtStep] = {}
         self._listing = -1
         self._numbers = np.zeros(0, np.int64)
-        self._moves: tuple[Moment, Moment, Moves] | None = None
+        self._moves: tuple[SolidsAtStep, SolidsAtStep, SolidMotion] | None = None
         self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
-    def moment(self, frame: int) -> Moment:
-        """The solids at one of the frames that are kept: what `sweep` gets."""
+    def solids_at(self, frame: int) -> SolidsAtStep:
+        """The solids at one of the caster's frames, an argument of `sweep`."""
         solids, frames = self._caster.solids, self._caster.frames
         if self._frames is not frames:
-            self._frames, self._moments = frames, {}
-        if frame not in self._moments:
+            self._frames, self._at_frames = frames, {}
+        if frame not in self._at_frames:
             if self._listing != solids.listing:
                 self._listing = solids.listing
                 self._numbers = np.array([s.number for s in solids.solids], np.int64)
@@ -106,21 +107,21 @@ class Sweeper:
             matrix, lo, hi = solids.matrix.copy(), solids.lo.copy(), solids.hi.copy()
             matrix[frames.rows] = frames.matrix[frame]
             lo[frames.rows], hi[frames.rows] = frames.lo[frame], frames.hi[frame]
-            self._moments[frame] = Moment(self._numbers, shapes, matrix, lo, hi)
-        return self._moments[frame]
+            self._at_frames[frame] = SolidsAtStep(self._numbers, shapes, matrix, lo, hi)
+        return self._at_frames[frame]
 
     def sweep(
         self,
         depsgraph: Any,
         sensor: Uid,
-        before: Moment,
-        now: Moment,
+        before: SolidsAtStep,
+        now: SolidsAtStep,
         start: Beam,
         beam: Beam,
         tolerance: float,
     ) -> RayCrossings:
-        """What the rays met from the moment `before`, when the beam was that of the `start`, to
-        `now`; in Blender units, the `tolerance` too.
+        """What the rays met between the steps `before`, when the beam was `start`, and `now`; in
+        Blender units, the `tolerance` too.
 
         `sensor` is the session uid of the object whose own solids are passed through.
         """
@@ -152,24 +153,24 @@ class Sweeper:
             found.append(crossings(ways, beam.length, triangles, solid.number))
         return joined(found)
 
-    def _moves_since(self, before: Moment, now: Moment) -> Moves:
-        """The same for all sensors that looked last at the same moment."""
+    def _moves_since(self, before: SolidsAtStep, now: SolidsAtStep) -> SolidMotion:
+        """The same for all sensors that looked last at the same step."""
         known = self._moves
         if known is None or known[0] is not before or known[1] is not now:
             known = before, now, self._compare(before, now)
             self._moves = known
         return known[2]
 
-    def _compare(self, before: Moment, now: Moment) -> Moves:
+    def _compare(self, before: SolidsAtStep, now: SolidsAtStep) -> SolidMotion:
         rows = _rows_of(now.numbers, before)
         known = np.flatnonzero(rows != STANDS)
         earlier = rows[known]
         came = np.ones(len(rows), bool)
         came[known] = ~np.isfinite(before.lo[earlier]).all(axis=1)
         other = (now.matrix[known] != before.matrix[earlier]).any(axis=(1, 2))
-        # What was flattened or not a number at either moment was never hit.
-        for moment, at in ((now, known), (before, earlier)):
-            other &= np.isfinite(moment.lo[at]).all(axis=1)
+        # What was flattened or not a number at either step was never hit.
+        for solids, at in ((now, known), (before, earlier)):
+            other &= np.isfinite(solids.lo[at]).all(axis=1)
         known, earlier = known[other], earlier[other]
         rigid = np.array(
             [
@@ -186,12 +187,12 @@ class Sweeper:
         standing = np.full(len(rows), STANDS, np.intp)
         standing[moved] = earlier
         lo, hi = now.lo.copy(), now.hi.copy()
-        # What was nowhere the moment before was on nothing's way.
+        # What was nowhere the step before was on nothing's way.
         lo[came], hi[came] = np.inf, -np.inf
         bulge = _bulges(before, earlier, now, moved)[:, None]
         lo[moved] = np.minimum(before.lo[earlier], now.lo[moved]) - bulge
         hi[moved] = np.maximum(before.hi[earlier], now.hi[moved]) + bulge
-        return Moves(standing, lo, hi, moved)
+        return SolidMotion(standing, lo, hi, moved)
 
     def _triangles_of(self, depsgraph: Any, geometry: Geometry, surface: Surface) -> TriangleTree:
         """The triangles of a shape in its own space, as it was then."""
@@ -214,7 +215,7 @@ def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> 
     return seen.reshape(pieces + 1, *points.shape)
 
 
-def _rows_of(numbers: NDArray[np.int64], before: Moment) -> Rows:
+def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
     """Where solids of these numbers (n,) stood in the list before; STANDS for those that did
     not."""
     if numbers is before.numbers:
@@ -223,16 +224,16 @@ def _rows_of(numbers: NDArray[np.int64], before: Moment) -> Rows:
     return np.array([known.get(number, STANDS) for number in numbers.tolist()], np.intp)
 
 
-def _bulges(before: Moment, earlier: Rows, now: Moment, moved: Rows) -> Array:
+def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
     """How far (m,) solids that turn may go beside the straight ways of their points."""
     change = now.matrix[moved] - before.matrix[earlier]
     turns = (change[:, :3, :3] != 0.0).any(axis=(1, 2))
-    # Of the corners of the boxes, which hold those of the solids, at both moments.
+    # Of the corners of the boxes, which hold those of the solids, at both steps.
     middle = (before.lo[earlier] + before.hi[earlier]) / 2.0
     shift = (now.lo[moved] + now.hi[moved]) / 2.0 - middle
     sizes = [
-        np.linalg.norm(moment.hi[at] - moment.lo[at], axis=1)
-        for moment, at in ((before, earlier), (now, moved))
+        np.linalg.norm(solids.hi[at] - solids.lo[at], axis=1)
+        for solids, at in ((before, earlier), (now, moved))
     ]
     farthest = np.linalg.norm(shift, axis=1) + (sizes[0] + sizes[1]) / 2.0
     return np.where(turns, BULGE * farthest, 0.0)
@@ -251,7 +252,7 @@ def _bounds(points: Array) -> tuple[Array, Array]:
     return points.min(axis=(0, 1)), points.max(axis=(0, 1))
 
 
-def _overlap(moves: Moves, rows: Rows, lo: Array, hi: Array) -> NDArray[np.bool_]:
+def _overlap(moves: SolidMotion, rows: Rows, lo: Array, hi: Array) -> NDArray[np.bool_]:
     """Mask (m,) of the solids in `rows` (m,) that went through a box."""
     return np.asarray(((moves.lo[rows] <= hi) & (moves.hi[rows] >= lo)).all(axis=1))
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the viewport draws of the sensors: their fields of view as they are, and their states.
 
-`field` and `views` ask each sensor for its rays (sight.py) and cast them; `figures` makes lines and
-surfaces of what they meet; `picture` colours these by the sensors' readings; `draw` and `labels`
-put them on the screen, `label_layout` in places that `covered` leaves free; `hover` knows what the
-mouse is over. Only `draw` and `labels` know the GPU.
+`drawn_sensors` keeps lines and surfaces of what each sensor's own rays met (runtime/last_rays.py),
+which the kinds make with the help of `figures`; `picture` colours these by the sensors' readings;
+`draw` and `labels` put them on the screen, `label_layout` in places that `covered` leaves free;
+`hover` knows what the mouse is over. Only `draw` and `labels` know the GPU.
 """
 
 from __future__ import annotations

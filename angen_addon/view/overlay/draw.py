@@ -14,9 +14,9 @@ import bpy
 from ....panels.readings import Readings
 from ...runtime import state
 from . import labels, refresh
-from .field import Field, Row
+from .drawn_sensors import DrawnSensors, SensorRow
 from .figures import Figure
-from .picture import Part, joined, passing, picture
+from .picture import Primitives, joined, passing, picture
 
 THIN, BOLD = 1.2, 2.2
 # So many draws a figure has stayed as it is before it is joined with others that have.
@@ -24,27 +24,27 @@ SETTLED = 12
 ORDER = ("fills", "thin", "bold", "top_fills", "top")
 
 
-def _field_to_draw(context: Any) -> Field | None:
+def _sensors_to_draw(context: Any) -> DrawnSensors | None:
     """What is drawn in this view, if it is there; else it is asked for."""
     scene, space = context.scene, context.space_data
     if not refresh.wanted(scene) or not space.overlay.show_overlays:
         return None
-    field: Field | None = state.CACHE.overlay
-    if field is None or field.scene_uid != scene.session_uid:
+    drawn: DrawnSensors | None = state.CACHE.overlay
+    if drawn is None or drawn.scene_uid != scene.session_uid:
         refresh.soon()
         return None
-    missing = scene.angen_overlay.fields and not field.has_fields
-    if field.outdated or field.frame != scene.frame_current or missing:
+    missing = scene.angen_overlay.fields and not drawn.has_fields
+    if drawn.outdated or drawn.frame != scene.frame_current or missing:
         refresh.soon()
-    return field
+    return drawn
 
 
-def rows_of(field: Field, scene: Any, space: Any) -> list[Row]:
+def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
     """What each sensor that this view shows reads, and whether it is selected."""
     readings = Readings(scene)
     return [
-        Row(seen, readings.of(seen.sensor), seen.selected)
-        for seen in field.seen
+        SensorRow(seen, readings.of(seen.sensor), seen.selected)
+        for seen in drawn.seen
         if seen.sensor.handle.visible_in_viewport_get(space)
     ]
 
@@ -53,33 +53,33 @@ def draw_fields() -> None:
     """In the world, before what Blender draws over it."""
     context = bpy.context
     try:
-        field = _field_to_draw(context)
-        if field is None or not context.scene.angen_overlay.fields:
+        drawn = _sensors_to_draw(context)
+        if drawn is None or not context.scene.angen_overlay.fields:
             return
-        rows = rows_of(field, context.scene, context.space_data)
+        rows = rows_of(drawn, context.scene, context.space_data)
     except ReferenceError:
         _drop()
         return
     # The labels of this view are what Blender asks for next.
     region = context.region.as_pointer()
-    field.rows = region, rows
+    drawn.rows = region, rows
     if context.scene.angen_overlay.which == "SELECTED":
         rows = [row for row in rows if row.selected]
-    view = field.joined.setdefault(region, Joined())
-    _draw_batches(view.batches(rows, field.metres))
+    view = drawn.joined.setdefault(region, Joined())
+    _draw_batches(view.batches(rows, drawn.metres))
 
 
 def draw_labels() -> None:
     """On the screen: signs, names and readings."""
     context = bpy.context
     try:
-        field = _field_to_draw(context)
-        if field is not None:
-            region, rows = field.rows
-            field.rows = 0, []
+        drawn = _sensors_to_draw(context)
+        if drawn is not None:
+            region, rows = drawn.rows
+            drawn.rows = 0, []
             if region != context.region.as_pointer():
-                rows = rows_of(field, context.scene, context.space_data)
-            labels.draw(context, field, rows)
+                rows = rows_of(drawn, context.scene, context.space_data)
+            labels.draw(context, drawn, rows)
     except ReferenceError:
         _drop()
 
@@ -101,7 +101,7 @@ class Joined:
         self._since: dict[Any, tuple[Any, int]] = {}
         self._kept: dict[str, tuple[Any, dict[str, Any]]] = {}
 
-    def batches(self, rows: list[Row], metres: float) -> list[dict[str, Any]]:
+    def batches(self, rows: list[SensorRow], metres: float) -> list[dict[str, Any]]:
         """The batches of these sensors, each by how it is drawn."""
         self._draws += 1
         still: list[tuple[Figure, str, bool]] = []
@@ -125,7 +125,7 @@ class Joined:
         return known[1]
 
 
-def _batch(part: Part) -> Any:
+def _batch(part: Primitives) -> Any:
     import gpu
 
     layout = gpu.types.GPUVertFormat()

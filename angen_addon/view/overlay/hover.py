@@ -45,14 +45,14 @@ class ANGEN_GGT_hover(GizmoGroup):
 
 def look(context: Context, location: Any) -> None:
     """Notes which marker of a region is at a place (pixels), for the labels."""
-    field = state.CACHE.overlay
-    if field is None or context.region is None:
+    drawn = state.CACHE.overlay
+    if drawn is None or context.region is None:
         return
-    board = field.boards.get(context.region.as_pointer())
+    board = drawn.boards.get(context.region.as_pointer())
     reach = REACH * context.preferences.system.ui_scale
     found = nearest(board.markers if board is not None else {}, location, reach)
-    if found != field.hovered:
-        field.hovered = found
+    if found != drawn.hovered:
+        drawn.hovered = found
         context.region.tag_redraw()
 
 

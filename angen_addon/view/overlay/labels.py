@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ....panels.readings import IDLE, UNKNOWN, Shown
 from .covered import covered
-from .field import Field, Row
+from .drawn_sensors import DrawnSensors, SensorRow
 from .label_layout import Point, Rect, arrange
 from .looks import LOOKS, disc
 
@@ -67,13 +67,13 @@ def to_screen(
     return (clip[:, :2] / depth[:, None] + 1.0) / 2.0 * (width, height)
 
 
-def draw(context: Any, field: Field, shown: list[Row]) -> None:
+def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
     """Of every sensor that the view shows."""
-    board = field.boards.setdefault(context.region.as_pointer(), Board())
-    rows, markers, sizes = _in_sight(context, board, field, shown)
+    board = drawn.boards.setdefault(context.region.as_pointer(), Board())
+    rows, markers, sizes = _in_sight(context, board, drawn, shown)
     board.markers = {row.seen.uid: m for row, m in zip(rows, markers, strict=True)}
     wanted = frozenset(
-        n for n, row in enumerate(rows) if row.selected or row.seen.uid == field.hovered
+        n for n, row in enumerate(rows) if row.selected or row.seen.uid == drawn.hovered
     )
     texts = [
         _texts(context, row.seen.sensor.name, row.shown, n in wanted) for n, row in enumerate(rows)
@@ -96,18 +96,18 @@ def draw(context: Any, field: Field, shown: list[Row]) -> None:
 
 
 def _in_sight(
-    context: Any, board: Board, field: Field, shown: list[Row]
-) -> tuple[list[Row], list[Point], list[float]]:
+    context: Any, board: Board, drawn: DrawnSensors, shown: list[SensorRow]
+) -> tuple[list[SensorRow], list[Point], list[float]]:
     """The sensors that are in the picture, where they are there, and how many pixels a metre takes
     at each; looked for anew where view or sensors moved."""
     region, view = context.region, context.region_data
     rows = [row for row in shown if row.seen.matrix is not None]
     window = region.width, region.height
-    key = view.perspective_matrix.copy(), window, field.metres, [row.seen.matrix for row in rows]
+    key = view.perspective_matrix.copy(), window, drawn.metres, [row.seen.matrix for row in rows]
     if board.looked[0] != key:
         where = np.array([row.seen.matrix.translation for row in rows], np.float64).reshape(-1, 3)
         matrix = np.array(view.perspective_matrix, np.float64)
-        up = np.array(view.view_matrix, np.float64)[1, :3] / field.metres
+        up = np.array(view.view_matrix, np.float64)[1, :3] / drawn.metres
         both = to_screen(np.concatenate([where, where + up]), matrix, *window)
         at, above = both[: len(rows)], both[len(rows) :]
         size = np.linalg.norm(above - at, axis=1)
@@ -223,7 +223,7 @@ def _draw(context: Any, board: Board) -> None:
 
 def _batches(
     plates: list[Rect],
-    rows: list[Row],
+    rows: list[SensorRow],
     markers: list[Point],
     marked: list[Point],
     sign: float,

@@ -41,7 +41,7 @@ SELECTED, OTHER = 1.0, 0.8
 
 
 @dataclass(frozen=True)
-class Part:
+class Primitives:
     """`points` (n, 3) in the world, `colours` (n, 4); `corners`: 2, lines, or 3, triangles."""
 
     points: Array
@@ -49,17 +49,17 @@ class Part:
     corners: int
 
 
-def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Part]:
+def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
     """The parts of a figure, by how they are drawn: `fills`, `thin`, `bold` and `top_fills`, `top`;
     `icon`: that of its sensor's state. The figure keeps those of the look that it had last."""
     look = icon, selected
     if figure.pictured is None or figure.pictured[0] != look:
         figure.pictured = look, _picture(figure, icon, selected)
-    made: dict[str, Part] = figure.pictured[1]
+    made: dict[str, Primitives] = figure.pictured[1]
     return made
 
 
-def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Part]:
+def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
     found: dict[str, list[tuple[Array, Any]]] = {}
     look = LOOKS[icon]
     emphasis = look.strength * (SELECTED if selected else OTHER)
@@ -79,31 +79,31 @@ def _rgba(look: Look, alpha: float) -> Array:
     return np.array([*look.colour, min(alpha, 1.0)], np.float32)
 
 
-def _join(parts: list[tuple[Array, Array]], corners: int) -> Part:
+def _join(parts: list[tuple[Array, Array]], corners: int) -> Primitives:
     points = np.concatenate([part.reshape(-1, 3) for part, _ in parts])
     counts = [part.shape[0] * corners for part, _ in parts]
     colours = np.repeat(np.array([colour for _, colour in parts]), counts, axis=0)
-    return Part(np.ascontiguousarray(points, np.float32), colours, corners)
+    return Primitives(np.ascontiguousarray(points, np.float32), colours, corners)
 
 
-def joined(pictures: Iterable[dict[str, Part]]) -> dict[str, Part]:
+def joined(pictures: Iterable[dict[str, Primitives]]) -> dict[str, Primitives]:
     """All parts that are drawn alike as one."""
-    found: dict[str, list[Part]] = {}
+    found: dict[str, list[Primitives]] = {}
     for one in pictures:
         for name, part in one.items():
             found.setdefault(name, []).append(part)
     return {name: _one(parts) for name, parts in found.items()}
 
 
-def _one(parts: list[Part]) -> Part:
+def _one(parts: list[Primitives]) -> Primitives:
     if len(parts) == 1:
         return parts[0]
     points = np.concatenate([part.points for part in parts])
-    return Part(points, np.concatenate([part.colours for part in parts]), parts[0].corners)
+    return Primitives(points, np.concatenate([part.colours for part in parts]), parts[0].corners)
 
 
 def passing(seen: Any, shown: Shown, metres: float) -> list[Figure]:
-    """What is drawn of a sensor (field.Seen) that reads so beside its `figures`, and changes from
+    """What is drawn of a sensor (DrawnSensor) that reads so beside its `figures`, and changes from
     update to update."""
     found = [*seen.now]
     # Whether movement was seen is told by the reading.

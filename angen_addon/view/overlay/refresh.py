@@ -15,7 +15,7 @@ import bpy
 
 from ...runtime import handlers, state
 from ...runtime.live import live_of
-from .field import Field
+from .drawn_sensors import DrawnSensors
 from .settings import redraw_views
 
 # s: after an edit; while something is dragged, the drawing follows in steps of this.
@@ -41,7 +41,7 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
         return
     # An overlay must never keep the handler that it is called in from doing its work.
     try:
-        _field(scene).follow(scene, view_layer, depsgraph)
+        _drawn_sensors(scene).follow(scene, view_layer, depsgraph)
         state.CACHE.overlay.unseen = wants_rays(scene)
     except Exception:
         _give_up(scene)
@@ -67,10 +67,10 @@ def soon() -> None:
 
 def _at_rest() -> float | None:
     """Seconds until the next look at whether the playhead rests; None where nothing is left."""
-    field = state.CACHE.overlay
-    if field is None or not field.unseen:
+    drawn = state.CACHE.overlay
+    if drawn is None or not drawn.unseen:
         return None
-    stood = time.monotonic() - field.followed_at
+    stood = time.monotonic() - drawn.followed_at
     if stood < REST:
         return REST - stood
     _later()
@@ -88,18 +88,18 @@ def _later() -> None:
         view_layer.update()
         if wants_rays(scene):
             live_of(scene).look_around(scene, view_layer, view_layer.depsgraph)
-        field = _field(scene)
-        field.follow(scene, view_layer, view_layer.depsgraph)
-        field.unseen = False
+        drawn = _drawn_sensors(scene)
+        drawn.follow(scene, view_layer, view_layer.depsgraph)
+        drawn.unseen = False
     except Exception:
         _give_up(scene)
     redraw_views()
 
 
-def _field(scene: Any) -> Field:
+def _drawn_sensors(scene: Any) -> DrawnSensors:
     known = state.CACHE.overlay
     if known is None or known.scene_uid != scene.session_uid:
-        known = state.CACHE.overlay = Field(scene)
+        known = state.CACHE.overlay = DrawnSensors(scene)
     return known
 
 

@@ -98,7 +98,7 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
     (found,) = world.sensors()
     shown = addon_part("panels.readings").shown(found, world.scene)
     assert shown.text.startswith(("Near, 0.500 m", "Tipped, 57°"))
-    seen = addon_part("angen_addon.view.overlay.field").Field(world.scene)
+    seen = addon_part("angen_addon.view.overlay.drawn_sensors").DrawnSensors(world.scene)
     seen.follow(world.scene, bpy.context.view_layer, world.update())
     (one,) = seen.seen
     figures = [figure for figure in one.figures if figure.lines]

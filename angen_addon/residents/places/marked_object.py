@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A marked object with all that hangs on it: how large it is, and how high it is where."""
+"""The size and the surfaces of an object that is marked as a place, with its children."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...scene.home import Home
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
-class Thing:
+class MarkedObject:
     """`at` (3,) m is the object's origin; `points` (n, 3) m the corners of its surfaces and those
     of its children: none of an empty. `rows` (k,) are their solids."""
 

@@ -19,7 +19,7 @@ from .figures import Figure, surface_outline
 NEVER = -(2**31)
 
 
-class Seen:
+class DrawnSensor:
     """One sensor with what is drawn of it.
 
     `matrix`: its place in the world; `parameters` and `pose`: what it senses with, None where it
@@ -123,15 +123,15 @@ class Seen:
         return found
 
 
-class Row(NamedTuple):
+class SensorRow(NamedTuple):
     """A sensor that a view shows, what it reads, and whether it is selected."""
 
-    seen: Seen
+    seen: DrawnSensor
     shown: Shown
     selected: bool
 
 
-class Field:
+class DrawnSensors:
     """The sensors of one scene. `frame` is that at which they were looked at; `outdated` after an
     edit since then; `unseen`: not all of their rays were cast at it."""
 
@@ -143,9 +143,9 @@ class Field:
         self.frame = NEVER
         self.outdated = True
         self.metres = 1.0
-        self.seen: list[Seen] = []
+        self.seen: list[DrawnSensor] = []
         # What was drawn last of them, and in which region.
-        self.rows: tuple[int, list[Row]] = (0, [])
+        self.rows: tuple[int, list[SensorRow]] = (0, [])
         # What labels.py and draw.py show in each region, by the region's address; and the uid of
         # the sensor whose sign the mouse is over.
         self.boards: dict[int, Any] = {}
@@ -184,7 +184,7 @@ class Field:
         self.seen = []
         for sensor in all_sensors(view_layer):
             before = known.get(sensor.uid)
-            seen = Seen(sensor)
+            seen = DrawnSensor(sensor)
             if before is not None and before.sensor.kind is sensor.kind:
                 seen = before
                 seen.sensor = sensor

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's properties, built from the parameter dataclasses of `sensor_logic`."""
+"""Registers Blender's properties, made from the parameter dataclasses of `sensor_logic`."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .scene.lengths import OVERRIDABLE, property_group
 from .scene.rooms import known_rooms
 from .scene.units import SUBTYPES, with_unit
 
-# Decimals of fields, where three are not enough or more than there are.
+# Decimals of fields by unit, where three are too few or too many.
 PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}
 
-# What can have a temperature.
+# Types that can have a temperature.
 WARM = (Object, Collection, Material)
 POINTERS = {"Object": Object, "Collection": Collection, "Text": Text}
 
@@ -37,7 +37,7 @@ def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
 
 
 def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
-    # Blender itself does not know that it matters: the tag makes the probes look again.
+    # Blender does not know what the property affects: the tag reports an update to the probes.
     self.update_tag(refresh={"OBJECT"})
     _settings_changed(self, context)
 
@@ -48,7 +48,7 @@ def _load_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _warmth_changed(self: Any, context: bpy.types.Context) -> None:
-    # Materials and collections have no parts that could be told apart.
+    # Materials and collections have no finer tags.
     self.id_data.update_tag()
     _settings_changed(self, context)
 
@@ -64,8 +64,8 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
-    """Functions for the property `kind`: an object whose kind a newer version knows, and this one
-    does not, is no sensor here; the file keeps its number. Blender would warn at each look."""
+    """Functions for the property `kind`: an object of a kind that only a newer version knows is not
+    a sensor here, but the file keeps its number. Without them Blender warns at each access."""
     if bpy.app.version >= (5, 0):
         return {"get_transform": lambda _, number, is_set: number if number in numbers else 0}
 
@@ -87,8 +87,8 @@ def _tip(spec: Spec) -> str:
 def _blender_property(default: Any, spec: Spec) -> Any:
     """The bpy property of one parameter.
 
-    Its hard limits are looser than the valid range on purpose: a value that makes no sense must
-    be told to the user, not silently changed.
+    Its hard limits are looser than the valid range, so that the panel can report an invalid value
+    instead of Blender changing it silently.
     """
     facts: dict[str, Any] = {"name": with_unit(spec.label, spec.unit), "description": _tip(spec)}
     if spec.pointer:
@@ -126,13 +126,13 @@ def _group_of(name: str, parameters: type[Parameters]) -> type:
 
 
 def _sensor_group(groups: dict[str, type]) -> type:
-    """The PropertyGroup of an object as a sensor, with those of every kind in it."""
+    """The PropertyGroup of a sensor, which contains one for each kind."""
     kinds = [(NO_KIND, "None", "Not a sensor", "NONE", 0)]
     kinds += [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
     properties = {
         "kind": EnumProperty(
             name="Kind",
-            description="What sensor the object is",
+            description="Kind of sensor that the object is",
             items=kinds,
             options=set(),
             update=_kind_changed,
@@ -146,7 +146,7 @@ def _sensor_group(groups: dict[str, type]) -> type:
         ),
         "update_rate": FloatProperty(
             name="Update rate (Hz)",
-            description="How often the sensor publishes a reading; not to be animated",
+            description="How often the sensor publishes a reading; it cannot be animated",
             options=set(),
             default=1.0,
             min=0.0,
@@ -156,7 +156,7 @@ def _sensor_group(groups: dict[str, type]) -> type:
         ),
         "room": StringProperty(
             name="Room",
-            description="The room that it hangs in, or that an object ignored by sensors marks. "
+            description="Room of the sensor, or room that an object ignored by sensors marks. "
             "Tables, timeline and report are sorted by it",
             options=set(),
             search=known_rooms,
@@ -182,8 +182,8 @@ LOAD = property_group(
     {
         "mass": FloatProperty(
             name="Mass (kg)",
-            description="Weight that an animated, not simulated, body such as a person's mesh or "
-            "armature puts on pressure sensors, in kilograms; 0: none",
+            description="Mass with which an animated body, such as a person's mesh or armature, "
+            "presses on pressure sensors, in kilograms; 0: none. Not for simulated bodies",
             min=0.0,
             soft_max=200.0,
             precision=2,
@@ -191,7 +191,7 @@ LOAD = property_group(
         ),
         "tolerance": FloatProperty(
             name="Contact tolerance",
-            description="What is less than this below the body carries its weight",
+            description="Surfaces less than this below the body carry its weight",
             subtype="DISTANCE",
             default=0.03,
             min=0.0,
@@ -206,8 +206,8 @@ WARMTH = property_group(
     {
         "use_temperature": BoolProperty(
             name="Own temperature",
-            description="It has a temperature of its own, which pyroelectric motion detectors see. "
-            "A material's counts more than its object's, and that more than its collections'",
+            description="Has a temperature of its own, which pyroelectric motion detectors sense. "
+            "A material's overrides its object's, which overrides its collections'",
         ),
         "temperature": FloatProperty(
             name="Temperature (°C)",
@@ -221,9 +221,9 @@ WARMTH = property_group(
         ),
         "emissivity": FloatProperty(
             name="Emissivity",
-            description="How much of what a black body sends out its surface does; the rest is "
-            "reflection of what is around. Skin, cloth, paint, wood and glass 0.9 to 0.98, bare "
-            "metal 0.05 to 0.3",
+            description="Share of a black body's radiation that the surface emits; the rest is "
+            "reflection of its surroundings. Skin, cloth, paint, wood and glass 0.9 to 0.98, "
+            "bare metal 0.05 to 0.3",
             default=0.95,
             min=0.0,
             max=1.0,
@@ -232,7 +232,7 @@ WARMTH = property_group(
     override=OVERRIDABLE,
     update=_warmth_changed,
 )
-# What readings depend on.
+# Properties that readings depend on.
 SCENE_SETTINGS = {
     "angen_seed": IntProperty(
         name="Seed",
@@ -243,7 +243,7 @@ SCENE_SETTINGS = {
     "angen_substeps": IntProperty(
         name="Substeps",
         description="Divides frames, for movement too fast for the frame rate. "
-        "While scrubbing, sensors look at whole frames only",
+        "While scrubbing, sensors read whole frames only",
         default=1,
         min=1,
         soft_max=64,
@@ -261,10 +261,9 @@ SCENE_SETTINGS = {
     ),
     "angen_light_reference": IntProperty(
         name="Reference paths",
-        description="Takes most of the noise out of a run with Cycles: the first frame is "
-        "measured once with so many light paths a reading, for any state of the lamps, and "
-        "every update, with its few (Samples), is corrected by that. Worth its time where "
-        "there are many updates. 0: off",
+        description="Removes most of the noise from a run with Cycles: it measures the first frame "
+        "once with this many light paths for each reading and any state of the lamps, and corrects "
+        "every update, which has few (Samples), by that. Useful for many updates. 0: off",
         default=0,
         min=0,
         soft_max=65536,
@@ -284,7 +283,7 @@ SCENE_SETTINGS = {
     ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",
-        description="How rays meet the scene. Both give the same events",
+        description="How rays are cast. Both give the same events",
         items=[
             ("FAST", "Fast", "Casts again only where something moved", 0),
             ("SCENE", "Reference", "Blender's own scene.ray_cast for every ray", 1),
@@ -302,7 +301,7 @@ SCENE = {
     ),
     "angen_cleared": IntProperty(
         name="Cleared recording",
-        description="Which recording was cleared, so that undo brings it back",
+        description="The recording that was cleared, which undo restores",
         options={"HIDDEN"},
     ),
 }

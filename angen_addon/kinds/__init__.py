@@ -22,9 +22,7 @@ def appearance_of(kind: Kind) -> Appearance:
     return _appearance(kind.attribute)
 
 
-# One a kind, until Blender ends: drawing asks for it at each redraw.
-# One a kind, until Blender ends: drawing asks for it at each redraw.
-# One a kind, until Blender ends: drawing asks for it at each redraw.
+# One a kind, until Blender ends: each redraw looks it up.
 @cache
 def _appearance(name: str) -> Appearance:
     # Imported here, since these packages import the modules that call this function.

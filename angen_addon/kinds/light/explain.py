@@ -38,7 +38,7 @@ class LightCause:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """What keeps it from being lit, before what was found."""
+    """Adds why the sensor is not lit, before the other facts."""
     if found.cause is None:
         return found
     light = replay.sensor.parameters

@@ -47,7 +47,7 @@ class BeamCause:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """What keeps it from being open, before what was found."""
+    """Adds why the switch is not open, before the other facts."""
     return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
 
 

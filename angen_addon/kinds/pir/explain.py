@@ -27,7 +27,7 @@ def explain_motion(replay: Replay, index: int) -> Explanation:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """What would have to change for it to fire, before what was found."""
+    """Adds what would have to change for the detector to fire, before the other facts."""
     headline, facts = found.headline, _missing(replay, index, found) if found.cause else []
     held = _why_waiting(replay, index)
     if held:

@@ -45,7 +45,7 @@ class PadCause:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """What keeps it from being pressed, before what was found."""
+    """Adds why the pad is not pressed, before the other facts."""
     cause = found.cause
     if cause is None:
         return found

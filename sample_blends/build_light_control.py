@@ -23,16 +23,16 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from angen_home.animate import add_story_person, animate  # noqa: E402
-from angen_home.film import Film  # noqa: E402
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
 from angen_home.plan import FLOOR_Z  # noqa: E402
+from angen_sensors.sensor_logic.residents.acted import Acted  # noqa: E402
 from angen_sensors.sensor_logic.residents.body.gait import (  # noqa: E402
     Stand,
     Walk,
     footsteps,
     standing,
 )
-from angen_sensors.sensor_logic.residents.timeline import Clip  # noqa: E402
+from angen_sensors.sensor_logic.residents.timeline import Clip, Timeline  # noqa: E402
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
 from angen_addon.process.standalone import load_extension  # noqa: E402
@@ -119,20 +119,20 @@ def add_lamp(pir: bpy.types.Object) -> None:
     variable.targets[0].data_path = "angen_sensor.active"
 
 
-def walk_through() -> Film:
+def walk_through() -> Acted:
     """In, to the middle, and out again."""
-    film = Film()
-    clips = film.body.clips
+    line = Timeline()
+    clips = line.clips
     stand = Stand.at(*OUTSIDE, 0.0)
 
     def wait(seconds: float) -> None:
-        start, pose = film.duration if clips else 0.0, standing(stand, FLOOR_Z)
+        start, pose = line.duration if clips else 0.0, standing(stand, FLOOR_Z)
         clips.append(Clip(start, start + seconds, lambda t: pose, still=True))
 
     def walk(to: tuple[float, float]) -> Stand:
         path = np.linspace(stand.centre, to, 60)
         walking = Walk(footsteps(stand, path, None), SPEED, FLOOR_Z)
-        clips.append(Clip(film.duration, film.duration + walking.duration, walking.pose))
+        clips.append(Clip(line.duration, line.duration + walking.duration, walking.pose))
         return walking.end
 
     wait(WAIT_OUTSIDE)
@@ -140,7 +140,7 @@ def walk_through() -> Film:
     wait(STAND_INSIDE)
     stand = walk(OUTSIDE)
     wait(AFTERWARDS)
-    return film
+    return Acted({"person": line})
 
 
 def add_surroundings() -> None:

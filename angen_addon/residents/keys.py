@@ -7,7 +7,7 @@ does; in between, and before and after the stretch, it is held.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import ceil, floor, pi
 from typing import Any
 
@@ -19,16 +19,18 @@ from ...sensor_logic.model import Array, Index
 from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.body.channels import channels
 from ...sensor_logic.residents.body.pose import Pose
-from ...sensor_logic.residents.body.reach import palm
+from ...sensor_logic.residents.body.reach import palm, upright
 from ...sensor_logic.residents.body.solve import Bones, solve
-from ...sensor_logic.residents.body.turns import about_z, ease, mix, mix_turns, times, turned
+from ...sensor_logic.residents.body.turns import ease, mix, mix_turns, times, turned
 from ...sensor_logic.residents.places import Places
-from ...sensor_logic.residents.timeline import Hold, Timeline, swung
+from ...sensor_logic.residents.timeline import Gesture, Hold, Timeline, swung
 from ..scene.animation import action_curves
 from .curves import CONSTANT, LINEAR, Curves
 from .person import body_of
 
 FPS = 10
+# How far a thing is tilted by who drinks from it, rad.
+TILT = 1.45
 # A thing goes from the hand to where it stands in so many seconds.
 _LETS_GO = 0.3
 
@@ -104,7 +106,7 @@ class KeyedStretch:
         for name, changes in lamps.items():
             self._show_lamp(name, changes, frames)
         for name, holds in acted.holds.items():
-            self._show_thing(name, holds, frames, shown)
+            self._show_thing(name, holds, acted.sips.get(name, ()), frames, shown)
 
     # --- bodies -------------------------------------------------------------------------------
     def _show_body(
@@ -179,7 +181,7 @@ class KeyedStretch:
 
     # --- things -------------------------------------------------------------------------------
     def _show_thing(
-        self, name: str, holds: list[Hold], frames: Index,
+        self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
         shown: Mapping[str, tuple[Array, Pose, Bones]],
     ) -> None:  # fmt: skip
         """In the hand the middle of its box is; where it was put, its underside's middle stands."""
@@ -195,6 +197,7 @@ class KeyedStretch:
         at = _moving_frames(frames, np.array(spans))
         at = np.unique(np.concatenate([at, *(keyed for keyed, _, _ in shown.values())]))
         seconds = (at - 1) / FPS
+        tilt = sum((TILT * sip.weight(seconds) for sip in sips), 0.0 * seconds)
         where, how = np.tile(origin * metres, (len(at), 1)), np.tile(turn, (len(at), 1))
         for hold in holds:
             begun = np.flatnonzero(seconds >= hold.start - 1e-6)
@@ -206,7 +209,7 @@ class KeyedStretch:
                 new = np.tile((origin - under) * metres + point, (len(begun), 1))
                 turns = np.tile(turn, (len(begun), 1))
             else:
-                new, turns = _carried(hold, at[begun], shown[hold.person], turn,
+                new, turns = _carried(hold, at[begun], tilt[begun], shown[hold.person], turn,
                                       (origin - middle) * metres)  # fmt: skip
             where[begun], how[begun] = (
                 mix(where[begun], new, share), mix_turns(how[begun], turns, share),
@@ -248,15 +251,17 @@ class KeyedStretch:
 
 
 def _carried(
-    hold: Hold, at: Array, shown: tuple[Array, Pose, Bones], turn: Array, offset: Array
-) -> tuple[Array, Array]:
-    """Where a thing in a hand is (n, 3) m and how it is turned (n, 4): with the body's heading."""
+    hold: Hold, at: Array, tilt: Array, shown: tuple[Array, Pose, Bones], turn: Array,
+    offset: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Where a thing in a hand is (n, 3) m and how it is turned (n, 4): with the body's heading, and
+    tilted (n,) rad towards the face."""
     keyed, pose, bones = shown
     # Between two of its keys a body keeps still.
     index = np.maximum(np.searchsorted(keyed, at, side="right") - 1, 0)
-    heading = about_z(pose.heading[index])
+    carried = upright(pose.take(index), tilt)
     hand = palm(bones, hold.hand or 0, pose.build.scale)[index]
-    return hand + turned(heading, offset), times(heading, turn)
+    return hand + turned(carried, offset), times(carried, turn)
 
 
 def _until_wound(yaw: Array) -> Index:

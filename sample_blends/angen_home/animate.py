@@ -9,7 +9,9 @@ from math import ceil, radians
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.residents.curves import CONSTANT, Curves
+from angen_sensors.angen_addon.residents.keys import TILT
 from angen_sensors.angen_addon.residents.person import add_person, body_of
+from angen_sensors.sensor_logic.residents.acted import Acted, Switch
 from angen_sensors.sensor_logic.residents.body.channels import channels
 from angen_sensors.sensor_logic.residents.body.pose import Pose
 from angen_sensors.sensor_logic.residents.body.reach import palm, upright
@@ -27,11 +29,10 @@ from angen_sensors.sensor_logic.residents.body.turns import (
 from angen_sensors.sensor_logic.residents.timeline import Hold
 
 from . import plan
-from .director import GRIPS, HINGED, direct
-from .film import Film
+from .director import direct
 from .keys import bake
-from .meshes import MeshBuilder, collection, place
-from .story import SPOTS
+from .meshes import collection
+from .stage import GRIPS, leaf_yaw
 
 # What a straight line between two keys may miss.
 TURN_TOLERANCE = 5e-4  # of a quaternion's component: 0.06°
@@ -42,12 +43,11 @@ CARRIED_YAW = {"Coat": radians(-90)}
 _STILL = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def add_person_and_story(scene: bpy.types.Scene) -> Film:
+def add_person_and_story(scene: bpy.types.Scene) -> Acted:
     """Adds the person and what the person carries, and animates the whole story."""
-    line = direct()
-    _add_bottle()
-    animate(scene, add_story_person(), line)
-    return line
+    acted = direct()
+    animate(scene, add_story_person(), acted)
+    return acted
 
 
 def add_story_person() -> bpy.types.Object:
@@ -57,19 +57,22 @@ def add_story_person() -> bpy.types.Object:
     return rig
 
 
-def animate(scene: bpy.types.Scene, rig: bpy.types.Object, line: Film) -> None:
-    """Keyframes of a film for the person's armature and the home's objects."""
+def animate(scene: bpy.types.Scene, rig: bpy.types.Object, acted: Acted) -> None:
+    """Keyframes of what one person did, for the armature and the home's objects."""
+    (line,) = acted.bodies.values()
     frames = ceil(line.duration * plan.FPS)
     scene.render.fps, scene.render.fps_base = plan.FPS, 1.0
     scene.frame_start, scene.frame_end = 1, frames
     times = np.arange(frames) / plan.FPS
-    pose = line.body.poses(times)
+    pose = line.poses(times)
     bones = solve(pose)
     _bake_person(rig, pose, bones)
-    for name, holds in line.props.items():
-        _bake_prop(_object(name), holds, times, pose, bones, line)
-    _bake_leaves(line, times)
-    _key_lamps(line)
+    for name in acted.holds:
+        _bake_prop(_object(name), acted, times, pose, bones)
+    for name in acted.swings:
+        yaws = np.radians(leaf_yaw(acted, name, times))
+        bake(Curves(_object(name), f"Story {name}"), "rotation_euler", 2, yaws, YAW_TOLERANCE)
+    _key_lamps(acted.switches)
     scene.frame_set(1)
 
 
@@ -89,11 +92,11 @@ def _bake_person(rig: bpy.types.Object, pose: Pose, bones: Bones) -> None:
 
 
 def _bake_prop(
-    prop: bpy.types.Object, holds: list[Hold], times: np.ndarray, pose: Pose, bones: Bones,
-    line: Film,
-) -> None:  # fmt: skip
+    prop: bpy.types.Object, acted: Acted, times: np.ndarray, pose: Pose, bones: Bones
+) -> None:
+    holds = acted.holds[prop.name]
     at, turn = np.zeros((len(times), 3)), np.zeros((len(times), 4))
-    tilt = sum((1.45 * g.weight(times) for g in line.tilts.get(prop.name, ())), 0 * times)
+    tilt = sum((TILT * sip.weight(times) for sip in acted.sips.get(prop.name, ())), 0 * times)
     carried = composed(upright(pose, tilt), about_z(CARRIED_YAW.get(prop.name, 0.0)))
     offset = turned(carried, GRIPS[prop.name])
     palms = [palm(bones, side, pose.build.scale) for side in (0, 1)]
@@ -121,18 +124,10 @@ def _bake_prop(
         bake(curves, "rotation_quaternion", axis, turn[:, axis], 2 * TURN_TOLERANCE)
 
 
-def _bake_leaves(line: Film, times: np.ndarray) -> None:
-    closed = {f"Door {name}": door.closed_yaw for name, door in plan.DOORS.items()}
-    closed |= {name: thing.closed_yaw for name, thing in HINGED.items()}
-    for name in line.swings:
-        yaws = np.radians(line.yaw(name, times, closed[name]))
-        bake(Curves(_object(name), f"Story {name}"), "rotation_euler", 2, yaws, YAW_TOLERANCE)
-
-
-def _key_lamps(line: Film) -> None:
+def _key_lamps(switches: list[Switch]) -> None:
     switched: dict[str, list[tuple[float, bool]]] = {}
-    for t, name, on in line.lamps:
-        switched.setdefault(name, []).append((t, on))
+    for one in switches:
+        switched.setdefault(one.object, []).append((one.time, one.on))
     for name, changes in switched.items():
         lamp = _object(name).data
         states = [(0.0, not changes[0][1]), *changes]
@@ -140,13 +135,3 @@ def _key_lamps(line: Film) -> None:
         values = [lamp.energy if on else 0.0 for _, on in states]
         first = 1 if frames[1] <= frames[0] else 0
         Curves(lamp, f"Story {name}").write("energy", 0, frames[first:], values[first:], CONSTANT)
-
-
-def _add_bottle() -> None:
-    b = MeshBuilder("green")
-    b.lathe(
-        [(0, 0), (0.030, 0), (0.034, 0.006), (0.034, 0.13), (0.028, 0.16), (0.014, 0.19),
-         (0.013, 0.215), (0.015, 0.217), (0.015, 0.23), (0, 0.23)], segments=16,
-    )  # fmt: skip
-    b.cylinder((0, 0, 0.035), 0.0345, 0.075, 16, "paper")
-    place("Bottle", b, "People", SPOTS["fridge shelf"])

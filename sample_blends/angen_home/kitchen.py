@@ -6,6 +6,7 @@ from math import radians
 from . import plan
 from .common import FLOOR, chair, plant, table
 from .meshes import MeshBuilder, moved, place
+from .story import SPOTS
 
 PATH = "Home/Furniture/Kitchen"
 WALL_Y = 6.0
@@ -145,7 +146,7 @@ def add_wall_cupboards() -> None:
 
 
 def add_fridge() -> None:
-    """A fridge, hollow, with shelves, food and a door on its left hinge."""
+    """A fridge, hollow, with shelves, food, a bottle, and a door on its left hinge."""
     box = plan.FURNITURE["Fridge"]
     width, depth, height = box.x1 - box.x0, box.y1 - box.y0, box.z1 - FLOOR
     door, wall = 0.06, 0.035
@@ -181,6 +182,13 @@ def add_fridge() -> None:
         d.rod((width - 0.05, 0, z), (width - 0.05, -0.035, z), 0.007, 8, "steel")
     obj = place("Fridge door", d, PATH, (box.x0, box.y0, FLOOR))
     obj["open_yaw"] = radians(-105.0)
+    bottle = MeshBuilder("green")
+    bottle.lathe(
+        [(0, 0), (0.030, 0), (0.034, 0.006), (0.034, 0.13), (0.028, 0.16), (0.014, 0.19),
+         (0.013, 0.215), (0.015, 0.217), (0.015, 0.23), (0, 0.23)], segments=16,
+    )  # fmt: skip
+    bottle.cylinder((0, 0, 0.035), 0.0345, 0.075, 16, "paper")
+    place("Bottle", bottle, PATH, SPOTS["fridge shelf"])
 
 
 def add_table() -> None:

@@ -1,32 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens in the sample: a list to be read from top to bottom. Write your own.
 
-The words are in `actions`, the places, doors and lamps in `plan`; spots and props are below.
-Doors start closed, lamps as the home sets them. The person starts at START.
-One can Sit at sofa_seat, sofa_seat_east, shoe_bench, toilet and bed_edge, and Lie at bed_lie;
-the chairs stand too close to their tables. A hand reaches 1.2 m, not through what is closed.
+The words are those of routines (docs/residents.md), done from where one stands: doors are opened
+in words of their own, and of those that fall shut (`director.FALLS_SHUT`) `close` lets go. Places,
+doors and lamps are in `plan`; spots and props are below. Doors start closed, lamps as the home sets
+them. The person starts at START. One can sit at sofa_seat, sofa_seat_east, shoe_bench, toilet and
+bed_edge, and lie at bed_lie; the chairs stand too close to their tables. A hand reaches 1.2 m, not
+through what is closed.
 """
-
-from .actions import (
-    Action,
-    Close,
-    CloseDoor,
-    Drink,
-    LetDoorClose,
-    Lie,
-    LookAround,
-    Open,
-    OpenDoor,
-    Put,
-    Shift,
-    Sit,
-    StandUp,
-    Switch,
-    Take,
-    UseBothHands,
-    Wait,
-    Walk,
-)
 
 START = "outside_entrance"
 
@@ -42,65 +23,62 @@ SPOTS: dict[str, tuple[float, float, float]] = {
 # Props and where they are at the start: a spot, or "hand".
 PROPS: dict[str, str] = {"Coat": "hand", "Bottle": "fridge shelf"}
 
-STORY: list[Action] = [
-    # Home from work.
-    Switch("Lamp hall", on=True),
-    OpenDoor("entrance"),
-    Walk("entrance_handle_inside"),
-    CloseDoor("entrance"),
-    Walk("coat_hook"),
-    Put("Coat", "coat hook"),
-    # Something to drink.
-    OpenDoor("kitchen"),
-    Switch("Lamp kitchen", on=True),
-    Walk("fridge"),
-    LetDoorClose("kitchen"),
-    Open("Fridge door"),
-    Take("Bottle"),
-    Close("Fridge door"),
-    OpenDoor("kitchen"),
-    Switch("Lamp kitchen", on=False),
-    LetDoorClose("kitchen"),
-    # A rest on the sofa.
-    Switch("Lamp living room", on=True),
-    Sit("sofa_seat"),
-    Drink("Bottle"),
-    Put("Bottle", "coffee table"),
-    Wait(6.0),
-    LookAround(4.0),
-    Shift(),
-    Wait(5.0),
-    Take("Bottle"),
-    Drink("Bottle"),
-    Put("Bottle", "coffee table"),
-    Wait(5.0),
-    StandUp(),
-    # To the bathroom.
-    Switch("Lamp living room", on=False),
-    OpenDoor("bathroom"),
-    Switch("Lamp bathroom", on=True),
-    Walk("washbasin"),
-    LetDoorClose("bathroom"),
-    Sit("toilet"),
-    Wait(4.0),
-    StandUp(),
-    Walk("washbasin"),
-    UseBothHands("washbasin tap", 5.0),
-    OpenDoor("bathroom"),
-    Switch("Lamp bathroom", on=False),
-    LetDoorClose("bathroom"),
-    # A glance into the closet.
-    OpenDoor("closet"),
-    LookAround(2.0),
-    CloseDoor("closet"),
-    # To bed.
-    OpenDoor("bedroom"),
-    Switch("Lamp hall", on=False),
-    Switch("Lamp bedroom", on=True),
-    Walk("bedside"),
-    LetDoorClose("bedroom"),
-    Sit("bed_edge"),
-    Lie("bed_lie"),
-    Switch("Lamp bedroom", on=False),
-    Wait(12.0),
-]
+STORY = """
+switch Lamp hall on
+open Door entrance
+go entrance_handle_inside
+close Door entrance
+go coat_hook
+put Coat at coat hook
+
+open Door kitchen
+switch Lamp kitchen on
+go fridge
+close Door kitchen
+open Fridge door
+take Bottle
+close Fridge door
+open Door kitchen
+switch Lamp kitchen off
+close Door kitchen
+
+switch Lamp living room on
+sit sofa_seat
+drink Bottle
+put Bottle at coffee table
+wait 6 s
+look around 4 s
+shift
+wait 5 s
+take Bottle
+drink Bottle
+put Bottle at coffee table
+wait 5 s
+
+switch Lamp living room off
+open Door bathroom
+switch Lamp bathroom on
+go washbasin
+close Door bathroom
+sit toilet
+wait 4 s
+go washbasin
+use washbasin tap 5 s
+open Door bathroom
+switch Lamp bathroom off
+close Door bathroom
+
+open Door closet
+look around 2 s
+close Door closet
+
+open Door bedroom
+switch Lamp hall off
+switch Lamp bedroom on
+go bedside
+close Door bedroom
+sit bed_edge
+lie bed_lie
+switch Lamp bedroom off
+wait 12 s
+"""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..model import Array
-from .timeline import Hold, Swing, Timeline, merged
+from .timeline import Gesture, Hold, Swing, Timeline, merged
 
 STANDING, WALKING, SITTING, LYING, AWAY = "standing", "walking", "sitting", "lying", "away"
 # Hips and ankles of who sits down on something, gets up or stands are less above it, m.
@@ -65,7 +65,8 @@ class Stay:
 @dataclass(frozen=True)
 class Acted:
     """Persons are named as in the routine. Doors and things not in here stay as the file has them;
-    of what swings, the first `before` is how the day begins. Lists are in order of time."""
+    of what swings, the first `before` is how the day begins. `sips`: when a thing in a hand is
+    tilted to drink from it. Lists are in order of time."""
 
     bodies: Mapping[str, Timeline]
     swings: Mapping[str, list[Swung]] = field(default_factory=dict)
@@ -73,6 +74,7 @@ class Acted:
     holds: Mapping[str, list[Hold]] = field(default_factory=dict)
     activities: list[Done] = field(default_factory=list)
     where: list[Stay] = field(default_factory=list)
+    sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
 
     def spans(self, start: float, end: float) -> Array:
         """(k, 2): when anything moves between two times, in order and apart. What changes at once

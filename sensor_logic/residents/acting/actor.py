@@ -251,13 +251,15 @@ class Actor:
         self.gesture(2.6 * slow, slow, 1.2 * slow, lambda pose, t, w: shifted(pose, t, w * size))
         self.stay(self.now + 2.6 * slow + 0.1)
 
-    def look_around(self) -> None:
+    def look_around(self, seconds: float = LOOK) -> None:
         if self.build.is_cat:
             self.shift()
             return
         began = self.now
-        self.gesture(LOOK, 0.5, 0.5, lambda pose, t, w: looking_around(pose, t - began, LOOK, w))
-        self.stay(self.now + LOOK)
+        self.gesture(
+            seconds, 0.5, 0.5, lambda pose, t, w: looking_around(pose, t - began, seconds, w)
+        )
+        self.stay(self.now + seconds)
 
     def hand_for(self, point: Array) -> int:
         """The hand that is nearer to a point, or the one that holds nothing."""
@@ -338,6 +340,7 @@ class Actor:
         """The hand that holds a thing goes to the mouth."""
         side, _ = self.hands[thing]
         self.gesture(DRINK, 1.1, 1.0, lambda pose, _t, w: drinking(pose, side, w))
+        self.home.sips.setdefault(thing, []).append(sip(self.now))
         self.stay(self.now + DRINK + 0.1)
 
     def _let_go(self, thing: str, at: float) -> None:
@@ -391,6 +394,11 @@ def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
         begins.append(after)
         spots.append((WIDE * (2 * stream.uniform() - 1), DEEP * stream.uniform()))
     return np.array(begins), np.array(spots)
+
+
+def sip(began: float) -> Gesture:
+    """When what is drunk from is tilted, by somebody who begins to drink."""
+    return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
 
 
 def seat_of(place: Place) -> tuple[Array, float]:

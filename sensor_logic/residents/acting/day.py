@@ -190,6 +190,7 @@ def _acted(home: Home, people: list[Living]) -> Acted:
         home.holds,
         sorted(_of_day(done), key=lambda one: (one.start, one.person)),
         sorted(_of_day(stays), key=lambda one: (one.start, one.person)),
+        home.sips,
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...model import Array
 from ..acted import LYING, SITTING, Switch, Swung
 from ..places import DOOR, Door, Place, Places
-from ..timeline import Hold
+from ..timeline import Gesture, Hold
 from .ground import Ground
 
 # A room with such a name is for one at a time.
@@ -62,6 +62,7 @@ class Home:
     swings: dict[str, list[Swung]] = field(default_factory=dict)
     switches: list[Switch] = field(default_factory=list)
     holds: dict[str, list[Hold]] = field(default_factory=dict)
+    sips: dict[str, list[Gesture]] = field(default_factory=dict)
     people: list[Someone] = field(default_factory=list)
     _taken: dict[str, Someone] = field(default_factory=dict)
     _free_from: dict[str, float] = field(default_factory=dict)

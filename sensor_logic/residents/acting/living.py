@@ -14,6 +14,7 @@ from ...routine.routine import DAY, Segment
 from ..acted import AWAY, LYING, SITTING, STANDING, Done
 from ..body.build import Build
 from ..places import Door, Place
+from .actor import LOOK
 from .going import GaveUp, Going, Taking
 from .ground import Spot
 from .home import Home
@@ -25,6 +26,8 @@ USUAL, LATE = 10.0, 5.0
 PAUSE, SIZE, LARGEST = (1.2, 1.0), (1.3, 0.5), 2.2
 # How near a hand gets to things without a step, m on the floor from the hips.
 ARM_WAY = 0.85
+# So far does who sits, to take things and put them down, m.
+LEANING = 1.2
 # Nothing is shown of what was done so long before midnight, s.
 BEFORE = 60.0
 
@@ -176,7 +179,7 @@ class Living(Going):
         elif step.word == "shift":
             self.shift(min(stream.log_normal(*SIZE), LARGEST))
         elif step.word == "look around":
-            self.look_around()
+            self.look_around(step.lasts or LOOK)
         else:
             self._reach(step, self.home.places.places[step.name].target)
 
@@ -212,7 +215,7 @@ class Living(Going):
         if step.word == "take" and len(self.hands) == 2:
             raise step.error(f"both hands are full: {', '.join(self.hands)}")
         place = self.home.places.places[where]
-        if self._far(place.target):
+        if self._far(place.target, LEANING if self.posture == SITTING else ARM_WAY):
             yield from self.come_to(step, place)
         if step.word == "take":
             self.take(step.name, place.target)
@@ -230,8 +233,8 @@ class Living(Going):
             where = self.home.things.get(step.name, step.name)
             yield from self._carry(replace(step, word="put", at=where))
 
-    def _far(self, point: Array) -> bool:
-        return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2]))) > ARM_WAY
+    def _far(self, point: Array, reach: float = ARM_WAY) -> bool:
+        return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2]))) > reach
 
     def _switch(self, step: Step) -> Taking:
         lamp = self.home.places.lamps[step.name]

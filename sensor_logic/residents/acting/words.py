@@ -33,7 +33,7 @@ _WORDS = {
     "wait": (_NONE, True),
     "turn over": (_NONE, False),
     "shift": (_NONE, False),
-    "look around": (_NONE, False),
+    "look around": (_NONE, True),
     "leave": (_NONE, False),
 }
 # After which word somebody is at its place, and how.

@@ -18,7 +18,7 @@ Relax = sit Sofa while shift every 6 min
 Cook = use Stove 1 min
 Dark = switch Lamp bedroom off, lie Bed
 Light = switch Lamp bedroom on, stand at Window
-Drink = take Cup, sit Sofa 1 min, put Cup at Stove, sit Sofa east
+Drink = take Cup, sit Sofa 1 min, drink Cup, put Cup at Stove, sit Sofa east
 Tidy = open Drawer, stand at Window
 Shut = close Drawer, sit Sofa
 """
@@ -112,6 +112,10 @@ def test_lamps_things_and_drawers(play) -> None:
     taken, put = day.acted.holds["Cup"]
     assert (taken.person, taken.hand is None, put.hand) == ("anna", False, None)
     assert np.allclose(put.at, day.places.places["Stove"].target)
+    (sip,) = day.acted.sips["Cup"]
+    bones = solve(day.acted.bodies["anna"].poses(np.array([(sip.start + sip.end) / 2])))
+    assert taken.start < sip.start < sip.end < put.start
+    assert np.linalg.norm(palm(bones, taken.hand, 1.0)[0] - bones.at["head"][0]) < 0.3
     assert [s.after for s in day.acted.swings["Drawer"]] == [0.4, 0.0]
 
 

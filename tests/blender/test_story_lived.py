@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sample home's story as a routine: the engine of days lives it in the file as it ships."""
+
+from datetime import date
+from pathlib import Path
+
+import bpy
+import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.days import run
+from bl_ext.user_default.angen_sensors.angen_addon.scene import sensors
+from mathutils import Vector
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
+BEGINS, LASTS = 21.5 * 3600, 305.0
+# So long, until she leaves the kitchen, the evening is sensed too.
+SENSED = 95.0
+ACTIVITIES = ["Coming home", "Something to drink", "A rest", "Bathroom",
+              "A glance into the closet", "To bed"]  # fmt: skip
+DOORS = ["entrance", "kitchen", "Fridge door", "kitchen", "bathroom", "bathroom", "closet",
+         "bedroom"]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def household():
+    """Whoever lives in the sample home, by its story, and what tells of doors and kitchen."""
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "angen.blend"), load_ui=False)
+    bpy.context.scene.angen_live = False
+    plan = run.Plan.read(SAMPLES / "story.toml")
+    told = [
+        sensor
+        for sensor in sensors.all_sensors(bpy.context.view_layer)
+        if sensor.kind.identifier == "OPTICAL_SWITCH" or sensor.name == "PIR kitchen"
+    ]
+    yield run.Household(bpy.context.scene, told, plan, date(2026, 3, 2), 1)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+
+
+def lived(household, keys):
+    """The day, as far as it was sensed."""
+    running = household.run(0, keys, (BEGINS, BEGINS + SENSED))
+    while True:
+        try:
+            next(running)
+        except StopIteration as end:
+            return end.value
+
+
+def test_the_evening_is_lived_and_sensed(household):
+    acted = household.acted(0)
+    swings = sorted(
+        (swing.start, name.removeprefix("Door "))
+        for name, found in acted.swings.items()
+        for swing in found
+        if swing.start >= BEGINS
+    )
+    # What a hand opens it shuts again, before the next is opened.
+    assert [name for _, name in swings] == [name for name in DOORS for _ in range(2)]
+    assert not any({switch.object: switch.on for switch in acted.switches}.values())
+
+    with household.keyed() as keys:
+        day = lived(household, keys)
+    done = [one for one in day.activities if one.start >= BEGINS * 1e6]
+    assert [one.activity for one in done] == ACTIVITIES
+    assert [one.room for one in done[:4]] == ["hall", "kitchen", "living room", "bathroom"]
+    opened = [e for e in day.events if (e.kind, e.value) == ("OPTICAL_SWITCH", "1")]
+    assert [e.sensor for e in opened] == ["Switch entrance", "Switch kitchen", "Switch kitchen"]
+    assert {(e.person, e.because.split()[0]) for e in opened} == {("anna", "Flag")}
+    moved = [e.time for e in day.events if (e.kind, e.value) == ("PIR", "1")]
+    # From when the kitchen's door is opened until it is shut behind her.
+    through = [s for s in acted.swings["Door kitchen"] if s.start >= BEGINS]
+    assert through[0].start < moved[0] / 1e6 < moved[-1] / 1e6 < through[-1].end + 1.0
+
+
+def test_she_drinks_from_the_bottle_and_leaves_it_on_the_table(household):
+    acted, scene = household.acted(0), bpy.context.scene
+    bottle, rig = bpy.data.objects["Bottle"], bpy.data.objects["Person rig"]
+    first, _ = acted.sips["Bottle"]
+    drinks, ends = (first.start + first.end) / 2, BEGINS + LASTS
+    with household.keyed() as keys:
+        keys.show(acted, drinks - 5.0, drinks + 5.0)
+        scene.frame_set(round(1 + 10 * drinks))
+        mouth = rig.matrix_world @ rig.pose.bones["head"].head
+        neck = bottle.matrix_world @ Vector((0.0, 0.0, 0.23))
+        assert (neck - mouth).length < 0.2
+        assert bottle.matrix_world.to_3x3().col[2].z < 0.3
+        keys.show(acted, ends - 5.0, ends)
+        scene.frame_set(round(1 + 10 * ends))
+        assert tuple(bottle.matrix_world.translation) == pytest.approx((8.8, 5.24, 0.47), abs=1e-3)
+        assert bottle.matrix_world.to_3x3().col[2].z == pytest.approx(1.0)

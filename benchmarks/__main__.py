@@ -2,9 +2,9 @@
 """`python -m benchmarks [--quick] [--only PART]`: measures, and writes data, plots and pages.
 
 The data go to docs/data; the page docs/benchmarks.md and the tables of docs/pressure.md and
-docs/pir.md are made from them. With --quick all goes to build/bench instead, and of light, which
-has a program of its own, the error of a run alone is measured. Exit status 1: a figure is out of
-its bound, or a part could not be measured; the data of all others are written all the same.
+docs/pir.md are made from them. With --quick all output goes to build/bench instead, and of light,
+which has its own program, only the error of a run is measured. Exit status 1: a figure breaks its
+bound, or a part could not be measured; the data of all other parts are written nevertheless.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from typing import Any
 from angen_addon.process.standalone import load_extension
 
 from . import page, pressure_report
-from .regressions import broken, held
+from .regressions import broken, checked
 
 ROOT = Path(__file__).resolve().parent.parent
 LIGHT = "light"
-# The module that measures a part, where it is not called as the part is.
+# The module that measures a part, where its name differs from the part's.
 MODULES = {"rays": "ray_benchmark"}
 
 
@@ -35,11 +35,11 @@ def main() -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--quick", action="store_true", help="less of it, into build/bench")
+    parser.add_argument("--quick", action="store_true", help="measure less, into build/bench")
     parser.add_argument(
         "--only",
         choices=(*page.REPORTS, LIGHT),
-        help="this part alone; the others as last measured",
+        help="measure only this part; keep the last data of the others",
     )
     arguments = parser.parse_args()
     docs = ROOT / "build" / "bench" if arguments.quick else ROOT / "docs"
@@ -54,18 +54,18 @@ def main() -> None:
         traceback.print_exc()
         problems.append(
             f"the pages could not be written: {error!r}, see above; a part that was measured by "
-            "another version of the benchmarks must be measured anew"
+            "another version of the benchmarks must be measured again"
         )
     if arguments.only in (None, LIGHT) and not _light_holds(arguments.quick):
         problems.append("light: out of bounds or could not be measured, see above")
     if problems:
-        raise SystemExit("\n".join(["What was measured does not hold its bounds:", *problems]))
+        raise SystemExit("\n".join(["Figures break their bounds:", *problems]))
 
 
 def _light_holds(quick: bool) -> bool:
-    """Measures light in a program of its own; whether its figures are within their bounds."""
-    glance = ["--quick", "--only", "run"] if quick else []
-    return not subprocess.run([sys.executable, "-m", "benchmarks.light", *glance]).returncode
+    """Measures light in its own program; returns whether its figures hold their bounds."""
+    options = ["--quick", "--only", "run"] if quick else []
+    return not subprocess.run([sys.executable, "-m", "benchmarks.light", *options]).returncode
 
 
 def _write_pages(docs: Path, quick: bool) -> None:
@@ -77,7 +77,7 @@ def _write_pages(docs: Path, quick: bool) -> None:
 
 
 def _tried(name: str, quick: bool, docs: Path) -> list[str]:
-    """Measures a part; what is wrong with its figures, or with measuring them."""
+    """Measures a part; returns the bounds that it breaks, or why it could not be measured."""
     try:
         data = _measure(name, quick, docs)
     except Exception as error:
@@ -86,14 +86,14 @@ def _tried(name: str, quick: bool, docs: Path) -> list[str]:
     if hasattr(page.REPORTS[name], "left_out"):
         for what in page.REPORTS[name].left_out(data):
             print(f"{name}: LEFT OUT: {what}", file=sys.stderr, flush=True)
-    figures = held(name, data)
+    figures = checked(name, data)
     within = sum(figure.holds for figure in figures)
     print(f"{name}: {within} of {len(figures)} bounds held", file=sys.stderr, flush=True)
     return broken(name, data)
 
 
 def _measure(name: str, quick: bool, docs: Path) -> dict[str, Any]:
-    """Measures a part and keeps its data at once, whatever becomes of the next part."""
+    """Measures a part and writes its data at once, in case a later part fails."""
     extension = load_extension()
     extension.register()
     begin = time.perf_counter()

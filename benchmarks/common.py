@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all parts share: the machine's name, spreads of repeated runs, the sample home."""
+"""Helpers of all benchmarks: the machine's name, spreads of repeated runs, the sample home."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CPU_INFO = Path("/proc/cpuinfo")
 
 
 def machine() -> str:
-    """Processor, cores that this process may use, and the versions that matter."""
+    """The processor, the cores that this process may use, and the versions of Blender and numpy."""
     return (
         f"{_processor()}, {_cores()} cores, {platform.system()}, Blender "
         f"{bpy.app.version_string}, Python {platform.python_version()}, numpy {np.__version__}"
@@ -50,16 +50,16 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 
 def timed(work: Callable[[], Any], runs: int) -> dict[str, float]:
     """Seconds of `work`, repeated."""
-    taken = []
+    seconds = []
     for _ in range(runs):
         start = time.perf_counter()
         work()
-        taken.append(time.perf_counter() - start)
-    return spread(taken)
+        seconds.append(time.perf_counter() - start)
+    return spread(seconds)
 
 
 def open_home() -> Any:
-    """The scene of the Ängen home as it is in its file, without values at the playhead."""
+    """The scene of the Ängen home as saved, with live readings off."""
     bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live = False

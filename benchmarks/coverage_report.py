@@ -11,23 +11,23 @@ TEXT = """\
 ## Coverage maps
 
 The Ängen home, {detectors} detectors of 120 rays in nine tilts (saw-tooth, 10 Hz), cells of
-{cell:g} m, each in the up to eight directions in which there is room. *Floor*: finding the cells;
-*rays*: casting each detector's rays once; *bodies*: meeting them with what moves. A motion sets
-off at the first tilt of the sweep; the last two columns tell by how much the covered share
-changes where it sets off at {phases} other moments, and the largest share of cells that do.
+{cell:g} m, each with up to eight possible directions. *Floor*: finding the cells; *rays*: casting
+each detector's rays once; *bodies*: intersecting them with the moving bodies. A motion starts at
+the first tilt of the sweep; the last two columns show the covered share for {phases} other starts,
+and the largest share of cells that change.
 
 {rows}
-An arm in the living room by the size of the cells: the share covered, and the share of the
-densest map's cells that lie in a cell which says otherwise.
+An arm in the living room by the size of the cells: the share covered, and the share of the densest
+map's cells that differ from the cell that they lie in.
 
 {sizes}
 The office of Ouadjaout et al. (2016): a desk of {points} points 0.3 m apart under {candidates}
-candidates, which look down from a grid of 11 × 8 points. *Zones*: a point is covered where it lies
-in a zone of the lens, as published; *arm*: where NEMA's arm is noticed over it.
+candidates that face down at a grid of 11 × 8 points. *Zones*: a point is covered if it lies in a
+zone of the lens, as in the publication; *arm*: if NEMA's arm above it is detected.
 
 {office}
-Published: nearly 63 % by the best single detector, all by three. Not published: where the desk
-stands, the heights, and the zones; ours are those of `EKMC1601111` ([coverage.md](coverage.md)).
+Published: nearly 63 % by the best single detector, all by three. Not published: the position of the
+desk, the heights, and the zones; ours are those of `EKMC1601111` ([coverage.md](coverage.md)).
 """
 PUBLISHED = {1: "63 %", 3: "100 %"}
 

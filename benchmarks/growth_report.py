@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How cost and memory grow: the section of the page and its plots, from data."""
+"""The section of the page on the growth of cost and memory, and its plots, from data."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .tables import columns
 TEXT = """\
 ## Growth
 
-A hall with {objects} still objects of {triangles} triangles in all, one thing that moves, and
-{sensors} motion detectors of the thesis's kind over {frames} frames; one of these numbers changed
-at a time, each case in a process of its own. Milliseconds a look: *sensing* is this add-on's,
-*evaluation* Blender's own. *Start*: what the first second costs. *Scene*: MiB that Blender needs
-for the scene, *run*: what the run adds to it at most, recording included. *Exponent*: by which
-power of the number the time grows, from the row above; 1 is proportional. Nothing may grow faster
-than its work: above 1.2 is marked.
+A hall with {objects} still objects of {triangles} triangles in all, one moving object, and
+{sensors} motion detectors of the thesis over {frames} frames; one of these numbers varies at a
+time, and each case runs in its own process. Milliseconds per update step: *sensing* by this
+extension, *evaluation* by Blender. *Start*: the cost of the first second. *Scene*: Blender's memory
+for the scene in MiB; *run*: the most that the run adds, recording included. *Exponent*: the power
+of the number by which the time grows from the row above; 1 is proportional. Exponents above 1.2 are
+marked.
 
 {sweeps}
 **A recording of {hours:.0f} h** of the home's 22 sensors at the thesis's rates, {rows} readings:
@@ -28,7 +28,7 @@ read from it in {load_s:.1f} s.
 """
 COLUMNS = ("sensing_ms", "evaluation_ms", "start_ms", "scene_mib", "run_mib")
 FASTER = 1.2
-# Below so much a difference of two times is noise, and so is what it grows by.
+# ms: shorter times are dominated by noise, and get no exponent.
 LEAST_MS = 0.05
 
 
@@ -76,7 +76,7 @@ def figures(data: dict[str, Any]) -> dict[str, str]:
             name,
             [
                 Panel(
-                    "ms a look",
+                    "ms per update step",
                     [
                         _series("sensing", "sensing_ms", sizes, rows, ORANGE),
                         _series("evaluation", "evaluation_ms", sizes, rows, BLUE),

@@ -14,25 +14,24 @@ THESIS_FIRST, THESIS_LAST = 70, 10
 TEXT = """\
 ## The thesis's own figures
 
-The Ängen home and its story, {seconds:.0f} s of it, simulated as `angen simulate` does it, with
-Blender's evaluation of every frame included. *Speed* is simulated over real time. Rates are the
-thesis's: PIRs 10 Hz with 120 rays, one tilt an update; switches, pads and light 1 Hz.
+{seconds:.0f} s of the story of the Ängen home, simulated as by `angen simulate`, with Blender's
+evaluation of every frame. *Speed* is simulated time over real time. Rates are the thesis's: PIRs
+10 Hz with 120 rays, one tilt per update; switches, pads and light 1 Hz.
 
 **The whole home** (the thesis's figure 8.3, where Gazebo fell from {first} to {last} times real
 time)
 
 {cases}
-Where the time goes, one run each under a stopwatch that costs some percent itself. *Evaluation of
-the scene* is Blender's, and no sensor can save it but by looking at fewer frames; with light it
-holds the frames that a picture makes Blender evaluate again. *Alone* is the same frames stepped
-through with nothing sensed.
+Seconds by part, one run each with a stopwatch that itself costs some percent. *Evaluation of the
+scene* is Blender's; sensors can only reduce it by using fewer frames; with light it includes the
+frames that Blender evaluates again for a render. *Alone*: the same frames without sensing.
 
 ![Where the time of a run goes](pictures/bench_home.svg)
 
-{parts}
-**The rays of a fan** (figure 8.1: 160 rays ten times as fast as 640, 90 % kept). *Kept*: of the
-{motion} updates (of {updates}) at which a fan of {dense} rays at the same tilt saw movement, those
-at which this one did too; *extra*: of this one's, those at which the dense one did not.
+{parts} **The rays of a fan** (figure 8.1: 160 rays ten times as fast as 640, 90 % kept). A fan of
+{dense} rays detected movement at {motion} of {updates} updates. *Kept*: the share of these at which
+this fan detected it at the same tilt; *extra*: the share of this fan's detections without one of
+the dense fan.
 
 ![Speed and what is kept, over the number of rays](pictures/bench_rays.svg)
 
@@ -42,10 +41,10 @@ at which this one did too; *extra*: of this one's, those at which the dense one 
 ![Speed over the number of detectors](pictures/bench_pirs.svg)
 
 {counts}
-**The far plane of a light sensor** (the bathroom's, four walls). What a path tracer does is
-decided by its paths, not by how far they reach; the thesis's rasteriser draws what is nearer than
-the plane. A view in which nothing is nearer than that sees the sky, which is bright. All seven
-sensors: [light_benchmarks.md](light_benchmarks.md).
+**The far plane of a light sensor** (the bathroom's, four walls). The cost of a path tracer depends
+on its paths, not on their length; the thesis's rasteriser draws everything nearer than the plane. A
+view with nothing nearer shows the bright sky. All seven sensors:
+[light_benchmarks.md](light_benchmarks.md).
 
 {far}"""
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cycles against Radiance (Ward and others, LBNL) in the Ängen home: engines that share no code.
+"""Compares Cycles with Radiance (Ward and others, LBNL), which share no code, in the Ängen home.
 
-What both can say in the same way is carried over: every surface is made diffuse, in grey, and
-what lets light pass (panes, shades) is taken away. Lamps are spheres of their own radius and
-power, the sun a disk, the sky one radiance. Development only: needs pyradiance.
+The home is simplified to what both engines represent in the same way: every surface is diffuse and
+grey, and transparent objects (panes, shades) are removed. Lamps are spheres of their own radius and
+power, the sun is a disk, the sky has one radiance. Development only: needs pyradiance.
 """
 
 from __future__ import annotations
@@ -28,19 +28,20 @@ from .ray_layer import HOME
 
 FRAME = 1500
 SKY = 1.0
-# Radiance's own settings, of high quality: light sources as they are, no interpolation. A sky is
-# found by an ambient bounce, also where surfaces are black.
+# Radiance's options for high quality: no approximation of light sources, no interpolation. Ambient
+# bounces sample the sky, also with black surfaces.
 QUALITY = ["-ds", "0.02", "-dj", "0.9", "-dt", "0", "-dc", "1", "-u+"]
 QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7", "-lr", "-100"]
 DIVISIONS = 8_192
-# A window is a small part of what a face may see: of the others' rays too few would find it.
+# A window is a small part of a face's view: too few of DIVISIONS rays would hit it.
 SKY_DIVISIONS = 1_048_576
-# Ten bounces would miss 4 % of the light in the white closet and 16 % in the bathroom.
+# Ten bounces miss 4 % of the light in the white closet and 16 % in the bathroom.
 DIRECT_BOUNCES, BOUNCES = 1, 30
 
 
 def measure(samples: int) -> dict[str, Any]:
-    """Irradiance of both by day and by lamp, direct and whole, at faces in every room."""
+    """The irradiance by both engines at faces in every room, by day and by lamp, direct and
+    whole."""
     rows = []
     for time_of_day in ("day", "lamp"):
         bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
@@ -65,7 +66,7 @@ def measure(samples: int) -> dict[str, Any]:
 
 
 def simplify(time_of_day: str) -> None:
-    """Diffuse grey materials; what light passes through hidden; lamps or daylight alone."""
+    """Makes materials diffuse and grey, hides transparent objects, and leaves lamps or daylight."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     surfaces, reflects = Surfaces(), {}
     for obj in list(scene.objects):
@@ -117,8 +118,8 @@ def set_reflecting(reflecting: bool) -> None:
 
 
 def faces() -> list[LightRequest]:
-    """A face that looks down from each of the home's light sensors, and one that looks up from
-    table height under it."""
+    """A face at each of the home's light sensors that faces down, and one at table height below it
+    that faces up."""
     found = []
     for obj in sorted(bpy.context.scene.objects, key=lambda o: o.name):
         if obj.angen_sensor.kind == "LIGHT":
@@ -141,7 +142,7 @@ def rendered(requests: list[LightRequest], samples: int) -> list[float]:
 
 
 def exported(folder: Path, reflecting: bool) -> Path:
-    """The home as Radiance's scene."""
+    """Writes the home as a Radiance scene."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     text, housings = [], Housings()
     for obj in shown_objects(bpy.context.view_layer):
@@ -180,7 +181,7 @@ def compiled(scene: Path) -> Path:
 
 
 def _shape(lamp: Any, name: str) -> str:
-    """A lamp as a sphere, a ring or a rectangle, which shines to its front."""
+    """A lamp as a sphere, a ring or a rectangle, which emit to the front."""
     if lamp.type == "POINT":
         numbers = [*lamp.place, lamp.radius]
         return f"sphere {name}\n0\n0\n4 " + " ".join(f"{c:.9g}" for c in numbers)
@@ -223,7 +224,7 @@ _WRITTEN: dict[str, str] = {}
 
 
 def traced(octree: Path, requests: list[LightRequest], bounces: int, divisions: int) -> list[float]:
-    """W/m² at the faces."""
+    """Irradiances at the faces in W/m², by `rtrace`."""
     lines = []
     for request in requests:
         normal = -request.matrix[:3, 2]

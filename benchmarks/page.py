@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/benchmarks.md and its plots, from the data in docs/data; it needs no Blender.
+"""Writes docs/benchmarks.md and its plots from the data in docs/data; it needs no Blender.
 
-`python -m benchmarks.page` writes them anew from what was measured last.
+`python -m benchmarks.page` writes them again from the last measurements.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .regressions import PARTS, held
+from .regressions import PARTS, checked
 from .tables import table
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -27,30 +27,31 @@ REPORTS: Mapping[str, ModuleType] = {
 HEAD = """\
 # Benchmarks
 
-Written by `make bench` from the data in [data/](data/); do not edit. `make bench ARGS=--quick` is
-a glance of a few minutes, written to `build/bench`; `ARGS="--only PART"` measures one part of
-it.
+Written by `make bench` from the data in [data/](data/); do not edit. `make bench ARGS=--quick` is a
+quick measurement of a few minutes, written to `build/bench`; `ARGS="--only PART"` measures one
+part.
 
-**How to read this.** Numbers are medians, the least and the greatest of repeated runs in brackets;
-a number without brackets was measured once. Ratios are of figures of one run, which took turns, so
-that a busy machine meets both. Every part names its command and what its errors are against: a
-closed form, another engine, or a dense reference. Errors, shares and counts are the same in every
-run; the worst of them are held to bounds (`benchmarks/*_bounds.py`), and a run that breaks one
-says which and fails, in CI too. Times have no bounds: they are the machine's, so compare ratios.
+**How to read this.** Numbers are medians, with the least and the greatest of repeated runs in
+brackets; a number without brackets was measured once. Ratios compare figures that were measured
+alternately in one run, so that a busy machine slows both. Every part names its command and the
+reference of its errors: a closed form, another engine, or a dense computation. Errors, shares and
+counts are the same in every run; the worst of them have bounds (`benchmarks/*_bounds.py`), and a
+run that breaks a bound names it and fails, in CI too. Times have no bounds because they depend on
+the machine: compare ratios.
 
-**Beside others**, each in one run with it:
+**Compared with others**, in the same run:
 
 {ratios}
 | part | machine | took | bounds held |
 | --- | --- | --- | --- |
 {parts}
-The light sensor has a page of its own: [light_benchmarks.md](light_benchmarks.md). Hard cases and
-the tests that hold them: [hard_cases.md](hard_cases.md).
+The light sensor has its own page: [light_benchmarks.md](light_benchmarks.md). Hard cases and their
+tests: [hard_cases.md](hard_cases.md).
 """
 
 
 def known(folder: Path) -> dict[str, dict[str, Any]]:
-    """The data of the parts that were measured."""
+    """The data of the measured parts."""
     return {
         name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
         for name in REPORTS
@@ -77,17 +78,17 @@ def markdown(parts: Mapping[str, dict[str, Any]]) -> str:
 
 
 def _origin(name: str, data: dict[str, Any]) -> str:
-    """What measured a part."""
+    """The command that measured a part."""
     if data["quick"]:
         return (
-            f"`python -m benchmarks --only {name} --quick`: *a glance, one run, not the full "
-            "measurement.*"
+            f"`python -m benchmarks --only {name} --quick`: *a quick measurement, one run, not the "
+            "full one.*"
         )
     return f"`python -m benchmarks --only {name}`"
 
 
 def _held(name: str, data: dict[str, Any]) -> str:
-    figures = held(name, data)
+    figures = checked(name, data)
     count = sum(figure.holds for figure in figures)
     return (
         f"{count} of {len(figures)}" if count == len(figures) else f"**{count} of {len(figures)}**"
@@ -108,7 +109,7 @@ def figures(parts: Mapping[str, dict[str, Any]]) -> dict[str, str]:
 
 
 def _linked(text: str, folder: Path) -> str:
-    """The page with links that lead from `folder` to the other pages, which are in docs."""
+    """The page with links that lead from `folder` to the other pages in docs."""
     if folder == DOCS:
         return text
     way = Path(os.path.relpath(DOCS, folder)).as_posix()
@@ -116,7 +117,7 @@ def _linked(text: str, folder: Path) -> str:
 
 
 def write(docs: Path) -> str:
-    """Writes the page and the plots beside the data in `docs`; the page."""
+    """Writes the page and the plots beside the data in `docs`; returns the page."""
     parts = known(docs / "data")
     text = _linked(markdown(parts), docs)
     (docs / "benchmarks.md").write_text(text, encoding="utf-8")

@@ -12,40 +12,40 @@ LIGHT_OURS, RADIANCE = "Ängen Sensors (Cycles)", "Radiance `rtrace`"
 TEXT = """\
 ## Against other engines
 
-The same {boxes} boxes (the home's walls and furniture, each as its bounding box, and a walker),
-the same {rays} rays of seven detectors (120 rays, nine tilts) at each of ten looks a second, the
-walker elsewhere at each; one process, one after the other. Milliseconds for a simulated second of
-rays alone: moving the boxes is in, Blender's evaluation and the loading of the scene are not.
-*Start* is the first look. Errors are against float64 ray and box, in closed form; *at edges*:
-rays more than {edge:g} m off, which pass an edge on its other side; they are left out of the
-errors.
+All engines get the same {boxes} boxes (the bounding boxes of the home's walls and furniture, and a
+walker) and the same {rays} rays of seven detectors (120 rays, nine tilts) at ten updates a second
+with a moving walker, one engine after the other in one process. Milliseconds for the rays of a
+simulated second, including the motion of the boxes, without Blender's evaluation and the loading of
+the scene. *Start*: the first update. Errors are relative to closed forms of ray and box in float64;
+*at edges*: rays with errors above {edge:g} m, which pass an edge on its other side and are left out
+of the other errors.
 
 {table}
 {verdict}
 {touch}{light}"""
 LIGHT = """
-**Light.** One reading of the home's seven light sensors by its lamps, with all that must be done
-anew once something has moved: Cycles's copy of the scene, Radiance's octree ({compile:.1f} s). The
-home is diffuse and grey for both ([light_benchmarks.md](light_benchmarks.md)). Errors, rms over the
-{faces} sensors that get light, are against the same engine with many more rays; there both agree
-within {apart} rms. At an error of {same} it takes {ours} s and {theirs} s. A run measures faster
-than that: what stands still is kept from one reading to the next.
+**Light.** One reading of the home's seven light sensors by its lamps, with everything that must be
+repeated after something has moved: Cycles's copy of the scene, Radiance's octree ({compile:.1f} s).
+The home is diffuse and grey for both ([light_benchmarks.md](light_benchmarks.md)). Errors, rms over
+the {faces} sensors that get light, are relative to the same engine with many more rays; these
+references agree within {apart} rms. For an error of {same} Cycles takes {ours} s and Radiance
+{theirs} s. A whole run is faster, because Cycles reuses the still parts of the scene.
 
 {table}"""
 TOUCH = """
-**Touch.** A box of 5 kg at rest on a pad, {exact:.2f} N. Ängen Sensors works forces out from what
-Blender's Bullet moved, at 24 updates a second; MuJoCo steps its own physics ({step:g} ms) and its
-touch sensor adds up contacts.
+**Touch.** A box of 5 kg at rest on a pad, {exact:.2f} N. Ängen Sensors computes forces from the
+motion that Blender's Bullet simulated, at 24 updates a second; MuJoCo steps its own physics
+({step:g} ms), and its touch sensor adds up the contact forces.
 
 {table}
-MuJoCo is faster for it simulates and senses in one compiled step, where forces are there to be
-read; Blender hands none out, so they are solved for once more, in numpy. Its result on shared
-loads stands in [pressure.md](pressure.md).
+MuJoCo is faster because it simulates and senses in one compiled step and has the forces already;
+Blender does not expose them, so this extension solves for them again in numpy. Loads shared by
+several pads: [pressure.md](pressure.md).
 """
 
 
 def left_out(data: dict[str, Any]) -> list[str]:
-    """What this run did without, in words."""
+    """The engines that this run left out, as texts."""
     found = [f"{name}, which is not installed" for name in data["missing"]]
     found += [] if data["touch"] else ["MuJoCo's touch sensor, which is not installed"]
     return found + ([] if data["light"] else ["Radiance (pyradiance), which is not installed"])

@@ -12,13 +12,13 @@ COLOURS = (BLUE, SKY, GREEN, PURPLE, ORANGE, BLACK)
 TEXT = """\
 ## The motion detector
 
-Who is seen, how soon, and how often it errs, by the settings of the range scan: {passes} passes
-of each walker through a furnished room of 4.6 × 4 m, the detector 2.2 m up in the middle of a
-wall; the same passes for each setting, another phase of the sweep at each. A cell is the share of
-passes detected, the median latency after the body set off, and the share of updates that said so
-on the way (a NEMA walker stands still most of it). Rays are met in closed form. Where all
-{passes} passes were detected, the true share is above {least} with 97.5 % confidence. The
-thesis's setting: 120 rays, one tilt of 10° an update (saw-tooth), 10 Hz, threshold 0.05 m.
+Detection, latency and false alarms by the settings of the range scan: {passes} passes of each
+walker through a furnished room of 4.6 × 4 m, with the detector 2.2 m up in the middle of a wall.
+Each setting has the same passes, each with another phase of the sweep. A cell shows the share of
+passes detected, the median latency after the body starts, and the share of updates during the pass
+that report motion (a NEMA walker stands still for most of it). Rays hit the bodies in closed form.
+Where all {passes} passes were detected, the true share is above {least} with 97.5 % confidence. The
+thesis's setting: 120 rays, one tilt of 10° per update (saw-tooth), 10 Hz, threshold 0.05 m.
 
 Walkers: NEMA WD 7's person at 4 ft/s who stops for 2 s after every 3 ft; the same without stops;
 0.3 m/s; a child of 1.05 m at 0.8 m/s; a cat at 0.5 m/s; NEMA's minor motion, an arm of
@@ -30,12 +30,11 @@ Walkers: NEMA WD 7's person at 4 ft/s who stops for 2 s after every 3 ft; the sa
 
 {picture}One setting changed at a time, from the thesis's:
 
-{groups}
-False alarms: how often the output goes on in an empty room by noise on the ranges, counted over
-{empty} and told for an hour, so that one is {one}; without noise there are none, as nothing in it
-changes. Where noise is so strong that the output never goes off again, that is one.
+{groups} False alarms: how often noise on the ranges turns the output on in an empty room, counted
+over {empty} and scaled to an hour, so that one false alarm counts as {one}; without noise there are
+none. An output that noise keeps on throughout is one false alarm.
 """
-PICTURE = "![Share of updates that say so, over the rays](pictures/bench_pir.svg)\n\n"
+PICTURE = "![Share of updates that report motion, over the rays](pictures/bench_pir.svg)\n\n"
 
 
 def section(data: dict[str, Any]) -> str:
@@ -84,7 +83,7 @@ def _cell(seen: dict[str, Any]) -> str:
 
 
 def _missed(rows: list[dict[str, Any]]) -> str:
-    """What the thesis's setting misses that the recommended one sees."""
+    """The passes and updates that the thesis's setting misses and the recommended one detects."""
     named = {row["name"]: row["walkers"] for row in rows if row["group"] == "chosen"}
     thesis, best = named["thesis"], named["recommended"]
     parts = []
@@ -97,16 +96,16 @@ def _missed(rows: list[dict[str, Any]]) -> str:
             )
     said = [(w, s["said"] / best[w]["said"]) for w, s in thesis.items() if best[w]["said"]]
     least, most = min(said, key=lambda pair: pair[1]), max(said, key=lambda pair: pair[1])
-    text = "The thesis's setting sees " + ("; ".join(parts) if parts else "as many passes")
+    text = "The thesis's setting detects " + ("; ".join(parts) if parts else "as many passes")
     return (
-        f"{text}. It says so at {percent(least[1])} ({least[0]}) to {percent(most[1])} ({most[0]}) "
-        "of the updates at which the recommended one does: its output flickers, and a movement "
-        "shorter than a sweep of 0.9 s can fall between two looks at its height."
+        f"{text}. It reports motion at {percent(least[1])} ({least[0]}) to {percent(most[1])} "
+        f"({most[0]}) of the updates at which the recommended one does: its output flickers, and "
+        "it can miss a movement shorter than a sweep of 0.9 s."
     )
 
 
 def figures(data: dict[str, Any]) -> dict[str, str]:
-    title = "Updates at which the detector says that somebody moves"
+    title = "Share of updates that report motion"
     panels = _panels(data)
     return {"bench_pir.svg": figure(title, "rays of a fan", panels, log_x=True)} if panels else {}
 
@@ -116,12 +115,12 @@ def _panels(data: dict[str, Any]) -> list[Panel]:
     for group in ("rays, all tilts", "rays, saw-tooth"):
         rows = [row for row in data["rows"] if row["group"] == group]
         if not rows:
-            # A glance has no sweep over the rays: what it has stands at its own number.
+            # A quick measurement does not vary the rays.
             continue
         rays = [int(row["name"]) for row in rows]
         panels.append(
             Panel(
-                f"{group[6:]}: said so, %",
+                f"{group[6:]}: motion, %",
                 [
                     Series(name, rays, [100 * row["walkers"][name]["said"] for row in rows], colour)
                     for name, colour in zip(rows[0]["walkers"], COLOURS, strict=True)

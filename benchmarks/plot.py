@@ -29,8 +29,8 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
 
 @dataclass(frozen=True)
 class Series:
-    """One line, `thin` line, or row of `dots`; without a label it is not in the legend. `names`
-    stand beside its points."""
+    """A line, a `thin` line, or `dots`; without a label it is not in the legend. `names` label its
+    points."""
 
     label: str
     x: Sequence[float]
@@ -43,7 +43,7 @@ class Series:
 @dataclass(frozen=True)
 class Panel:
     """Series over one y axis, with its label and unit; `height` in hundredths of an inch; `least`:
-    the axis spans this much at least to both sides of zero; `legend`: a title of the legend;
+    the axis spans at least this much on both sides of zero; `legend`: the title of the legend;
     `log`: a logarithmic axis."""
 
     label: str
@@ -55,7 +55,7 @@ class Panel:
 
 
 def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = False) -> str:
-    """Panels below each other over one axis."""
+    """Panels below each other over a common x axis, as SVG."""
     heights = [panel.height for panel in panels]
     drawing, axes = _subplots(len(panels), sum(heights) / 100 + 0.9, height_ratios=heights)
     drawing.suptitle(title, fontweight="bold")
@@ -85,7 +85,7 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = Fals
 
 
 def bars(title: str, unit: str, rows: Sequence[tuple[str, Mapping[str, float], str]]) -> str:
-    """What a whole is made of: stacked bars from (name, value by part, what stands behind)."""
+    """Stacked bars from rows (name, value by part, text behind the bar), as SVG."""
     drawing, (axis,) = _subplots(1, 0.45 * len(rows) + 1.3)
     drawing.suptitle(title, fontweight="bold")
     names, left = [name for name, _, _ in rows], [0.0] * len(rows)
@@ -103,7 +103,7 @@ def bars(title: str, unit: str, rows: Sequence[tuple[str, Mapping[str, float], s
 
 
 def _plain_numbers(axis: Any) -> None:
-    """1, 2 and 5 times powers of ten, as they are."""
+    """Ticks at 1, 2 and 5 times powers of ten, without exponents."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -123,7 +123,7 @@ def _subplots(rows: int, height: float, **ratios: Any) -> tuple[Any, Any]:
 
 
 def _svg(drawing: Any) -> str:
-    """The same bytes for the same numbers; text stays text."""
+    """The SVG, with the same bytes for the same numbers, and with text as text."""
     import matplotlib
 
     out = io.StringIO()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tables of docs/pressure.md and the pressure sensor's part of the benchmark page, from data.
+"""The tables of docs/pressure.md and the pressure sensor's section of the benchmark page, from
+data.
 
-It needs no Blender: python -m benchmarks.pressure_report writes them anew from the last data.
+It needs no Blender: `python -m benchmarks.pressure_report` writes them again from the last data.
 """
 
 from __future__ import annotations
@@ -34,12 +35,12 @@ GROUPS = {
 
 
 def left_out(data: dict[str, Any]) -> list[str]:
-    """What this run did without, in words."""
+    """The engines that this run left out, as texts."""
     return [] if data["mujoco"] else ["the same scenes in MuJoCo, which is not installed"]
 
 
 def section(data: dict[str, Any]) -> str:
-    """What the benchmark page says of the pressure sensor."""
+    """The pressure sensor's section of the benchmark page."""
     rows = data["accuracy"]
     resting = [row for row in rows if row["group"] in {"rest", "extremes"}]
     drops = [row for row in rows if row["group"] == "drop"]
@@ -124,16 +125,16 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _percent(share: float) -> str:
-    """Two digits; nobody is helped by 0.0000043 %."""
+    """A share in percent with two digits, or "< 0.001 %"."""
     if math.isnan(share):
         return "none"
     return "< 0.001 %" if share < 1e-5 else f"{100.0 * share:.2g} %"
 
 
 def _resistor(rows: list[dict[str, Any]]) -> str:
-    told = [{**row, "hand": "" if row["by_hand"] is None else row["by_hand"]} for row in rows]
+    shown = [{**row, "hand": "" if row["by_hand"] is None else row["by_hand"]} for row in rows]
     return columns(
-        told,
+        shown,
         "force N=force_n:g",
         "resistance Ω=resistance_ohm:.0f",
         "divider V=voltage_v:.3f",
@@ -143,12 +144,12 @@ def _resistor(rows: list[dict[str, Any]]) -> str:
 
 
 def filled(page: str, data: dict[str, Any]) -> str:
-    """docs/pressure.md with its tables made anew."""
+    """docs/pressure.md with new tables."""
     return filled_in(page, COMMAND, tables(data))
 
 
 def figures(data: dict[str, Any]) -> dict[str, str]:
-    """Dots are measured, lines exact; their difference is below."""
+    """The plot of measured (dots) and exact (lines) forces, with their difference below."""
     data = data["table"]
     time = data["time_s"]
     shown = [i for i, known in enumerate(data["known"]) if known]
@@ -173,13 +174,13 @@ def figures(data: dict[str, Any]) -> dict[str, str]:
 
 
 def write(data: dict[str, Any]) -> None:
-    """Data and tables."""
+    """Writes the data and the tables."""
     DATA.write_text(dumped(data), encoding="utf-8")
     PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), data), encoding="utf-8")
 
 
 def dumped(data: dict[str, Any]) -> str:
-    """JSON with one line for each innermost list, so that a change is easy to read."""
+    """JSON with one line for each innermost list, for readable diffs."""
     text = json.dumps(data, indent=1, ensure_ascii=False)
     return re.sub(r"\[[^][{}]*\]", lambda m: re.sub(r"\s*\n\s*", " ", m[0]), text) + "\n"
 

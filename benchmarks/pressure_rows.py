@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rows of the accuracy table: what pads said of a scene, against what is exact."""
+"""Rows of the accuracy table: the pads' readings of a scene and their exact forces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def row(
     first: int | None = None,
     mujoco: bool = False,
 ) -> Row:
-    """Pads against their exact forces in newtons, from frame index `first` on."""
+    """The errors of pads with these exact forces in newtons, from frame index `first` on."""
     found: list[float] = []
     errors: list[tuple[float, float]] = []
     for name, force in exact.items():
@@ -56,7 +56,8 @@ def row(
 
 
 def validity(followed: Followed) -> Row:
-    """Updates that are valid, of all; the first has no frame before it and cannot be."""
+    """The numbers of valid and of all updates; the first has no frame before it and is never
+    valid."""
     tracks = followed.tracks.values()
     return {
         "valid": sum(sum(track.valid) for track in tracks),
@@ -69,7 +70,7 @@ def validity(followed: Followed) -> Row:
 
 
 def total(scene: str, followed: Followed, exact: float) -> Row:
-    """The sum over all pads."""
+    """The error of the sum over all pads."""
     tracks = list(followed.tracks.values())
     half = len(tracks[0].force) // 2
     sums = np.sum([track.force[half:] for track in tracks], axis=0)
@@ -88,7 +89,7 @@ def total(scene: str, followed: Followed, exact: float) -> Row:
 
 
 def at_rest(followed: Followed, dt: float) -> Any:
-    """Mask of the frames in which no body moves, before and after, by 10 mm/s, nor its rim."""
+    """Mask of the frames before and after which every body, and its rim, is slower than 10 mm/s."""
     count = min(len(track.force) for track in followed.tracks.values())
     still = np.ones(count, bool)
     still[0] = False

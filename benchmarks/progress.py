@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines on standard error that tell how far a long part is."""
+"""Progress of a long part on standard error."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The fast ray layer against `scene.ray_cast`: time a frame, worst range error, events.
 
-Both casters see the same frames of the same scene in one process, one after the other; the time
-is that of sensing alone, without Blender's evaluation of the frame, which is given beside it.
-Detectors keep their own rate (10 Hz), so a frame is the mean over frames with and without updates.
-The first second, in which the fast layer meets all that stands still, is told apart as its start.
+Both casters get the same frames of the same scene in one process, one after the other; times are
+those of sensing, without Blender's evaluation of the frame, which is given separately. Detectors
+update at 10 Hz, so the time of a frame is the mean over frames with and without updates. The first
+second, in which the fast layer processes everything that stands still, is its start time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .common import HOME as HOME
 from .common import open_home, spread
 from .progress import progress
 
-# Where the story has the person walk from the kitchen to the living room.
+# The frame at which the person walks from the kitchen to the living room.
 FIRST_FRAME = 600
 PIRS = (1, 7, 20)
 RAYS = (80, 160, 640)
@@ -35,7 +35,7 @@ START_FRAMES = 24
 
 @dataclass
 class Run:
-    """One caster's work: seconds for the start, then sensing and evaluating; all that was read."""
+    """One caster's run: the seconds for the start, for sensing and for evaluation; all readings."""
 
     starting: float = 0.0
     sensing: float = 0.0

@@ -10,31 +10,30 @@ from .tables import columns, median, short
 INTRODUCTION = """\
 ## The ray layer
 
-The fast layer against Blender's own `scene.ray_cast`, on the same {frames} frames in one process:
-milliseconds a frame of sensing alone, in rounds that take turns ({rounds}; the last row of the
-full measurement: one), and their ratio. *Start* is what the fast layer's first second costs once,
-in milliseconds, when it meets all that stands still. Evaluating a frame of the scene, which both
-need, is told beside it. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that
-differ* compares what every detector said at every update.
+The fast ray layer compared with Blender's own `scene.ray_cast`, on the same {frames} frames in one
+process: milliseconds per frame of sensing alone, in alternating rounds ({rounds}; in the last row
+of the full measurement one), and their ratio. *Start*: the milliseconds that the fast layer spends
+once in its first second on everything that stands still. *Evaluation*: Blender's evaluation of a
+frame, which both need. Detectors update at 10 Hz, the scene runs at 24 fps. *Updates that differ*
+compares the output of every detector at every update.
 
 """
 
 ACCURACY = """
 ### Accuracy of a range
 
-Every ray of the home's seven detectors that meets a face, at some of the frames above, {rays} in
-all, against the float64 intersection with the triangle that it meets. Errors in metres; the last
-column is the worst error on the {apart} rays where the two are more than 1e-5 m apart.
+All {rays} rays of the home's seven detectors that hit a face, at some of the frames above, compared
+with the float64 intersection of the same triangle. Errors in metres; the last column is the worst
+error of the {apart} rays where the two layers differ by more than 1e-5 m.
 
 | | rms | worst | worst where they differ |
 |---|---|---|---|
 | fast layer | {fast_rms_m:.1e} | {fast_m:.1e} | {apart_fast_m:.1e} |
 | `scene.ray_cast` | {reference_rms_m:.1e} | {reference_m:.1e} | {apart_reference_m:.1e} |
 
-`scene.ray_cast` takes a ray's start in world coordinates of single precision; 10 m from the
-origin that moves it by half a micrometre, and a ray that grazes a face meets it many times
-that sooner or later. The fast layer meets each object in the object's own space, where
-numbers are smaller.
+`scene.ray_cast` gets a ray's start in world coordinates of single precision; 10 m from the origin
+that moves the start by half a micrometre, and the hit of a ray that grazes a face by many times
+that. The fast layer intersects each object in its local space, where numbers are smaller.
 """
 
 COLUMNS = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether what was measured is as accurate as it was: the bounds of every part. Times have none."""
+"""Checks that results are as accurate as before, by the bounds of every part. Times have none."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from typing import Any
 
-from .bounds import Bounds, Held
+from .bounds import Bounds, CheckedFigure
 
-# In the order of the page; each has modules of its name: PART_bounds, PART_report and, but for
-# rays, PART, which measures it. The light sensor has a program and a page of its own.
+# In the order of the page. Each has the modules PART_bounds, PART_report and PART, which measures
+# it (for rays: ray_benchmark). The light sensor has its own program and page.
 PARTS = (
     "home",
     "day",
@@ -31,21 +31,21 @@ CHECKS: Mapping[str, Callable[[dict[str, Any], Bounds], None]] = {
 }
 
 
-def held(name: str, data: dict[str, Any]) -> list[Held]:
-    """Every figure of a part that has a bound. What is missing in its data is told as broken."""
+def checked(name: str, data: dict[str, Any]) -> list[CheckedFigure]:
+    """Every figure of a part that has a bound; missing data break a bound too."""
     bounds = Bounds()
     for place in _no_numbers(data):
         bounds.missing(f"a number at {place}")
     try:
         CHECKS[name](data, bounds)
     except (AttributeError, KeyError, IndexError, TypeError, ValueError, ZeroDivisionError) as e:
-        bounds.missing(f"what the bounds are for ({type(e).__name__}: {e})")
-    return bounds.held
+        bounds.missing(f"data for the bounds ({type(e).__name__}: {e})")
+    return bounds.checked
 
 
 def broken(name: str, data: dict[str, Any]) -> list[str]:
-    """What is out of its bound: the figure, and what it must be."""
-    return [f"{name}: {figure}" for figure in held(name, data) if not figure.holds]
+    """The figures that break their bounds."""
+    return [f"{name}: {figure}" for figure in checked(name, data) if not figure.holds]
 
 
 def _no_numbers(data: Any, place: str = "") -> Iterator[str]:

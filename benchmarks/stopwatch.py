@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the time of a run goes: exclusive seconds of its parts, by wrapping what does them."""
+"""Measures the seconds that each part of a run takes, by wrapping the functions of the parts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from angen_sensors.sensor_logic.recording.tracks import Track
 
 EVALUATION = "evaluation of the scene"
-# What is wrapped: owner, name, and the part that its own time counts for.
+# The wrapped functions: owner, name, and the part to which their own time is added.
 WRAPPED = (
     (type(state.CACHE), "note", "what moved"),
     (RayCaster, "update", "what moved"),
@@ -37,8 +37,8 @@ PARTS = (EVALUATION, *dict.fromkeys(part for *_, part in WRAPPED))
 
 
 class Stopwatch:
-    """Seconds by part: nested parts are not counted twice. What no part takes is Blender's
-    evaluation of the frames, and the loop itself."""
+    """Seconds by part, without those of nested parts. The remaining time is Blender's evaluation of
+    the frames, and the loop itself."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = defaultdict(float)
@@ -67,10 +67,10 @@ class Stopwatch:
             try:
                 return work(*arguments, **named)
             finally:
-                taken = time.perf_counter() - start
-                self.seconds[part] += taken - self._inner.pop()
-                self.calls[part].append(taken)
+                seconds = time.perf_counter() - start
+                self.seconds[part] += seconds - self._inner.pop()
+                self.calls[part].append(seconds)
                 if self._inner:
-                    self._inner[-1] += taken
+                    self._inner[-1] += seconds
 
         return measured

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The optical switch: one ray against an aperture of several, and how fast a flag may be.
+"""The optical switch: one ray or an aperture of several, and the detection of fast flags.
 
-The light that passes a straight edge is known in closed form, and so is the chance that a flag of
-width w at speed v is between two looks T apart: it is seen in min(1, w / (v·T)) of the crossings.
-A swept switch must see all of them. The first is the product's own model with rays in closed
-form, the others are its simulation of a Blender scene.
+The light that passes a straight edge is known in closed form. So is the share of crossings that a
+switch with updates T apart detects of a flag of width w at speed v: min(1, w / (v·T)). A swept
+switch must detect all of them. The first part uses the product's model with rays in closed form,
+the others its simulation of a Blender scene.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from .common import spread
 Array = np.typing.NDArray[np.float64]
 APERTURES = (1, 3, 5, 9, 17, 33)
 APERTURE, GAP = 0.5e-3, 3.1e-3
-# m: how far the flag's edge shakes to both sides, and how often it is looked at.
+# m: how far the flag's edge shakes to both sides; and the number of updates.
 SHAKING, LOOKS = 0.04e-3, 400
 SUBSTEPS = (1, 2, 4, 8, 16)
 FPS = 24
-# Width in m and speed in m/s: an arm, a hand, a card, a thin card; a door's flag that is slow.
+# Name, width in m and speed in m/s.
 FLAGS = (
     ("flag of a door, 10 cm at 1 m/s", 0.1, 1.0),
     ("hand, 8 cm at 5 m/s", 0.08, 5.0),
     ("card, 1 cm at 1 m/s", 0.01, 1.0),
     ("0.5 mm at 1 m/s", 0.0005, 1.0),
 )
-# How often a run with swept switches and one without take turns, for their times.
+# Alternating runs with swept and unswept switches, for their times.
 TURNS = 5
 POSE = Pose(np.zeros(3), np.eye(3))
 
@@ -64,7 +64,7 @@ def measure(quick: bool) -> dict[str, Any]:
 
 
 class _Edge:
-    """A flag in the gap that covers all beside `at` (m) along the aperture."""
+    """A flag in the gap that covers the aperture up to `at` (m)."""
 
     def __init__(self) -> None:
         self.at = 0.0
@@ -81,8 +81,8 @@ def _update(number: int, edge: _Edge) -> Update:
 
 
 def _aperture(rays: int, edges: int) -> dict[str, Any]:
-    """Worst error of the light, against its bound; changes of the output where the flag's edge
-    shakes in the middle of the aperture; microseconds of an update."""
+    """The worst error of the light with its bound; the changes of the output while the flag's edge
+    shakes in the middle of the aperture; the microseconds of an update."""
     parameters = OpticalSwitchParameters(
         aperture_rays=rays, aperture=APERTURE, threshold=GAP, range_max=0.01
     )
@@ -96,12 +96,12 @@ def _aperture(rays: int, edges: int) -> dict[str, Any]:
         light = float(np.mean(edge.cast(0, start, start, reach) >= GAP))
         worst = max(worst, abs(light - (0.5 - at / APERTURE)))
     model, before, changes = SlottedSwitch(), None, 0
-    taken = []
+    durations = []
     for number in range(LOOKS):
         edge.at = float(chance.uniform(-SHAKING, SHAKING))
         begin = time.perf_counter()
         now = model.update(parameters, _update(number, edge)).active
-        taken.append((time.perf_counter() - begin) * 1e6)
+        durations.append((time.perf_counter() - begin) * 1e6)
         changes += before is not None and now != before
         before = now
     return {
@@ -109,12 +109,12 @@ def _aperture(rays: int, edges: int) -> dict[str, Any]:
         "worst_error": worst,
         "bound": 1.0 / (2 * rays),
         "changes": changes,
-        "us": spread(taken),
+        "us": spread(durations),
     }
 
 
 def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> dict[str, Any]:
-    """One flag passes `count` switches side by side, each at another moment between two looks."""
+    """One flag crosses `count` switches side by side, each at another time between two updates."""
     scene = _scene_of_switches(width, speed, substeps, count)
     wall, recording = _run(scene)
     seen = _share_seen(recording)
@@ -135,9 +135,9 @@ def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> 
 
 
 def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dict[str, Any]:
-    """The same with swept switches, at whole frames: the share seen; those that say so at another
-    update than the one at or next after the crossing; the time of a run over that of an unswept
-    one."""
+    """The same with swept switches at whole frames: the share of crossings detected; the number
+    reported at another update than that at or next after the crossing; and the time of a run over
+    that of an unswept one."""
     scene = _scene_of_switches(width, speed, 1, count)
     switches = [obj for obj in scene.objects if obj.angen_sensor.kind == "OPTICAL_SWITCH"]
     walls: dict[bool, list[float]] = {True: [], False: []}
@@ -152,14 +152,14 @@ def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dic
     for switch in switches:
         times = FPS * np.array([switch.location.x, switch.location.x + width]) / speed
         track = recording.tracks[switch.name]
-        told = [
+        closed = [
             round(t * FPS)
             for t, is_open in zip(track.times, track.active, strict=True)
             if not is_open
         ]
         first, last = int(np.ceil(times[0])), int(np.ceil(times[1]))
-        # At an update while it is in the beam; where there is none, at the next one.
-        wrong += told != list(range(first, max(last, first + 1)))
+        # At the updates while it is in the beam, or else at the next one.
+        wrong += closed != list(range(first, max(last, first + 1)))
     return {
         "name": name,
         "width_m": width,
@@ -172,7 +172,7 @@ def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dic
 
 
 def _run(scene: Any) -> tuple[float, Recording]:
-    """Seconds that a run took, and what it recorded."""
+    """The seconds of a run, and its recording."""
     recording = Recording()
     sensors = all_sensors(bpy.context.view_layer)
     begin = time.perf_counter()
@@ -191,7 +191,7 @@ def _scene_of_switches(width: float, speed: float, substeps: int, count: int) ->
     scene.frame_start, scene.frame_end = 1, 1 + FPS
     scene.render.fps, scene.angen_substeps, scene.angen_live = FPS, substeps, False
     chance = np.random.default_rng(1)
-    # Evenly over the way between two looks, with a little chance, so that no rounding repeats.
+    # Evenly over the path between two updates, with random offsets, so that no rounding repeats.
     phases = (np.arange(count) + chance.uniform(0, 1, count)) / count
     for i, phase in enumerate(phases.tolist()):
         switch = bpy.data.objects.new(f"switch {i:03d}", None)

@@ -12,19 +12,17 @@ COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 TEXT = """\
 ## The optical switch
 
-**One ray or an aperture of several.** A slit of {aperture:g} mm; the worst error of the light
-that passes a straight edge, against its bound 1/(2k); how often the output changes in {looks}
-looks while the edge shakes by ± {shaking:g} mm about the middle; the time of an update of the
-model, rays left out.
+**One ray or an aperture of k rays.** A slit of {aperture:g} mm: the worst error of the light that
+passes a straight edge, and its bound 1/(2k); the number of output changes in {looks} updates while
+the edge shakes by ± {shaking:g} mm about the middle; the time of a model update without its rays.
 
-{apertures}
-**Fast flags.** A flag of width w at speed v, seen at {fps} frames a second and a number of
-substeps: the share of crossings at which the beam was looked at while the flag was in it, and
-min(1, w·fps·substeps/v); what no look falls on is not seen. *Substeps* cost their number times the
-frames; the time is that of a run over that of one without. *Swept* switches look at whole frames
-and sweep the flag from one to the next ([switch.md](switch.md)): they must see every one, and say
-so at the very update (*wrong* counts those that do not). Here one flag meets {switches} beams
-within a few of 25 steps; where nothing moves near a beam, only bounds are compared.
+{apertures} **Fast flags.** A flag of width w at speed v crosses a beam, at {fps} frames a second
+and a number of substeps: the share of crossings with an update while the flag was in the beam, and
+the exact value min(1, w·fps·substeps/v). *Substeps* multiply the number of frames; *time* is
+relative to a run without them. *Swept* switches use whole frames and the flag's path between them
+([switch.md](switch.md)): they must detect every crossing, at the right update (*wrong* counts the
+others). Here one flag crosses {switches} beams within a few of 25 steps; where nothing moves near a
+beam, only bounds are compared.
 
 ![Share of crossings seen over the substeps](pictures/bench_switch.svg)
 

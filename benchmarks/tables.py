@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Markdown from numbers."""
+"""Markdown tables from numbers."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def columns(rows: Iterable[Mapping[str, Any]], *specs: str) -> str:
-    """A table with a column for each of `specs`: "head=key:format", where head and key may be one
-    and the format is one of WAYS or of Python's; text after it stands behind the
-    number, such as "reading=percent:.2f %"."""
+    """A table with a column for each of `specs`: "head=key:format", where a single name is both
+    head and key, and the format is one of WAYS or of Python's; text after it follows the number,
+    such as "reading=percent:.2f %"."""
     columns = [(head, key or head) for head, _, key in (spec.partition("=") for spec in specs)]
     heads = [head for head, _ in columns]
     return table(heads, ([_cell(row, key) for _, key in columns] for row in rows))
@@ -34,7 +34,7 @@ def _line(cells: Iterable[str]) -> str:
 
 
 def spread(found: dict[str, Any] | float, digits: int = 3) -> str:
-    """Median (least–greatest) of repeated runs; of a single one, the number alone."""
+    """Median (least–greatest) of repeated runs; for a single run only the number."""
     if not isinstance(found, dict) or found["runs"] == 1:
         return short(median(found), digits)
     low, high = short(found["low"], digits), short(found["high"], digits)
@@ -46,7 +46,8 @@ def median(found: dict[str, Any] | float) -> float:
 
 
 def short(value: float, digits: int = 3) -> str:
-    """So many digits that count, and no exponents for numbers that people read as they are."""
+    """A number with so many significant digits; with an exponent only below 0.001 or from 1e6
+    on."""
     if value and not 1e-3 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}"
     size = len(str(int(abs(value)))) if abs(value) >= 1 else 0
@@ -67,7 +68,7 @@ WAYS: Mapping[str, Callable[[Any], str]] = {
 
 
 def filled_in(page: str, command: str, texts: Mapping[str, str]) -> str:
-    """A page with its tables made anew, each between its two markers; the first names the command
+    """The page with new tables, each between its two markers; the first marker names the command
     that measures it."""
     for name, text in texts.items():
         first, last = f"<!-- {name}: {command} -->", f"<!-- end of {name} -->"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who moves in front of a motion detector: people, a child, a cat and an arm, built of boxes, in a
-furnished room. Pure numpy: rays meet boxes in closed form, in float64.
+"""Moving bodies in front of a motion detector: people, a child, a cat and an arm, built of boxes,
+in a furnished room. Pure numpy: closed-form intersections of rays and boxes in float64.
 
 NEMA WD 7: major motion is a person who walks at 4 ft/s and stops for 2 s at the edge of every
 3 ft cell; minor motion an arm of 3 × 3 × 15 in that turns by 90° at 90°/s, 36 in above the floor.
@@ -40,13 +40,13 @@ FURNITURE = (
     ((0.5, 3.25, 0.0), (0.55, 3.9, 0.7)),
     ((1.65, 3.25, 0.0), (1.7, 3.9, 0.7)),
 )
-# Nobody walks nearer than this to the furniture and the walls.
+# m: walkers keep at least this distance from furniture and walls.
 CLEAR = 0.3
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes of half sizes `half` (n, 3) about `centre` (n, 3), turned by `axes` (n, 3, 3), whose
+    """Boxes with centres `centre` (n, 3), half sizes `half` (n, 3) and axes (n, 3, 3), whose
     columns are the boxes' own axes."""
 
     centre: Array
@@ -60,14 +60,14 @@ class Boxes:
         return cls((lo + hi) / 2, (hi - lo) / 2, np.broadcast_to(np.eye(3), (len(lo), 3, 3)))
 
     def corners(self) -> Array:
-        """(n, 8, 3)."""
+        """The boxes' corners (n, 8, 3)."""
         signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
         return self.centre[:, None] + np.einsum(
             "nij,nkj->nki", self.axes, signs[None] * self.half[:, None]
         )
 
     def same_as(self, other: Boxes) -> bool:
-        """Whether all stands where it stood."""
+        """Whether all boxes have the same positions and axes."""
         return np.array_equal(self.centre, other.centre) and np.array_equal(self.axes, other.axes)
 
     def bounds(self) -> tuple[Array, Array]:
@@ -91,8 +91,8 @@ def ranges_to(boxes: Boxes, origins: Array, directions: Array, reach: Array) -> 
 
 
 def _passing(centre: Array, radius: float, origins: Array, directions: Array) -> Array:
-    """Numbers of the rays whose line comes as near to `centre` as `radius`: what misses a ball
-    about a body misses the body, and that is told sooner."""
+    """The numbers of the rays whose line passes within `radius` of `centre`: a quick test with a
+    bounding sphere."""
     aside = origins - centre
     along = np.einsum("ij,ij->i", aside, directions)
     beside = np.einsum("ij,ij->i", aside, aside) - along**2
@@ -100,8 +100,8 @@ def _passing(centre: Array, radius: float, origins: Array, directions: Array) ->
 
 
 def _enter(lo: Array, hi: Array, origins: Array, directions: Array) -> Array:
-    """Where rays enter a box; infinite where they miss it. Axis by axis, as numpy is slow at
-    reducing rows of three."""
+    """The distances at which rays enter a box; inf where they miss it. Axis by axis, because numpy
+    is slow at reducing rows of three."""
     enter, leave = np.zeros(1), np.full(1, np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         for axis in range(3):
@@ -113,15 +113,15 @@ def _enter(lo: Array, hi: Array, origins: Array, directions: Array) -> Array:
 
 
 def _turn(yaw: float, pitch: float = 0.0) -> Array:
-    """Turned by `pitch` about its own y, then by `yaw` about z."""
+    """The rotation (3, 3) by `pitch` about y, then by `yaw` about z."""
     c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     return np.array([[c * cp, -s, c * sp], [s * cp, c, s * sp], [-sp, 0.0, cp]])
 
 
 @dataclass(frozen=True)
 class Walker:
-    """A body that goes along its x axis. `speed` m/s, `height` m; it walks `leg` metres and stops
-    for `pause` seconds, again and again."""
+    """A body that walks along its x axis with `speed` m/s; it repeatedly walks `leg` metres and
+    stops for `pause` seconds. `height` in m."""
 
     name: str
     height: float
@@ -132,7 +132,7 @@ class Walker:
     arm: bool = False
 
     def way(self, time: float) -> float:
-        """Metres walked."""
+        """The distance walked at `time` (s), in m."""
         if self.leg == math.inf:
             return self.speed * time
         cycle = self.leg / self.speed + self.pause
@@ -140,7 +140,7 @@ class Walker:
         return self.leg * whole + min(rest * self.speed, self.leg)
 
     def seconds(self, metres: float) -> float:
-        """Until so much is walked."""
+        """The time in s in which it walks so many metres."""
         if self.arm:
             return 4.0
         if self.leg == math.inf:
@@ -149,7 +149,7 @@ class Walker:
         return metres / self.speed + pauses * self.pause
 
     def boxes(self, start: Array, yaw: float, time: float) -> Boxes:
-        """Where it is `time` seconds after it set off from `start` (2,) in the direction `yaw`."""
+        """Its boxes `time` seconds after it starts at `start` (2,) in the direction `yaw`."""
         if self.arm:
             return _seated(start, yaw, time)
         way = self.way(time)
@@ -167,7 +167,7 @@ Part = tuple[Array, tuple[float, float, float], float]
 
 
 def _person(height: float, way: float) -> list[Part]:
-    """Trunk, head, and legs and arms that swing a step a 0.4 of the height."""
+    """Trunk, head, and legs and arms that swing once per step, which is 0.4 of the height."""
     h = height
     swing = 0.45 * math.sin(math.pi * way / (0.4 * h))
     parts: list[Part] = [
@@ -181,7 +181,7 @@ def _person(height: float, way: float) -> list[Part]:
 
 
 def _cat(way: float) -> list[Part]:
-    """0.25 m high, with the head 0.5 m from the tail."""
+    """A cat 0.25 m high and 0.5 m long."""
     swing = 0.5 * math.sin(math.pi * way / 0.15)
     parts: list[Part] = [
         (np.array([0, 0, 0.19]), (0.18, 0.06, 0.06), 0.0),
@@ -193,14 +193,13 @@ def _cat(way: float) -> list[Part]:
 
 
 def _hanging(joint: tuple[float, float, float], length: float, half: float, angle: float) -> Part:
-    """A limb from a joint downwards, swung about y."""
+    """A limb that hangs from a joint, rotated about y."""
     down = np.array([-math.sin(angle), 0.0, -math.cos(angle)])
     return np.array(joint) + down * length / 2, (half, half, length / 2), angle
 
 
 def _seated(start: Array, yaw: float, time: float) -> Boxes:
-    """Somebody who sits still but for one arm, which turns to the side in the horizontal, and back
-    after a second."""
+    """A seated person who turns one arm horizontally to the side, and back after a second."""
     phase = time % 4.0
     angle = math.pi / 2 * min(max(min(phase, 3.0 - phase), 0.0), 1.0)
     at = np.array([*start, 0.0])
@@ -227,8 +226,8 @@ WALKERS = (
 
 
 def passes(walker: Walker, count: int) -> list[tuple[Array, float, float]]:
-    """Ways through the room, always the same ones: start (2,), direction, length in metres. An arm
-    is waved where a person could stand, facing any way."""
+    """Reproducible paths through the room: start (2,), direction, length in metres. For an arm, the
+    start is any place where a person could stand."""
     chance = np.random.default_rng(sum(walker.name.encode()))
     found: list[tuple[Array, float, float]] = []
     while len(found) < count:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds an asset library of ready sensors, each preset part in its housing, to be dragged from
-Blender's Asset Browser: build_assets.py FOLDER."""
+"""Builds an asset library with a sensor in its housing for each preset, for Blender's Asset
+Browser: build_assets.py FOLDER."""
 
 import sys
 import uuid
@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 PACKAGE = "angen_sensors"
 
-# So that catalogs stay the same ones from build to build.
+# The namespace of catalog ids, which stay the same from build to build.
 CATALOGS = uuid.UUID("5a0a1c55-3f0f-4b43-9c3e-6b2f6f3d7f10")
 PREVIEW = 128
 FILE, CATALOG_FILE = "angen_sensors.blend", "blender_assets.cats.txt"
@@ -79,12 +79,12 @@ def stage() -> None:
 
 
 def picture(sensor: Any, path: Path) -> None:
-    """Renders the sensor alone, from the side that it looks to, as its preview."""
+    """Renders the sensor from its sensing side as its preview."""
     scene = bpy.context.scene
     for other in scene.objects:
         other.hide_render = other.type == "MESH" and other != sensor
     mesh = sensor.data
-    # The edges that show where it looks are longer than the part.
+    # Only vertices of faces: the edges that show the viewing direction are longer than the housing.
     shown = {vertex for face in mesh.polygons for vertex in face.vertices}
     points = [mesh.vertices[vertex].co for vertex in shown]
     low, high = (Vector(map(of, zip(*points, strict=True))) for of in (min, max))

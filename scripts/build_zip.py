@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Builds the extension's zip: build_zip.py FOLDER. Needs Python 3.11 or later and nothing else.
 
-Blender's own tool builds and validates it where it is here: in a Blender as a Python module, of
-this interpreter or of an environment of the project, or in a Blender program (the one that BLENDER
-names, or the one on PATH). Else the zip is packed by the same list, and what the tool would look at
-first is looked at here.
+Blender's own tool builds and validates the zip if it is installed: in a Blender as a Python module,
+of this interpreter or of an environment of the project, or in a Blender program (the one that
+BLENDER names, or the one on PATH). Else this script packs the same files and checks the manifest.
 """
 
 import fnmatch
@@ -33,13 +32,13 @@ NEEDED = {
     "type": r"add-on",
     "blender_version_min": r"4\.\d+\.\d+",
 }
-# A zip knows no earlier time; the same files give the same bytes.
+# The earliest time that a zip can store, so that the same files give the same bytes.
 TIME = (1980, 1, 1, 0, 0, 0)
 
 
 def extension_tool() -> list[str] | None:
-    """The command line, up to its verb, of Blender's tool for extensions; None where it is not
-    here."""
+    """The command line, up to its verb, of Blender's extension tool; None if it is not
+    installed."""
     module = importlib.util.find_spec("bpy")
     folders = list(module.submodule_search_locations or ()) if module else []
     folders += glob.glob(f"{ROOT}/.venv*/lib/python3.*/site-packages/bpy")
@@ -52,7 +51,7 @@ def extension_tool() -> list[str] | None:
 
 
 def build(folder: Path, tool: list[str] | None) -> Path:
-    """Writes the zip into a folder with a tool, or without one; validates it and gives its path.
+    """Writes the zip into a folder, with the tool or without; validates it and returns its path.
     Raises ValueError."""
     manifest = tomllib.loads((ROOT / MANIFEST).read_text(encoding="utf-8"))
     check(manifest)
@@ -74,7 +73,7 @@ def build(folder: Path, tool: list[str] | None) -> Path:
 
 
 def check(manifest: dict[str, Any]) -> None:
-    """Raises ValueError where Blender would not take a manifest."""
+    """Raises ValueError where Blender would reject the manifest."""
     for key, pattern in NEEDED.items():
         if not re.fullmatch(pattern, str(manifest.get(key, ""))):
             raise ValueError(f"{MANIFEST}: {key} is {manifest.get(key)!r}")
@@ -86,7 +85,7 @@ def check(manifest: dict[str, Any]) -> None:
 
 
 def shipped(manifest: dict[str, Any]) -> list[str]:
-    """The files of the zip, by the manifest's patterns, which read as those of .gitignore."""
+    """The files of the zip, by the manifest's patterns, which work as in .gitignore."""
     patterns = manifest["build"]["paths_exclude_pattern"]
     found = []
     for folder, folders, names in os.walk(ROOT):
@@ -99,7 +98,7 @@ def shipped(manifest: dict[str, Any]) -> list[str]:
 
 
 def _left_out(path: str, patterns: list[str]) -> bool:
-    """Whether a file, or a folder (with a / at its end), fits one of the patterns."""
+    """Whether a file, or a folder (ending with /), matches one of the patterns."""
     for pattern in patterns:
         if pattern.endswith("/") != path.endswith("/") and pattern.endswith("/"):
             continue
@@ -133,6 +132,6 @@ if __name__ == "__main__":
         tool = extension_tool()
         print(build(Path(sys.argv[1]), tool))
         if tool is None:
-            print("packed without Blender's own tool, which is not here", file=sys.stderr)
+            print("packed without Blender's extension tool: it is not installed", file=sys.stderr)
     except ValueError as error:
         sys.exit(f"build_zip: {error}")

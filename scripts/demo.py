@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulates the sample home and shows what its sensors saw: `make demo`.
+"""Simulates the sample home and shows its sensors' readings: `make demo`.
 
 It runs in Blender's Python module, or in the Blender program that BLENDER names (or, without the
 module, the one on PATH).
@@ -50,7 +50,7 @@ def angen_command() -> Iterator[list[str]]:
 
 
 def run(command: list[str], verb: str, *arguments: str) -> str:
-    """Runs a verb on the sample home, its progress on this terminal, and gives its output."""
+    """Runs a verb on the sample home with its progress on this terminal; returns its output."""
     home = [] if "--command" in command else [str(HOME)]
     whole = [*command, verb, *home, *arguments]
     done = subprocess.run(whole, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
@@ -60,13 +60,13 @@ def run(command: list[str], verb: str, *arguments: str) -> str:
 
 
 def lines(path: Path) -> list[str]:
-    """A CSV file's lines, as csv.reader wants them."""
+    """A CSV file's lines, for csv.reader."""
     with path.open(encoding="utf-8", newline="") as file:
         return list(file)
 
 
 def report(sensor: Mapping[str, Any], changes: list[float], samples: list[str]) -> Report:
-    """What a sensor, as `list --json` tells it, reported: its times of change and its samples."""
+    """The report of a sensor, as `list --json` describes it, from its changes and samples."""
     return Report(
         changes, active_share(samples, sensor["kind"]), greatest(samples, sensor["units"])
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table that `make demo` shows: what each sensor reported, from the files of one run."""
+"""The table of `make demo`: a summary of each sensor's readings, from the files of one run."""
 
 import csv
 import sys
@@ -20,8 +20,8 @@ NAME_COLUMNS = 3
 
 @dataclass(frozen=True)
 class Report:
-    """What one sensor reported: its times of change (s), its share of time active (0..1), and the
-    greatest value, with its unit, of a kind that reports a number."""
+    """The summary of one sensor: the times of its changes (s), the share of time in which it was
+    active (0..1), and the greatest value with its unit, if its kind reports a number."""
 
     changes: list[float]
     active: float
@@ -46,8 +46,8 @@ def active_share(samples: Iterable[str], kind: str) -> float:
 
 
 def greatest(samples: Iterable[str], units: Mapping[str, str]) -> str:
-    """The greatest value among a sensor's samples, those that are not valid apart, of the first
-    field with a unit that was measured; `units` of what it publishes, by field."""
+    """The greatest valid value of the first measured field with a unit in a sensor's samples;
+    `units`: the units of its fields."""
     lines = [line for line in csv.DictReader(samples) if line.get("valid", "1") == "1"]
     for field, unit in units.items():
         values = [float(line[field]) for line in lines if unit and line.get(field)]

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes docs/hard_cases.md: every hard case, the test that holds it, its tolerance, and what was
-measured.
+"""Writes docs/hard_cases.md: every hard case with its test, its tolerance and the measured error.
 
     python scripts/hard_cases.py          runs the tests and writes docs/data/hard_cases.json too
     python scripts/hard_cases.py --page   the page alone, from the data
 
-The cases of tests/blender/test_hard_cases.py come from its tests; those that other tests hold are
-listed below, with the figures that they note by the fixture `figure`. Some of the pressure
-sensor's are those of its benchmark (docs/data/pressure.json).
+The tests of tests/blender/test_hard_cases.py note their cases; those of other tests are listed
+below, with the figures that they note by the fixture `figure`. Some figures of the pressure sensor
+come from its benchmark (docs/data/pressure.json).
 """
 
 from __future__ import annotations
@@ -127,7 +126,7 @@ def main() -> None:
 
 
 def measured() -> dict[str, Any]:
-    """Runs the tests; the rows of the page, those of tests that fail among them."""
+    """Runs the tests; returns the rows of the page, including those of failing tests."""
     nodes = [OWN, *dict.fromkeys(test for *_, test, _ in OTHERS)]
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder, "report.xml")
@@ -161,7 +160,7 @@ def measured() -> dict[str, Any]:
 
 
 def _worst(noted: list[str]) -> str:
-    """Of a test's cases the greatest number with its unit, or what it said last."""
+    """The greatest number with its unit that a test noted, or else its last text."""
     numbers = [value.partition("\t") for value in noted if "\t" in value]
     if not numbers:
         return noted[-1]

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Holds every number that the window shows of a recorded home against the exported CSV files.
+"""Compares every number that the window shows of a recorded home with the exported CSV files.
 
     blender -b home.blend --python scripts/shown_numbers.py -- EVENTS.csv SAMPLES [REPORT.csv]
 
-The files are what Export Events and Export Samples wrote of the recording in the home; without
-them they are exported first, into the file EVENTS.csv and the folder SAMPLES. At many frames the
-panels, the table, the labels and Explain are drawn by their own functions into a layout that notes
-the texts; each number and each state in these is compared with the row of the CSV that holds at
-that frame, to half of the last digit that is shown. What a text leaves out although the CSV has it
-counts as a difference. Prints how many were compared and each that differs; exits with 1 if any
-does. In a window it waits until the file that SHOWN_WHEN names exists, and writes the status into
-it.
+Export Events and Export Samples write these files from the recording in the home; missing ones are
+exported first. At many frames this script draws the panels, the table, the labels and Explain by
+their own functions into a layout that records the texts. It compares each number and each state
+with the CSV row of that frame, to half of the last digit shown. A value that the CSV has and the
+text omits counts as a difference. It prints the number of comparisons and each difference, and
+exits with 1 if there is any. In a window it waits until the file that SHOWN_WHEN names exists, and
+writes the status into it.
 """
 
 from __future__ import annotations
@@ -32,13 +31,13 @@ import bpy
 
 ADDON = "bl_ext.user_default.angen_sensors"
 EVERY = 400
-# Of each sensor, so many of its events are visited, and as many explained as the second tells.
+# The number of events of each sensor that are visited, and that are explained.
 EVENTS_VISITED, EVENTS_EXPLAINED = 8, 2
 NUMBER = re.compile(
     r"(?P<number>-?\d+(?:\.\d+)?) ?(?P<unit>% of threshold|%|lx|N\b|°|MΩ|kΩ|Ω|cm\b|m\b|V\b|s ago)"
 )
 FACTORS = {"MΩ": 1e6, "kΩ": 1e3, "cm": 0.01, "°": math.radians(1.0), "% of threshold": 0.01}
-# Which column of a sensor's samples a unit speaks of.
+# The column of a kind's samples by the unit of a shown number.
 COLUMNS = {
     "PIR": {"°": "angle_rad", "% of threshold": "signal"},
     "OPTICAL_SWITCH": {"m": "range_m", "cm": "range_m"},
@@ -51,7 +50,7 @@ STATES = {
     "PRESSURE": ("pressed", "Pressed", "Free"),
     "LIGHT": ("lit", "Lit", "Dark"),
 }
-# The facts of Explain that are readings; a detector's are ranges of single rays, which no log has.
+# The facts of Explain that are readings; those of a detector are ranges of rays, which no log has.
 EXPLAINED = {
     "OPTICAL_SWITCH": ("Now", "Before"),
     "PRESSURE": ("Force", "Before"),
@@ -60,7 +59,7 @@ EXPLAINED = {
 
 
 class Row(NamedTuple):
-    """What was compared: `shown` is the text, `csv` what it should tell."""
+    """One comparison: the text that is `shown`, and the value in the `csv`."""
 
     frame: float
     sensor: str
@@ -70,8 +69,8 @@ class Row(NamedTuple):
     same: bool
 
 
-class Noted:
-    """A layout that notes the texts of what is drawn into it."""
+class RecordingLayout:
+    """A layout that records the texts drawn into it."""
 
     def __init__(self, texts: list[str]) -> None:
         object.__setattr__(self, "texts", texts)
@@ -87,7 +86,7 @@ class Noted:
 
     def prop(self, *_: Any, **__: Any) -> None: ...
 
-    def panel(self, *_: Any, **__: Any) -> tuple[Noted, Noted]:
+    def panel(self, *_: Any, **__: Any) -> tuple[RecordingLayout, RecordingLayout]:
         return self, self
 
     def __getattr__(self, name: str) -> Any:
@@ -98,8 +97,8 @@ def part(name: str) -> Any:
     return import_module(f"{ADDON}.{name}")
 
 
-class Log:
-    """The exported files: the samples of each sensor, and its events."""
+class ExportedLog:
+    """The exported files: the samples and events of each sensor."""
 
     def __init__(self, events: Path, samples: Path) -> None:
         with open(events, newline="", encoding="utf-8") as file:
@@ -117,7 +116,7 @@ class Log:
         return [row for row in self.samples[sensor] if float(row["frame"]) <= frame + 1e-4][-1]
 
     def event_frames(self, sensor: str, kind: str) -> list[float]:
-        """Where a state changed, or, where none ever did, a measured value."""
+        """The frames at which a state changed, or, without any, a measured value."""
         numbers = {"force_n", "luminance_percent", "illuminance_lux"}
         first = float(self.samples[sensor][0]["frame"])
         later = [row for row in self.events[sensor] if float(row["frame"]) > first]
@@ -131,7 +130,7 @@ class Log:
 
 
 class Comparison:
-    def __init__(self, log: Log) -> None:
+    def __init__(self, log: ExportedLog) -> None:
         self.log = log
         self.rows: list[Row] = []
 
@@ -139,7 +138,8 @@ class Comparison:
         self.rows.append(Row(frame, sensor.name, place, shown, csv, same))
 
     def text(self, frame: float, sensor: Any, place: str, text: str, at: dict[str, str]) -> None:
-        """State and numbers of a reading; a reading without any must have none in the CSV."""
+        """Compares the state and numbers in a text; a text without any must have none in the
+        CSV."""
         kind = sensor.kind.identifier
         field, active, idle = STATES[kind]
         word = text.split(",")[0]
@@ -169,11 +169,11 @@ class Comparison:
     def number(
         self, frame: float, sensor: Any, place: str, shown: str, number: str, value: float
     ) -> None:
-        """`number` as it is written may be off by half of its last digit; its sign too, where
-        strength alone is told."""
+        """Compares a number with a value, to half of its last digit; without the sign where only
+        the strength is shown."""
         digits = len(number.partition(".")[2])
         value = abs(value) if "threshold" in shown else value
-        # Three digits are told of a resistance, with or without a point.
+        # Resistances have three digits, with or without a decimal point.
         least = 10.0 ** (len(number) - 3) if "Ω" in shown and "." not in number else 1.0
         room = 0.5 * (least if least > 1.0 else 10.0**-digits) * (1 + 1e-6) + 1e-9
         self.note(frame, sensor, place, shown, f"{value:.6g}", abs(float(number) - value) <= room)
@@ -183,7 +183,7 @@ class Comparison:
 
 
 def compare_frame(found: Comparison, sensors: list[Any], frame: int) -> None:
-    """All that is shown at a frame, sensor by sensor."""
+    """Compares all texts at a frame, sensor by sensor."""
     context = bpy.context
     context.scene.frame_set(frame)
     for sensor in sensors:
@@ -206,7 +206,7 @@ def table_texts(sensor: Any) -> Iterator[tuple[str, str]]:
             region=region, preferences=scale, scene=context.scene, view_layer=context.view_layer
         )
         cls = part("panels.table").ANGEN_UL_sensors
-        cls.draw_item(None, around, Noted(texts), None, sensor.object, 0, None, "")
+        cls.draw_item(None, around, RecordingLayout(texts), None, sensor.object, 0, None, "")
         # Name, in a wide one room, reading; and the button of the active row.
         yield place, [text for text in texts if text][-1]
 
@@ -219,12 +219,12 @@ def label_texts(sensor: Any, seen: Any) -> Iterator[tuple[str, str]]:
 
 def panel_texts(module: str, panel: str) -> list[str]:
     texts: list[str] = []
-    getattr(part(module), panel).draw(SimpleNamespace(layout=Noted(texts)), bpy.context)
+    getattr(part(module), panel).draw(SimpleNamespace(layout=RecordingLayout(texts)), bpy.context)
     return [text for text in texts if text]
 
 
 def compare_panel(found: Comparison, sensor: Any, frame: int, at: dict[str, str]) -> None:
-    """Active Sensor: the reading, its frame, and a pad's in full."""
+    """Compares the panel Active Sensor: the reading, its frame, and all values of a pad."""
     texts = panel_texts("panels.active_sensor", "ANGEN_PT_active_sensor")
     reading = texts.index(sensor.name) + 1
     # What the menu of presets is called stands between.
@@ -251,7 +251,7 @@ def compare_panel(found: Comparison, sensor: Any, frame: int, at: dict[str, str]
 
 
 def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
-    """Events: how many have passed, and which one can be explained."""
+    """Compares the panel Events: how many have passed, and which one can be explained."""
     texts = panel_texts("panels.events", "ANGEN_PT_events")
     count = re.match(r"(\d+) of (\d+) events passed", texts[0])
     frames = found.log.event_frames(sensor.name, sensor.kind.identifier)
@@ -263,7 +263,7 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
 
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
-    """What Explain says of the event at a frame: what was measured, and which updates it names."""
+    """Compares Explain's text for the event at a frame: readings, and the updates that it names."""
     context, memory = bpy.context, part("angen_addon.explain").MEMORY
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
@@ -291,12 +291,12 @@ def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
             found.measured(frame, sensor, f"Explain, {name}", number, row)
 
 
-def visited(log: Log, sensors: Iterable[Any], scene: Any) -> list[int]:
+def visited(log: ExportedLog, sensors: Iterable[Any], scene: Any) -> list[int]:
     frames = set(range(scene.frame_start, scene.frame_end + 1, EVERY)) | {scene.frame_end}
     for sensor in sensors:
         events = log.event_frames(sensor.name, sensor.kind.identifier)
         for frame in events[:: max(1, len(events) // EVENTS_VISITED)]:
-            # The frame before tells the state before.
+            # The frame before has the state before.
             frames |= {math.ceil(frame), max(math.ceil(frame) - 1, scene.frame_start)}
     return sorted(frames)
 
@@ -307,7 +307,7 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
         bpy.ops.angen.export_events(filepath=str(events))
         bpy.ops.angen.export_samples(directory=str(samples.parent), folder=samples.name)
     sensors = part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
-    found = Comparison(Log(events, samples))
+    found = Comparison(ExportedLog(events, samples))
     for frame in visited(found.log, sensors, scene):
         compare_frame(found, sensors, frame)
     for sensor in sensors:
@@ -324,8 +324,7 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
 
 
 def once_told(arguments: list[Path], told: Path) -> float | None:
-    """In a window: compares in this process once the file `told` is there, which then says how it
-    went."""
+    """In a window: compares once the file `told` exists, and writes the status into it."""
     if not told.exists() or told.stat().st_size:
         return 1.0
     told.write_text(str(main(*arguments)), encoding="utf-8")

@@ -104,7 +104,7 @@ def test_make_zip_needs_no_blender_and_fetches_nothing(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "packed without Blender's own tool" in done.stderr
+    assert "packed without Blender's extension tool" in done.stderr
     assert not list(copy.glob(".venv*"))
     (made,) = (copy / "dist").glob("*.zip")
     packed = build_zip.build(tmp_path / "packed", None)

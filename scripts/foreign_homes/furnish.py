@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Imports a home into Blender and puts a walking person and a sensor of every kind and model in it,
-where rays find a floor and walls; saves two blend files, of which one casts by `scene.ray_cast`.
+"""Imports a home into Blender and adds a walking person and a sensor of every kind and model, at
+places that rays find; saves two blend files, one of which uses `scene.ray_cast`.
 
     python furnish.py HOME.{blend,glb,gltf,obj} OUT.blend REFERENCE.blend
 """
@@ -72,7 +72,7 @@ class Rays:
         self.hi = [max(c[i] for c in finite) for i in range(3)]
 
     def far(self, start: Any, way: Any, most: float = 1000.0) -> float:
-        """How far a ray goes, at most so far."""
+        """The length of a ray up to its hit, at most `most` m."""
         hit, place, *_ = self.scene.ray_cast(
             self.depsgraph,
             _vector(start) / self.metres,
@@ -93,7 +93,7 @@ def _vector(numbers: Any) -> Any:
 
 
 def floors(rays: Rays) -> list[Any]:
-    """Points on the floor with room for a person above, of the storey that has most of them."""
+    """Points on the floor with headroom for a person, of the storey with most of them."""
     found: Counter[int] = Counter()
     points: dict[int, list[Any]] = {}
     lo, hi = rays.lo, rays.hi
@@ -116,7 +116,7 @@ def floors(rays: Rays) -> list[Any]:
 
 
 def walk(rays: Rays, points: list[Any]) -> tuple[Any, Any]:
-    """The longest way among some that a person can go straight."""
+    """The ends of the longest straight path, among some, that a person can walk."""
     best, longest = (points[0], points[0]), 0.0
     for a in points[:: max(1, len(points) // 40)]:
         for b in points[:: max(1, len(points) // 40)]:

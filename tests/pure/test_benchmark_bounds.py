@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import page, peers_report, pressure_report
 from benchmarks.bounds import Bounds
-from benchmarks.regressions import CHECKS, broken, held
+from benchmarks.regressions import CHECKS, broken, checked
 from benchmarks.tables import short
 
 DATA = page.known(page.DOCS / "data")
@@ -66,15 +66,16 @@ def test_every_part_has_bounds():
 @pytest.mark.parametrize("name", CHECKS)
 def test_what_was_published_holds_its_bounds(name):
     assert broken(name, DATA[name]) == []
-    assert len(held(name, DATA[name])) >= 15
+    assert len(checked(name, DATA[name])) >= 15
 
 
 @pytest.mark.parametrize("name", CHECKS)
 def test_every_bound_can_break(name):
     """Each is broken by some figure of the data that is far off, so none is held to nothing."""
-    unbroken = {figure.what for figure in held(name, DATA[name])}
+    unbroken = {figure.what for figure in checked(name, DATA[name])}
     for place, wrong in wrongs(DATA[name]):
-        unbroken -= {f.what for f in held(name, changed(DATA[name], place, wrong)) if not f.holds}
+        figures = checked(name, changed(DATA[name], place, wrong))
+        unbroken -= {figure.what for figure in figures if not figure.holds}
         if not unbroken:
             break
     assert not unbroken
@@ -107,8 +108,8 @@ def test_a_figure_that_was_not_measured_breaks_every_kind_of_bound():
         bounds.at_least("b", figure, 0)
         bounds.within("c", figure, 0, 1)
         bounds.equal("d", figure, 0)
-    assert not any(figure.holds for figure in bounds.held)
-    assert str(bounds.held[0]) == "a: not measured, must be at most 1"
+    assert not any(figure.holds for figure in bounds.checked)
+    assert str(bounds.checked[0]) == "a: not measured, must be at most 1"
 
 
 # What regressions look like, one a part: a doctored figure, and what the message says.
@@ -174,9 +175,9 @@ def test_times_are_never_broken():
 
 def test_the_page_tells_how_many_bounds_are_held():
     text = page.markdown(DATA)
-    assert all(f"| {len(held(name, data))} of " in text for name, data in DATA.items())
+    assert all(f"| {len(checked(name, data))} of " in text for name, data in DATA.items())
     off = changed(DATA["rays"], ("ray_accuracy", "fast_m"), 1.0)
-    count = len(held("rays", off))
+    count = len(checked("rays", off))
     assert f"| **{count - 1} of {count}** |" in page.markdown({**DATA, "rays": off})
 
 

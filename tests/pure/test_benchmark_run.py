@@ -63,7 +63,7 @@ def test_a_run_out_of_its_bounds_fails_and_says_by_what(bench, tmp_path):
     worse = doctored("rays", "ray_accuracy", "fast_rms_m", value=1e-5)
     said, printed = bench(rays=worse)
     assert said.splitlines() == [
-        "What was measured does not hold its bounds:",
+        "Figures break their bounds:",
         "rays: range against triangles, rms m: 1e-05, must be at most 8e-07",
     ]
     assert printed.out.startswith("# Benchmarks"), "the page is written all the same"

@@ -21,7 +21,7 @@ from sensor_logic.kinds.pressure.force_resistor import (
     typical_resistance,
 )
 from sensor_logic.kinds.pressure.model import PressureParameters
-from sensor_logic.parameters import specs, used
+from sensor_logic.parameters import is_chosen, specs
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "force_resistor.md"
 IDEAL = PressureParameters()
@@ -338,8 +338,8 @@ def test_choices_keep_their_numbers():
 def test_the_power_law_is_hidden_from_the_table():
     known = specs(PressureParameters)
     for name in ("resistance_at_1n", "exponent"):
-        assert not used(IDEAL, name, known[name])
-        assert used(replace(IDEAL, resistor="POWER_LAW"), name, known[name])
+        assert not is_chosen(IDEAL, known[name].used_when)
+        assert is_chosen(replace(IDEAL, resistor="POWER_LAW"), known[name].used_when)
 
 
 def test_the_table_of_the_page_is_what_its_program_prints():

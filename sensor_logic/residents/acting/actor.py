@@ -7,6 +7,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -30,20 +31,21 @@ from ..body.pose import Pose
 from ..body.reach import carrying, drinking, looking_around, reaching
 from ..body.seat import seat_distance
 from ..body.turns import ease
-from ..places import LIE, Door, Place
+from ..places import Door, Place
 from ..timeline import Clip, Gesture, Hold, Timeline
 from .ground import dense, yaw_to
 from .home import Home
+from .parking import Parked, frame_of, parked_beside
+from .seats import seat_of
+from .work import hands_at_work
 
 # Half of the width that somebody needs on the way, m.
 RADIUS = {Sort.OLDER_ADULT: 0.25, Sort.ADULT: 0.25, Sort.CHILD: 0.20, Sort.CAT: 0.10}
 WITH_FRAME = 0.30
 # Seconds.
 REACH, SWING, SIT_DOWN, LIE_DOWN, TURN_OVER, LOOK = 0.6, 1.7, 1.7, 3.2, 2.6, 4.0
-DRINK = 3.6
-# Hands at work are so long at a spot, s (median, log-normal), and go so fast to another, up to so
-# far to the sides and nearer, m.
-WORK, SPOT, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
+# To drink; to let go of the walking frame or take hold of it.
+DRINK, HANDS = 3.6, 0.8
 # So long somebody has stood still before whole turns are taken back, s: more than a frame.
 WOUND = 0.5
 # A hand follows a leaf about so far (rad, or m of what slides), where it opens to and behind it.
@@ -66,6 +68,7 @@ class Actor:
         self.stays: list[Stay] = []
         self.wish: Array | None = None
         self.wished, self.cornered = now, False
+        self.parked: Parked | None = None
         self.hands: dict[str, tuple[int, float]] = {}
         self._track: list[tuple[float, float, float]] = []
         self._posed_since = now
@@ -79,8 +82,16 @@ class Actor:
         """Standing there, without having come."""
         self.storey = storey
         self.stand = Stand.at(float(at[0]), float(at[1]), yaw, self.build)
-        self.pose = standing(self.stand, self.floor, self.build)
+        self.pose = self._standing()
         self._track.append((self.now, *self.stand.centre))
+
+    def _standing(self) -> Pose:
+        return _beside(self.parked, standing(self.stand, self.floor, self._walks_as))
+
+    @property
+    def _walks_as(self) -> Build:
+        """Without the frame where that was left behind."""
+        return self.build if self.parked is None else replace(self.build, frame=False)
 
     @property
     def floor(self) -> float:
@@ -131,7 +142,7 @@ class Actor:
         turn = -2 * math.pi * round(self.stand.yaw / (2 * math.pi))
         left, right = (replace(f, yaw=f.yaw + turn) for f in (self.stand.left, self.stand.right))
         self.stand = Stand(left, right)
-        walker = self.pose.walker + (0.0, 0.0, 0.0, turn)
+        walker = self.pose.walker + (0.0, 0.0, 0.0, turn if self.parked is None else 0.0)
         self.pose = replace(self.pose, heading=self.pose.heading + turn, walker=walker)
         pose = self.pose
         self.line.clips.append(
@@ -155,24 +166,26 @@ class Actor:
 
     def walk(self, path: Array, yaw: float | None) -> None:
         """Along dense points (n, 2) and then turned to a yaw."""
-        steps = footsteps(self.stand, path, yaw, self.build)
+        build = self._walks_as
+        steps = footsteps(self.stand, path, yaw, build)
         if len(steps) <= 2:
             return
-        walk = Walk(steps, self.build.speed, self.floor, self.build)
+        walk, left = Walk(steps, build.speed, self.floor, build), self.parked
         times, points = walk.track()
         self._track.append((self.now, *self.stand.centre))
         self._track += [
             (self.now + float(time), float(x), float(y))
             for time, (x, y) in zip(times, points, strict=True)
         ]
-        self.clip(walk.duration, walk.pose)
+
+        self.clip(walk.duration, lambda since: _beside(left, walk.pose(since)))
         self.stand, self.since = walk.end, self.now
         self._track.append((self.now, *self.stand.centre))
 
     # --- sitting and lying --------------------------------------------------------------------
     def sit(self, place: Place) -> None:
         """From standing before it: the last steps to the seat, turned round, and down."""
-        point, yaw, seat = self._before(place)
+        point, yaw, seat = self.before(place)
         self._step_to(point, yaw)
         stand = self.pose
         seated = sitting(stand, seat)
@@ -180,7 +193,23 @@ class Actor:
         self._seat, self._seated = place, seated
         self.be(SITTING, place.name)
 
-    def _before(self, place: Place) -> tuple[Array, float, Array]:
+    # --- the walking frame ----------------------------------------------------------------------
+    def leave_frame(self) -> None:
+        """Here, as it stands."""
+        yaw = self.stand.yaw
+        self.parked = Parked(frame_of(self.here, yaw, self.floor, self.build), self.here, yaw)
+        self._hands_off_or_on()
+
+    def take_frame(self) -> None:
+        """By one who stands where it was left."""
+        self.parked = None
+        self._hands_off_or_on()
+
+    def _hands_off_or_on(self) -> None:
+        before, after = self.pose, self._standing()
+        self.clip(HANDS, lambda t: before.mixed(after, ease(t / HANDS)))
+
+    def before(self, place: Place) -> tuple[Array, float, Array]:
         """Where the feet stand (2,) of who sits there, the yaw, and the seat (3,). A cat leaps from
         the floor."""
         if self.build.is_cat:
@@ -205,9 +234,15 @@ class Actor:
 
     def rest_at(self, place: Place, posture: str) -> None:
         """In a posture at a place, without having come."""
+        if self.build.frame:
+            floor = self.home.ground.floor(place.storey, {})
+            beside = parked_beside(floor, place.at[:2], self.build)
+            if beside is not None:
+                frame = frame_of(*beside, self.floor, self.build)
+                self.parked = Parked(frame, *beside)
         self.put_down(place.at[:2], place.yaw, place.storey)
         if posture in (SITTING, LYING):
-            point, yaw, seat = self._before(place)
+            point, yaw, seat = self.before(place)
             self.put_down(point, yaw, place.storey)
             self._seat, self._seated = place, sitting(self.pose, seat)
             self.pose = self._seated
@@ -225,7 +260,7 @@ class Actor:
             self.be(SITTING)
             self.clip(LIE_DOWN, lambda t: lying_down(seated, flat, 1.0 - t / LIE_DOWN))
         self.be(STANDING)
-        stand = standing(self.stand, self.floor, self.build)
+        stand = self._standing()
         self.clip(SIT_DOWN, lambda t: sitting_down(stand, seated, 1.0 - t / SIT_DOWN))
         at, self._seat, self._seated = self._seat.at[:2], None, None
         if math.hypot(*(at - self.here)) > 0.3:
@@ -295,34 +330,12 @@ class Actor:
             self.gesture(seconds, min(0.8, seconds / 2), min(0.8, seconds / 2), shifted)
             self.stay(self.now + seconds)
             return
-        yaw, began, middle = float(self.pose.heading[0]), self.now, point
-        across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
-        ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
         full = [hand for hand, _ in self.hands.values()]
-        begins, spots = _spots(seconds, stream)
-        spots = spots @ np.stack([across, -ahead])
-
-        def work(since: Array) -> Array:
-            index = np.searchsorted(begins, since, side="right") - 1
-            share = ease((since - begins[index]) / SPOT)[:, None]
-            between: Array = spots[index] + (spots[index + 1] - spots[index]) * share
-            return between
-
+        hand = hands_at_work(point, float(self.pose.heading[0]), self.now, seconds, stream)
+        rise = min(0.8, seconds / 2)
         for side, sign in ((0, 1.0), (1, -1.0)):
-            if side in full:
-                continue
-
-            def rubbing(times: Array, sign: float = sign) -> Array:
-                since = times - began
-                point = work(since) + middle
-                rub = np.stack(
-                    [0.02 * np.sin(7 * since), 0 * since, 0.012 * np.sin(5.1 * since + sign)], -1
-                )
-                moved: Array = point + sign * (0.045 * across + rub)
-                return moved
-
-            rise = min(0.8, seconds / 2)
-            self.draw_hand(side, rubbing, seconds, rise, rise)
+            if side not in full:
+                self.draw_hand(side, partial(hand, sign), seconds, rise, rise)
         self.stay(self.now + seconds)
 
     def take(self, thing: str, point: Array) -> None:
@@ -386,34 +399,11 @@ class Actor:
         self.line.gestures.sort(key=lambda gesture: gesture.start)
 
 
-def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
-    """When hands at work go elsewhere (n,), s, the first at 0, and where they are before and after
-    (n + 1, 2): m to the left and towards the body."""
-    begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
-    while (after := begins[-1] + max(stream.log_normal(*WORK), SPOT)) < seconds:
-        begins.append(after)
-        spots.append((WIDE * (2 * stream.uniform() - 1), DEEP * stream.uniform()))
-    return np.array(begins), np.array(spots)
-
-
 def sip(began: float) -> Gesture:
     """When what is drunk from is tilted, by somebody who begins to drink."""
     return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
 
 
-def seat_of(place: Place) -> tuple[Array, float]:
-    """What carries the hips (3,), and the yaw of who sits there; at a bed, on its edge."""
-    if place.use != LIE:
-        return place.target, place.yaw
-    up = np.array([math.cos(place.yaw), math.sin(place.yaw)])
-    off = (place.at - place.target)[:2]
-    across = off - (off @ up) * up
-    if math.hypot(*across) < 0.2:
-        across = off
-    ahead = across / max(math.hypot(*across), 1e-9)
-    yaw = math.atan2(ahead[1], ahead[0])
-    if place.edge is not None:
-        return place.edge, yaw
-    seat = np.array(place.target)
-    seat[:2] += ahead * min(0.45, max(math.hypot(*across) - 0.5, 0.0))
-    return seat, yaw
+def _beside(parked: Parked | None, pose: Pose) -> Pose:
+    """A frame that was left stays where it is."""
+    return pose if parked is None else replace(pose, walker=parked.frame[None])

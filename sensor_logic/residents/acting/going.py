@@ -15,11 +15,12 @@ import numpy as np
 from ...model import Array
 from ..acted import STANDING, WALKING
 from ..body.build import Build
-from ..places import Door, Place
-from ..ways import NoWay
+from ..places import LIE, SIT, Door, Place
+from ..ways import NoWay, length
 from .actor import Actor
 from .ground import dense, rounded
 from .home import Home, Someone
+from .parking import NEAR_M, At, parked_on
 from .words import Step
 
 Taking = Generator[None, None, None]
@@ -45,6 +46,8 @@ class Going(Actor):
         self._key = ""  # what others cannot have meanwhile
         self.until = math.inf  # when what is being done ends
         self.step: Step | None = None  # what is being done
+        # Where one stands and looks, one after the other, who arrives at a place.
+        self._ends: list[At] = []
 
     def look_on(self) -> Taking:
         """Waits a little for others, aside where it bars their way. Raises GaveUp where the
@@ -69,7 +72,11 @@ class Going(Actor):
                 yield from self.look_on()
         self.home.take(key, self)
         before, self._key = self._key, key
+        self._ends = [(place.at[:2], place.yaw)]
+        if place.use in (SIT, LIE):
+            self._ends.append(self.before(place)[:2])
         yield from self._way(step, place, before if before != key else "")
+        self._ends = []
         self.be(STANDING, place.name)
 
     def stop(self) -> None:
@@ -155,6 +162,10 @@ class Going(Actor):
     def _leg(self, step: Step, goal: Array, yaw: float | None) -> Taking:
         """To a point without opening doors, past whoever stands about."""
         yield
+        if self.parked is not None and (
+            yaw is None or float(np.hypot(*(goal - self.parked.at))) > NEAR_M
+        ):
+            yield from self._fetch_frame()
         ground, opened = self.home.ground, self.home.left_open(self.storey)
         until = self.now + PATIENCE
         while True:
@@ -177,7 +188,37 @@ class Going(Actor):
             if (yield from self._wait(path)):
                 until = self.now + PATIENCE
         self.wish = None
+        if self.build.frame and self.parked is None and yaw is not None and self._ends:
+            path = self._without_frame(path, opened)
         self._walk(path, yaw, opened)
+
+    def _without_frame(self, path: Array, opened: dict[str, float]) -> Array:
+        """What is left of a way (n, 2) after the frame was left on it, where it does not fit at the
+        end."""
+        floor = self.home.ground.floor(self.storey, opened)
+        points = rounded(floor, path) if length(path) > 0.05 else path
+        found = parked_on(floor, points, self._ends, self.build)
+        if found is None:
+            return path
+        k, yaw = found
+        self._walk(points[: k + 1], yaw, opened)
+        self.leave_frame()
+        rest: Array = points[k:]
+        return rest
+
+    def _fetch_frame(self) -> Taking:
+        """Back to where it was left."""
+        if self.parked is None:
+            return
+        opened = self.home.left_open(self.storey)
+        at, yaw = self.parked.at, self.parked.yaw
+        try:
+            path = self.home.ground.way(self.storey, self.here, at, self.radius, opened)
+        except NoWay:
+            path = np.array([self.here, at])
+        self._walk(path, yaw, opened)
+        self.take_frame()
+        yield
 
     # --- in each other's way --------------------------------------------------------------------
     def _wait(self, path: Array) -> Generator[None, None, bool]:

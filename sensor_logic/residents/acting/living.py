@@ -286,6 +286,7 @@ class Living(Going):
         door, side = self._entrance(step)
         self.rise()
         spot = self.home.ground.outside(door, side, self.radius)
+        yield from self._fetch_frame()
         yield from self.to_point(step, spot.at, spot.yaw, door.storey)
         yield from self.through(door, side)
         if self._key:

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hands at work: washing, cooking, tidying."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ...model import Array
+from ...routine.draws import Stream
+from ..body.turns import ease
+
+# Hands are so long at a spot, s (median, log-normal), and go so fast to another, up to so far to
+# the sides and nearer, m.
+AT_SPOT, GOES, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
+
+
+def hands_at_work(
+    point: Array, yaw: float, began: float, seconds: float, stream: Stream
+) -> Callable[[float, Array], Array]:
+    """Where a hand is (n, 3), +1 the left and -1 the right, at times (n,), of one who looks along a
+    yaw and works for so many seconds: now here, now there about a point, and never still."""
+    across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+    nearer = -np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    begins, spots = _spots(seconds, stream)
+    spots = spots @ np.stack([across, nearer])
+
+    def hand(sign: float, times: Array) -> Array:
+        since = times - began
+        index = np.searchsorted(begins, since, side="right") - 1
+        share = ease((since - begins[index]) / GOES)[:, None]
+        spot = spots[index] + (spots[index + 1] - spots[index]) * share
+        rub = np.stack(
+            [0.02 * np.sin(7 * since), 0 * since, 0.012 * np.sin(5.1 * since + sign)], -1
+        )
+        moved: Array = spot + point + sign * (0.045 * across + rub)
+        return moved
+
+    return hand
+
+
+def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
+    """When hands at work go elsewhere (n,), s, the first at 0, and where they are before and after
+    (n + 1, 2): m to the left and towards the body."""
+    begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
+    while (after := begins[-1] + max(stream.log_normal(*AT_SPOT), GOES)) < seconds:
+        begins.append(after)
+        spots.append((WIDE * (2 * stream.uniform() - 1), DEEP * stream.uniform()))
+    return np.array(begins), np.array(spots)

@@ -69,16 +69,14 @@ class Readings:
             return Shown("Simulating", UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
-        warming_up = _warming_up(sensor, found, self._scene)
-        ages = age_text(found, LEAST_AGE), age_text(found, LEAST_AGE_IN_SHORT)
-        depends_on = quantity, found._replace(age=0.0), warming_up, ages, self._lengths
-        known = state.CACHE.words.get(sensor.name)
-        if known is None or known[0] is not sensor.kind or known[1] != depends_on:
-            words = warming_up or _words(sensor.kind, quantity, found, ages[0], self._lengths)
-            shown = _shown(sensor.kind, quantity, found, words, ages[1], self._lengths)
-            known = state.CACHE.words[sensor.name] = sensor.kind, depends_on, shown
-        texts: Shown = known[2]
-        return texts
+        words = _warming_up(sensor, found, self._scene)
+        words = words or _words(sensor.kind, quantity, found, self._lengths)
+        return _shown(sensor.kind, quantity, found, words, self._lengths)
+
+    def source(self, sensor: Sensor) -> Any:
+        """All that the icon and the `short` text of a sensor depend on, to be compared."""
+        source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
+        return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
 
 
 def shown(sensor: Sensor, scene: Any) -> Shown:
@@ -91,7 +89,6 @@ def _shown(
     quantity: Field,
     found: PlayheadReading,
     words: tuple[str, str, str],
-    age: str,
     lengths: Any,
 ) -> Shown:
     text, icon, brief = words
@@ -105,12 +102,12 @@ def _shown(
         ORIGINS[found.origin].format(found.frame) if found.reading else "",
         found.old,
         state_text(kind, quantity, found.keys, lengths) if found.keys else "",
-        "" if found.problem or not found.reading else age,
+        "" if found.problem or not found.reading else age_text(found, LEAST_AGE_IN_SHORT),
     )
 
 
 def _words(
-    kind: Kind, quantity: Field, found: PlayheadReading, age: str, lengths: Any
+    kind: Kind, quantity: Field, found: PlayheadReading, lengths: Any
 ) -> tuple[str, str, str]:
     """Full text, icon and brief text."""
     reading = found.reading
@@ -131,7 +128,7 @@ def _words(
     if found.origin == playhead.BAKED:
         return f"Baked: {text}", BAKED, f"Baked: {brief}"
     icon = OLD if found.old else ACTIVE if reading.active else IDLE
-    age = age or ("old" if found.old else "")
+    age = age_text(found, LEAST_AGE) or ("old" if found.old else "")
     return ", ".join(filter(None, (text, age))), icon, brief
 
 

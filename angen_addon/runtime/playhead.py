@@ -83,6 +83,24 @@ class Playhead:
             return PlayheadReading(BAKED, keys, self.frame, old=told.old, keys=keys)
         return told._replace(keys=keys)
 
+    def source(self, sensor: Sensor, least_age: float) -> Any:
+        """All that the reading of a sensor depends on, to be compared, but for an age below
+        `least_age` (s), during which it is equal."""
+        read_at: float = self.frame
+        found: Any = None
+        if self._is_recorded:
+            track = self._tracks.get(sensor.uid)
+            index = track.at(self.frame) if track else None
+            if track is not None and index is not None:
+                read_at, found = track.frames[index], (track, index)
+        elif self._live is not None:
+            name, published = sensor.name, self._live.readings.get(sensor.name)
+            found = (published, self._live.problems.get(name), self._live.why_unlit(sensor))
+            read_at = published.frame if published is not None else self.frame
+        keyed = not sensor.holders and outputs.output_curves(sensor.object)
+        fresh = 0.0 <= self.seconds(self.frame - read_at) < least_age and not keyed
+        return self._is_recorded, self._nothing, self._old, found, None if fresh else self.frame
+
     def seconds(self, frames: float) -> float:
         return float(frames * self._base / self._rate)
 

@@ -28,9 +28,7 @@ class Cache:
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
     what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
     `findings` what the doctor found, None before it was asked; `places` what was said of the places
-    of residents, in short and line by line, and `arrows` what was last drawn of them. `words`: by
-    its name, what was said last of a sensor, as what it was said of: without them the words of 22
-    sensors take 0.4 ms a frame.
+    of residents, in short and line by line, and `arrows` what was last drawn of them.
     """
 
     def __init__(self) -> None:
@@ -44,7 +42,6 @@ class Cache:
         self.findings: tuple[Any, ...] | None = None
         self.places: tuple[str, tuple[str, ...]] | None = None
         self.arrows: Any = None
-        self.words: dict[str, tuple[Any, Any, Any]] = {}
         # How often the scene was changed by anything but the playhead.
         self._revision = 0
         # The sensors as they were found last: of which view layer, at which revision.
@@ -53,6 +50,11 @@ class Cache:
         self._driven = -1, False
         self._kept: dict[int, StoredRecording] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
+
+    @property
+    def revision(self) -> int:
+        """Grows with each change of the scene by anything but the playhead."""
+        return self._revision
 
     def watch(self, probe: Watching) -> None:
         """From now on `probe` is told what changes, for as long as it lives."""
@@ -133,7 +135,6 @@ class Cache:
         self.running = False
         self.live = None
         self.overlay = self.arrows = None
-        self.words = {}
         self._revision += 1
         self._sensors = None, []
         self._watching = weakref.WeakSet()

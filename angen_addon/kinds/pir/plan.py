@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ def plan_rays(sight: Sight, metres: float) -> SensorRays:
     long as the detection distance in its datasheet."""
     parameters, pose = sight.parameters, sight.pose
     if parameters.model != "PYROELECTRIC":
-        return sight.rays
+        return replace(sight.rays, rows=parameters.tilt_count)
     zones = zones_of(parameters)
     directions = np.array([_across(zone) for zone in zones]).reshape(-1, 3)
     directions = directions @ pose.axes.T

@@ -41,12 +41,17 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 
 def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
     """What each sensor that this view shows reads, and whether it is selected."""
-    readings = Readings(scene)
-    return [
-        SensorRow(seen, readings.of(seen.sensor), seen.selected)
-        for seen in drawn.seen
-        if seen.sensor.handle.visible_in_viewport_get(space)
-    ]
+    readings, found = Readings(scene), []
+    for seen in drawn.seen:
+        if seen.sensor.handle.visible_in_viewport_get(space):
+            selected = seen.selected
+            # Their full text tells the age from the start.
+            full = selected or seen.uid == drawn.hovered
+            source = None if full else readings.source(seen.sensor)
+            if seen.texts is None or source is None or seen.texts[0] != source:
+                seen.texts = source, readings.of(seen.sensor)
+            found.append(SensorRow(seen, seen.texts[1], selected))
+    return found
 
 
 def draw_fields() -> None:

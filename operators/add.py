@@ -12,6 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
+from .polls import can_add
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
 
@@ -35,17 +36,6 @@ def preset_property() -> Any:
 def preset_of(operator: Any) -> Preset | None:
     """The preset that an operator's properties name. Raises KeyError with a text for the user."""
     return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
-
-
-def can_add(cls: Any, context: Context) -> bool:
-    """Poll of operators that add sensors."""
-    if context.mode != "OBJECT":
-        cls.poll_message_set("Switch to Object Mode to add a sensor")
-        return False
-    if not context.collection.is_editable:
-        cls.poll_message_set("The active collection is linked: choose one of this file")
-        return False
-    return True
 
 
 class ANGEN_OT_sensor_add(Operator):

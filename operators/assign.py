@@ -14,6 +14,7 @@ from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.wording import uncapitalized
 from .add import KIND_ITEMS
+from .polls import can_change_sensor
 
 
 class ANGEN_OT_sensor_assign(Operator):
@@ -53,13 +54,7 @@ class ANGEN_OT_sensor_clear(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.object is None or context.object.angen_sensor.kind == NO_KIND:
-            cls.poll_message_set("Select a sensor")
-            return False
-        if not context.object.is_editable:
-            cls.poll_message_set("The sensor is linked: make it local or a library override")
-            return False
-        return True
+        return can_change_sensor(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         context.object.angen_sensor.kind = NO_KIND

@@ -18,25 +18,14 @@ from ..angen_addon.coverage.maps import Enough, Stage, cover
 from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
-from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.files import OutputError, check_folder
+from .polls import can_look
 
 # s: work between two checks of the window's events.
 SLICE_S = 0.1
-
-
-def can_look(cls: Any, context: Context) -> bool:
-    """Poll of operators that look at the whole scene."""
-    if state.CACHE.running:
-        cls.poll_message_set("A simulation is running")
-        return False
-    if context.mode != "OBJECT":
-        cls.poll_message_set("Switch to Object Mode first")
-        return False
-    return True
 
 
 def has_detector(cls: Any, context: Context) -> bool:

@@ -18,7 +18,7 @@ from ..sensor_logic.days.times import hours_minutes
 from ..sensor_logic.days.truth import activities
 from ..sensor_logic.residents.acted import Acted
 from ..sensor_logic.residents.places import Places
-from .coverage import can_look
+from .polls import can_look
 
 # The last computed day with its settings, until others are chosen: computing takes seconds.
 _acted: tuple[Any, Acted, Places, Plan] | None = None

@@ -8,6 +8,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.doctor.command import count, findings
 from ..angen_addon.runtime import state
+from .polls import is_idle
 
 
 class ANGEN_OT_doctor(Operator):
@@ -21,10 +22,7 @@ class ANGEN_OT_doctor(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.running:
-            cls.poll_message_set("A simulation is running")
-            return False
-        return True
+        return is_idle(cls)
 
     def execute(self, context: Context) -> set[str]:
         found = state.CACHE.findings = tuple(findings())

@@ -17,7 +17,7 @@ from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch.housing import fork
 from ..angen_addon.scene.door_motion import MOTIONS, DoorError, Leaf, leaves_of
 from ..angen_addon.scene.sensors import unit_scale
-from .add import can_add
+from .polls import can_add
 from .surface import Surface, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"

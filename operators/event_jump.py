@@ -14,6 +14,7 @@ from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.log.event_indices import event_indices, log_indices
 from ..sensor_logic.log.event_log import format_frame
 from ..sensor_logic.recording.tracks import Recording, Track
+from .polls import is_idle
 from .recording import has_fresh_recording
 
 
@@ -26,9 +27,9 @@ def recorded(context: Context) -> tuple[Recording, Track] | None:
 
 def poll_recorded(cls: Any, context: Context) -> bool:
     """Whether the active sensor is recorded; else sets the poll message."""
-    if state.CACHE.running:
-        cls.poll_message_set("A simulation is running")
-    elif active_sensor(context) is None:
+    if not is_idle(cls):
+        return False
+    if active_sensor(context) is None:
         cls.poll_message_set("Make a sensor the active object: click it")
     elif has_fresh_recording(cls, context):
         if recorded(context) is not None:

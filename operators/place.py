@@ -17,9 +17,10 @@ from ..angen_addon.authoring.placing import parent_keeping, place_on
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
-from .add import KIND_ITEMS, can_add, preset_of, preset_property
+from .add import KIND_ITEMS, preset_of, preset_property
 from .height import ENDS, TypedLength, below, height_text, raised
 from .place_preview import Preview, remove_all
+from .polls import can_add
 from .surface import Surface, first_surface
 
 WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)

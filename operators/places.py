@@ -18,7 +18,7 @@ from ..angen_addon.scene.sensors import unit_scale
 from ..angen_addon.scene.units import lengths_of
 from ..sensor_logic.residents import places as known
 from ..sensor_logic.wording import capital
-from .add import can_add
+from .polls import can_add, is_idle
 
 # Kinds of places that an empty can mark; a door's leaf and a lamp are objects.
 POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
@@ -82,10 +82,7 @@ class ANGEN_OT_places_check(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.running:
-            cls.poll_message_set("A simulation is running")
-            return False
-        return True
+        return is_idle(cls)
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene

@@ -11,18 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
 from ..sensor_logic.kinds import KINDS, NO_KIND
-
-
-def sensor_can_change(cls: Any, context: Context) -> bool:
-    """Poll of operators that set the active sensor's parameters."""
-    obj = context.object
-    if obj is None or obj.angen_sensor.kind == NO_KIND:
-        cls.poll_message_set("Select a sensor")
-        return False
-    if not obj.is_editable:
-        cls.poll_message_set("The sensor is linked: make it local or a library override")
-        return False
-    return True
+from .polls import can_change_sensor
 
 
 class ANGEN_OT_preset_apply(Operator):
@@ -45,7 +34,7 @@ class ANGEN_OT_preset_apply(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return sensor_can_change(cls, context)
+        return can_change_sensor(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         obj = context.object

@@ -17,7 +17,8 @@ from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.scene.rooms import room_of
 from ..angen_addon.scene.sensors import Sensor, SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
-from .coverage import Staged, can_look
+from .coverage import Staged
+from .polls import can_look
 
 
 def pattern_of(context: Context) -> Sensor | None:

@@ -9,6 +9,7 @@ import bpy
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.runtime import state
+from .polls import is_idle
 
 WAY_OUT = "Simulate again, or undo the change"
 
@@ -56,8 +57,7 @@ class ANGEN_OT_clear_recording(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.running:
-            cls.poll_message_set("A simulation is running")
+        if not is_idle(cls):
             return False
         if state.CACHE.kept(context.scene) is None:
             cls.poll_message_set("There is no recording")

@@ -12,7 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.residents.adding import add_resident, add_walking_frame, stand_up
 from ..angen_addon.residents.settings import SORT_ITEMS, is_resident
 from ..sensor_logic.residents.body.build import Sort
-from .add import can_add
+from .polls import can_add
 
 
 class ANGEN_OT_resident_add(Operator):

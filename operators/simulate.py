@@ -19,6 +19,7 @@ from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
 from ..angen_addon.scene.sensors import SensorError, all_sensors, simulated
 from ..sensor_logic.recording.tracks import Recording
+from .polls import is_idle
 from .slices import Slices
 
 SCENES_OWN = -(2**31)
@@ -50,8 +51,7 @@ class ANGEN_OT_simulate(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if state.CACHE.running:
-            cls.poll_message_set("A simulation is running")
+        if not is_idle(cls):
             return False
         if not simulated(all_sensors(context.view_layer)):
             cls.poll_message_set("Add a sensor first: Shift+A, Sensor")

@@ -18,9 +18,9 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import SAME_KIND_OF_VALUE
 from ..sensor_logic.kind import Kind
-from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
-from .preset import sensor_can_change
+from .polls import can_change_sensor, has_sensor
 
 OWNER = "settings"
 
@@ -71,10 +71,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.object is None or context.object.angen_sensor.kind == NO_KIND:
-            cls.poll_message_set("Select a sensor")
-            return False
-        return True
+        return has_sensor(cls, context)
 
     @property
     def _kind(self) -> Kind:
@@ -121,7 +118,7 @@ class ANGEN_OT_user_preset_apply(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return sensor_can_change(cls, context)
+        return can_change_sensor(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         obj = context.object

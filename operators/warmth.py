@@ -12,6 +12,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.advice.warmth import USUAL, warm
 from ..sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
 from ..sensor_logic.kinds.pir.pyroelectric.zones import write_table
+from .polls import can_change_sensor
 
 ITEMS = [(u.identifier, u.label, u.tip) for u in USUAL.values()]
 
@@ -77,10 +78,7 @@ class ANGEN_OT_lens_table(Operator):
         if obj is None or obj.angen_sensor.kind != "PIR":
             cls.poll_message_set("Select a motion detector")
             return False
-        if not obj.is_editable:
-            cls.poll_message_set("The sensor is linked: make it local or a library override")
-            return False
-        return True
+        return can_change_sensor(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         pir = context.object.angen_sensor.pir

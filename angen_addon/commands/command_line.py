@@ -53,13 +53,12 @@ from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors, chos
 from ..scene.units import lengths_of
 from . import run_advice
 from .arguments import parse
-from .console import note
+from .console import BAD_INPUT, DONE, FAILED, note
 from .interrupt import Interrupt
 from .leaving import leave_hard
 from .progress import ProgressLine
 
 SHOWN_DIFFERENCES = 50
-DONE, FAILED, BAD_INPUT = 0, 1, 2
 INTERRUPTED = "interrupted; nothing was written"
 
 

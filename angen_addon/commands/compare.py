@@ -13,10 +13,8 @@ from ...sensor_logic.compare.statistics import measures
 from ...sensor_logic.files import OutputError, write_files
 from ...sensor_logic.formats.outputs import check_apart
 from ...sensor_logic.formats.source import SourceError
-from .console import note
+from .console import BAD_INPUT, DONE, FAILED, note
 from .parser import Parser, path
-
-DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def main(arguments: list[str], program: str) -> int:

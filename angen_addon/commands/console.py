@@ -7,6 +7,9 @@ import contextlib
 import sys
 from typing import TextIO
 
+# Exit statuses.
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
 
 def note(text: str) -> None:
     """Prints one line for the user."""

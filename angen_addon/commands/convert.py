@@ -21,10 +21,8 @@ from ...sensor_logic.formats.source import (
     start_of,
 )
 from ..output.faulty import Faults, add_options
-from .console import note
+from .console import BAD_INPUT, DONE, FAILED, note
 from .parser import Parser, path
-
-DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def main(arguments: list[str], program: str) -> int:

@@ -19,12 +19,11 @@ from ..output.mqtt.address import AT_ONCE, Address, AddressError, add_options, a
 from ..output.mqtt.link import Link, MqttError
 from ..output.mqtt.player import Player, clear, found
 from ..output.version import extension_version
-from .console import note
+from .console import BAD_INPUT, DONE, FAILED, note
 from .interrupt import Interrupt
 from .leaving import leave_hard
 from .parser import Parser, path
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
 INTERRUPTED = "interrupted; the sensors are unavailable now"
 
 

@@ -14,10 +14,9 @@ from typing import Any
 
 from ...sensor_logic.study import study as studies
 from ...sensor_logic.study.study import StudyError
-from .console import note, tell
+from .console import BAD_INPUT, DONE, FAILED, note, tell
 from .parser import Parser, path
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
 LIBRARIES = ("dask", "distributed", "scipy", "pyarrow", "matplotlib", "pandas")
 
 

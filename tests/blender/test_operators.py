@@ -138,7 +138,7 @@ def test_sensor_assign_and_clear(world):
         ("bake_keyframes", "Simulate first"),
         ("export_events", "Simulate first"),
         ("export_samples", "Simulate first"),
-        ("clear_recording", "Nothing is recorded"),
+        ("clear_recording", "There is no recording"),
     ],
 )
 def test_operators_say_why_they_cannot_run(world, operator, words):

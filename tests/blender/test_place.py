@@ -220,20 +220,6 @@ def test_one_places_through_a_ceiling_shown_as_an_outline_but_also_on_it(
     assert looked(1, 1) == "ceiling", "there is nothing behind it"
 
 
-def test_switched_off_while_placing_no_text_is_left(world, addon_part, monkeypatch):
-    """Blender ends operators of an extension that goes without telling them."""
-    preview = addon_part("operators.place_preview")
-    left, removed = [], []
-    monkeypatch.setattr(preview, "_clear_texts", lambda area, workspace: left.append(area.type))
-    monkeypatch.setattr(preview, "_remove", removed.append)
-    preview.remove_all()
-    assert left == [] and removed == [], "nothing is being placed"
-    monkeypatch.setattr(preview, "_handles", {"a handle"})
-    preview.remove_all()
-    areas = [a.type for w in bpy.context.window_manager.windows for a in w.screen.areas]
-    assert left == [kind for kind in areas if kind == "VIEW_3D"] and removed == ["a handle"]
-
-
 # Its height, told and typed
 
 

@@ -55,17 +55,6 @@ def test_a_sample_is_shipped_with_its_recording_and_timelines_at_its_length(home
         assert -30 <= left <= 1 and 400 <= right <= 460
 
 
-def test_it_is_encoded_once(home, tmp_path, monkeypatch):
-    store = import_module(f"{ADDON}.angen_addon.recording.store")
-    count, encode = [], store._encoded
-    monkeypatch.setattr(store, "_encoded", lambda kept: count.append(1) or encode(kept))
-    for name in "ab":
-        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / name))
-    save_and_load(tmp_path / "c.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "d.blend"))
-    assert count == [1]
-
-
 def test_clear_takes_it_out_of_the_file(home, tmp_path):
     save_and_load(tmp_path / "a.blend")
     assert ops.clear_recording() == {"FINISHED"}

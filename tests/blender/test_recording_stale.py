@@ -340,20 +340,3 @@ def test_what_a_script_changes_just_before_a_frame_makes_it_stale(home, change):
     change(home)
     home.scene.frame_set(4)
     assert "changed since" in stale()
-
-
-def test_while_it_plays_what_is_shown_is_not_looked_at_again(home, monkeypatch):
-    home.scene.frame_set(2)
-    home.scene.frame_set(3)
-    looked = []
-    for name in ("recording.stored_recording.what_is_shown", "runtime.state.all_sensors"):
-        module, _, function = name.rpartition(".")
-        part = import_module(f"{ADDON}.angen_addon.{module}")
-        known = getattr(part, function)
-        monkeypatch.setattr(part, function, lambda *a, f=known: looked.append(1) or f(*a))
-    for frame in range(4, 13):
-        home.scene.frame_set(frame)
-    assert looked == []
-    named("shelf").hide_set(True)
-    home.scene.frame_set(13)
-    assert len(looked) == 2

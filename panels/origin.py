@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import Any
 
 from .lines import draw_lines
-from .readings import Shown
+from .readings import ReadingText
 
 
-def draw(layout: Any, seen: Shown) -> None:
+def draw(layout: Any, seen: ReadingText) -> None:
     """Draws these rows under the reading of a sensor that is switched on."""
     if seen.origin:
         row = layout.row()

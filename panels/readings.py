@@ -30,7 +30,7 @@ ORIGINS = {
 }
 
 
-class Shown(NamedTuple):
+class ReadingText(NamedTuple):
     """Texts for one reading: `text` in full, `short` for narrow places, `brief` for narrower ones,
     without the age. `icon` shows the state. `problem`: why the reading is not valid or missing;
     `fields`: the published fields, None where unknown; `recorded`: whether it is recorded, not
@@ -60,13 +60,13 @@ class Readings:
         self._scene, self._lengths = scene, lengths_of(scene)
         self._playhead = Playhead(scene)
 
-    def of(self, sensor: Sensor) -> Shown:
+    def of(self, sensor: Sensor) -> ReadingText:
         """The texts for a sensor's reading, or why it has none."""
         if not sensor.settings.enabled:
-            return Shown("Off", OFF)
+            return ReadingText("Off", OFF)
         if state.CACHE.running:
             # Readings are those of the frame before the run.
-            return Shown("Simulating", UNKNOWN, brief=NOTHING)
+            return ReadingText("Simulating", UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
         words = _warming_up(sensor, found, self._scene)
@@ -79,7 +79,7 @@ class Readings:
         return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
 
 
-def shown(sensor: Sensor, scene: Any) -> Shown:
+def shown(sensor: Sensor, scene: Any) -> ReadingText:
     """The texts for one sensor's reading, or why it has none."""
     return Readings(scene).of(sensor)
 
@@ -90,9 +90,9 @@ def _shown(
     found: PlayheadReading,
     words: tuple[str, str, str],
     lengths: Any,
-) -> Shown:
+) -> ReadingText:
     text, icon, brief = words
-    return Shown(
+    return ReadingText(
         text,
         icon,
         found.problem,

@@ -25,7 +25,7 @@ from .readings import (
     OLD,
     UNKNOWN,
     WRONG,
-    Shown,
+    ReadingText,
     shown,
 )
 
@@ -37,7 +37,7 @@ WIDE = 330
 NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 
 
-def sort_key(sensor: Sensor, seen: Shown | None, by: str) -> tuple[Any, ...]:
+def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ...]:
     """The key to sort a sensor by; equal ones come in the order of their names."""
     if by == "ROOM":
         # Sensors without a room come last.
@@ -49,7 +49,7 @@ def sort_key(sensor: Sensor, seen: Shown | None, by: str) -> tuple[Any, ...]:
     return (sensor.name.lower(),)
 
 
-def matches(sensor: Sensor, seen: Shown | None, words: str) -> bool:
+def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
     """Whether every word is in the sensor's name, room, kind or state."""
     state = seen.text if seen else ""
     text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()

@@ -398,7 +398,7 @@ def test_every_meaning_is_coloured(world, field, addon_part):
         found = field(frame)
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
     for icon in addon_part("angen_addon.view.overlay.looks").LOOKS:
-        one = readings.Shown("", icon, "", pad)
+        one = readings.ReadingText("", icon, "", pad)
         passing = [picture.passing(seen, one, 1.0) for seen in found.seen]
         # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
         assert sorted(map(len, passing)) == [0, 0, 0, 0, 1, 2 if icon == readings.ACTIVE else 1]
@@ -432,7 +432,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
         """How many points the GPU is given anew, of how many that are drawn, in how many parts."""
         found = field(frame)
         given.clear()
-        rows = [row(seen, readings.Shown("", icon), False) for seen in found.seen]
+        rows = [row(seen, readings.ReadingText("", icon), False) for seen in found.seen]
         parts = [part for group in joined.batches(rows, 1.0) for part in group.values()]
         count = sum(len(part.points) for part in given)
         return count, sum(len(part.points) for part in parts), len(parts)

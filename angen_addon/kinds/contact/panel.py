@@ -8,13 +8,13 @@ from typing import Any
 from bpy.types import Context
 
 from ....panels.lines import draw_lines
-from ....panels.readings import Shown
+from ....panels.readings import ReadingText
 from ...scene.sensors import Sensor
 
 NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is its magnet"
 
 
-def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
     """Warns of a missing magnet."""
     if sensor.parameters.magnet is None:
         draw_lines(layout, NO_MAGNET, "ERROR")

@@ -8,12 +8,12 @@ from typing import Any
 from bpy.types import Context
 
 from ....panels.lines import draw_lines
-from ....panels.readings import Shown
+from ....panels.readings import ReadingText
 from ....sensor_logic.wording import capital
 from ...scene.sensors import Sensor
 
 
-def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
     """Shows the note of the last live reading, such as on what the closed forms do not model."""
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:

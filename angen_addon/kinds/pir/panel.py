@@ -9,12 +9,12 @@ from bpy.types import Context
 
 from ....panels import warmth
 from ....panels.lines import draw_lines
-from ....panels.readings import Shown
+from ....panels.readings import ReadingText
 from ...advice import sensing as advice
 from ...scene.sensors import Sensor
 
 
-def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
     """Shows why it may report nothing, with buttons that help."""
     late = advice.warm_up(sensor, context.scene)
     if late:

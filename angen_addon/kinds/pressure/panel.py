@@ -9,7 +9,7 @@ from typing import Any
 from bpy.types import Context
 
 from ....panels.lines import draw_lines, draw_row
-from ....panels.readings import Shown
+from ....panels.readings import ReadingText
 from ....sensor_logic.kinds.pressure import KIND
 from ....sensor_logic.log.partner_names import split
 from ....sensor_logic.model import NOT_YET
@@ -51,7 +51,7 @@ SECTIONS = (
 )
 
 
-def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
     """Shows the reading, and warnings with buttons that help."""
     pad, scene = sensor.object, context.scene
     problem = advice.without_surface(pad)
@@ -79,12 +79,12 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: Shown) -> None:
         box.prop(scene.rigidbody_world.point_cache, "frame_end", text="Cache End")
 
 
-def _not_yet(seen: Shown) -> str:
+def _not_yet(seen: ReadingText) -> str:
     text = f"Not yet sure: {seen.problem}. The force is that of bodies at rest"
     return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
 
 
-def _not_valid(seen: Shown) -> str:
+def _not_valid(seen: ReadingText) -> str:
     text = f"Not valid: {seen.problem}"
     if seen.fields is None:
         return text

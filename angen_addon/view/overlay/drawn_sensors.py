@@ -7,7 +7,7 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from ....panels.readings import Shown
+from ....panels.readings import ReadingText
 from ....sensor_logic.model import Array, Pose
 from ...kinds import appearance_of
 from ...runtime.last_rays import LastRays, RaysMet
@@ -42,7 +42,7 @@ class DrawnSensor:
         self.lit: list[Figure] = []
         self.of_reading: tuple[Any, Figure | None] | None = None
         # The texts of its reading, kept while all that they depend on is equal: 20 µs a frame.
-        self.texts: tuple[Any, Shown] | None = None
+        self.texts: tuple[Any, ReadingText] | None = None
         self.revision = 0
         # What the figures were made of: of the sensor itself, of its rays, of its last update.
         self._read_at: tuple[Any, ...] = ()
@@ -129,7 +129,7 @@ class SensorRow(NamedTuple):
     """A sensor that a view shows, what it reads, and whether it is selected."""
 
     seen: DrawnSensor
-    shown: Shown
+    shown: ReadingText
     selected: bool
 
 

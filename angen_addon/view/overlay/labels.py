@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....panels.readings import IDLE, UNKNOWN, Shown
+from ....panels.readings import IDLE, UNKNOWN, ReadingText
 from .covered import covered
 from .drawn_sensors import DrawnSensors, SensorRow
 from .label_layout import Point, Rect, arrange
@@ -160,7 +160,7 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
     return left, low, left + wide, high
 
 
-def _texts(context: Any, name: str, one: Shown, full: bool) -> tuple[str, str]:
+def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, str]:
     """Name and reading; in full for what is selected or hovered. Of a sensor without a reading
     the sign tells enough."""
     settings = context.scene.angen_overlay
@@ -177,7 +177,7 @@ def _wide(context: Any, texts: tuple[str, str]) -> float:
     return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
 
 
-def _words(context: Any, plate: Rect, texts: tuple[str, str], one: Shown) -> list[Word]:
+def _words(context: Any, plate: Rect, texts: tuple[str, str], one: ReadingText) -> list[Word]:
     scale = context.preferences.system.ui_scale
     x, y = plate[0] + PADDING * scale, plate[1] + 1.35 * PADDING * scale
     found = []

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....panels.readings import ACTIVE, Shown
+from ....panels.readings import ACTIVE, ReadingText
 from .figures import Figure
 from .looks import BROKEN, LOOKS, Look
 
@@ -102,7 +102,7 @@ def _one(parts: list[Primitives]) -> Primitives:
     return Primitives(points, np.concatenate([part.colours for part in parts]), parts[0].corners)
 
 
-def passing(seen: Any, shown: Shown, metres: float) -> list[Figure]:
+def passing(seen: Any, shown: ReadingText, metres: float) -> list[Figure]:
     """What is drawn of a sensor (DrawnSensor) that reads so beside its `figures`, and changes from
     update to update."""
     found = [*seen.now]
@@ -113,7 +113,7 @@ def passing(seen: Any, shown: Shown, metres: float) -> list[Figure]:
     return found if of_reading is None else [*found, of_reading]
 
 
-def _of_reading(seen: Any, shown: Shown, metres: float) -> Figure | None:
+def _of_reading(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
     """What a valid reading adds to the figure of its sensor; the same as long as it reads so."""
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:

@@ -352,6 +352,28 @@ def test_a_still_scene_is_not_drawn_anew(world, field):
     assert len(set(revision[8:])) == 1
 
 
+def test_the_drawing_casts_no_rays(world, field, addon_part, monkeypatch):
+    """Neither while it plays, live or beside a recording, nor at rest."""
+    drawn = addon_part("angen_addon.view.overlay.drawn_sensors").DrawnSensors
+    caster = addon_part("angen_addon.scene.rays.caster").RayCaster
+    follow, see_at, cast = drawn.follow, caster.see_at, []
+
+    def followed(*arguments):
+        monkeypatch.setattr(caster, "see_at", lambda *a: cast.append(a) or see_at(*a))
+        follow(*arguments)
+        monkeypatch.setattr(caster, "see_at", see_at)
+
+    monkeypatch.setattr(drawn, "follow", followed)
+    make_pir(world)
+    world.sensor("LIGHT", "views")
+    world.sensor("DISTANCE", "zones")
+    random_walk(world)
+    for frame in range(1, 30):
+        field(frame, publish=frame < 15)
+    assert all(seen.figures for seen in field().seen)
+    assert cast == []
+
+
 def test_undo_and_load_leave_nothing(world, field, addon_part):
     make_pir(world)
     cache = addon_part("angen_addon.runtime.state").CACHE
@@ -461,15 +483,3 @@ def test_nothing_is_done_in_the_background(world, addon_part):
     assert addon_part("angen_addon.runtime.state").CACHE.overlay is None
     assert addon_part("angen_addon.view.overlay.draw")._handles == []
     assert not bpy.app.timers.is_registered(addon_part("angen_addon.view.overlay.refresh")._later)
-
-
-def test_the_handlers_call_it(world, addon_part, monkeypatch):
-    called = []
-    overlay = addon_part("angen_addon.view.overlay.refresh")
-    monkeypatch.setattr(overlay, "follow", lambda *a: called.append("follow"))
-    monkeypatch.setattr(overlay, "note_edit", lambda *a: called.append("edit"))
-    world.scene.frame_set(7)
-    assert called.count("follow") == 1
-    world.box((1, 1, 1))
-    world.update()
-    assert "edit" in called

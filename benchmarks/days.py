@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Days that somebody lives in the home by its routine of a week: how long each takes, what memory,
-and whether a stretch of one, evaluated at every frame and with all its keys at once, reads the same
-to the bit."""
+"""Days that somebody lives in the home by its routine of a week: how long each takes, what memory;
+and in both sample homes, whether random stretches of random days, evaluated at every frame and with
+all their keys at once, read the same to the bit."""
 
 from __future__ import annotations
 
 import resource
 import sys
 import time
-from datetime import date
+from datetime import date, datetime, timedelta
+from datetime import time as time_of_day
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +20,21 @@ from angen_sensors.angen_addon.days.run import Household, Plan
 from angen_sensors.angen_addon.runtime import stillness
 from angen_sensors.angen_addon.scene.sensors import all_sensors
 
-from .common import open_home
 from .progress import progress
 
-WEEK = Path(__file__).resolve().parent.parent / "sample_blends" / "week.toml"
+SAMPLES = Path(__file__).resolve().parent.parent / "sample_blends"
+# Homes and their routines.
+HOMES = (("angen.blend", "week.toml"), ("atelier.blend", "atelier_week.toml"))
 START, SEED = date(2026, 3, 2), 1
 # Kinds that are on, and how many days.
 CASES = (
     ("7 PIRs, 7 switches and a pad", ("PIR", "OPTICAL_SWITCH", "PRESSURE"), 3),
     ("and 7 light sensors", ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"), 1),
 )
-# s of a day that are evaluated at every frame: somebody gets up and has breakfast.
-CHECKED = 25_000.0, 1800.0
+# s of the first day that a glance takes: somebody gets up and has breakfast.
+MORNING = 25_000.0, 900.0
+# Stretches of each home, and s, that are evaluated at every frame; those of a glance.
+CHECKED, GLANCE = (3, 300.0), (1, 150.0)
 MIB = 2**20
 
 
@@ -38,22 +42,22 @@ def measure(quick: bool) -> dict[str, Any]:
     rows = []
     for number, (name, kinds, days) in enumerate(CASES[:1] if quick else CASES):
         progress("days", number, len(CASES), name)
-        # A glance is at a part of the first morning.
-        rows.append(_case(name, kinds, 1 if quick else days, 900.0 if quick else 0.0))
-    return {"cases": rows, "checked": _checked(300.0 if quick else CHECKED[1])}
+        rows.append(_case(name, kinds, 1 if quick else days, quick))
+    return {"cases": rows, "checked": _checked(*(GLANCE if quick else CHECKED))}
 
 
-def _household(kinds: tuple[str, ...]) -> Household:
-    scene = open_home()
+def _household(kinds: tuple[str, ...], home: str, week: str) -> Household:
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / home), load_ui=False)
+    scene = bpy.context.scene
+    scene.angen_live = False
     sensors = [s for s in all_sensors(bpy.context.view_layer) if s.kind.identifier in kinds]
-    plan = Plan.read(WEEK)
-    return Household(scene, sensors, plan, START, SEED)
+    return Household(scene, sensors, Plan.read(SAMPLES / week), START, SEED)
 
 
-def _case(name: str, kinds: tuple[str, ...], days: int, seconds: float) -> dict[str, Any]:
-    """Whole days, or so many seconds of the first."""
-    household = _household(kinds)
-    between = (CHECKED[0], CHECKED[0] + seconds) if seconds else (0.0, living.DAY_S)
+def _case(name: str, kinds: tuple[str, ...], days: int, morning: bool) -> dict[str, Any]:
+    """Whole days, or the first morning."""
+    household = _household(kinds, *HOMES[0])
+    between = (MORNING[0], sum(MORNING)) if morning else (0.0, living.DAY_S)
     spans = [household.acted(number).spans(*between) for number in range(days)]
     took, events, steps, evaluated = [], [], 0, 0
     with household.keyed() as keys:
@@ -88,39 +92,54 @@ def _gone_through(run: Any) -> tuple[Any, Any]:
             return end.value, last
 
 
-def _checked(seconds: float) -> dict[str, Any]:
-    """The same stretch of a day with and without skipping and exchanging keys."""
-    household = _household(CASES[0][1])
-    begin = CHECKED[0]
-    found, skipping_s = _stretch(household, begin, seconds)
+def _checked(count: int, seconds: float) -> dict[str, Any]:
+    """Random stretches of each home with and without skipping and exchanging keys."""
+    random = np.random.default_rng(SEED)
+    found: dict[str, Any] = {"stretches": []} | dict.fromkeys(
+        ("seconds", "sensors", "same", "active", "skipping_s", "plain_s"), 0
+    )
+    for home, week in HOMES:
+        household = _household(CASES[0][1], home, week)
+        for _ in range(count):
+            number = int(random.integers(7))
+            begins = household.acted(number).spans(0.0, living.DAY_S - seconds)[:, 0]
+            begin = round(float(random.choice(begins)), 1)
+            moment = datetime.combine(START, time_of_day()) + timedelta(number, begin)
+            found["stretches"].append(f"{home}, {moment:%A %H:%M:%S}")
+            progress("days", len(found["stretches"]), 2 * count, found["stretches"][-1])
+            fast, skipping_s = _stretch(household, number, begin, seconds)
+            plain, plain_s = _plain(household, number, begin, seconds)
+            found["seconds"] += seconds
+            found["sensors"] += len(plain)
+            found["same"] += sum(plain[name] == fast[name] for name in plain)
+            found["active"] += sum(int(np.asarray(t.active).sum()) for t in plain.values())
+            found["skipping_s"] += skipping_s
+            found["plain_s"] += plain_s
+    return found
+
+
+def _plain(household: Household, number: int, begin: float, seconds: float) -> tuple[Any, float]:
+    """A stretch that is evaluated at every frame, with all its keys at once."""
     find, most = stillness.find, living.MOST_MOVEMENT
     stillness.find = lambda *_: stillness.Stillness(np.empty((0, 2)), ("as a reference",))
     living.MOST_MOVEMENT = 1e9
     try:
-        plain, plain_s = _stretch(household, begin, seconds)
+        return _stretch(household, number, begin, seconds)
     finally:
         stillness.find, living.MOST_MOVEMENT = find, most
-    return {
-        "seconds": seconds,
-        "sensors": len(plain),
-        "same": sum(plain[name] == found[name] for name in plain),
-        "active": sum(int(np.asarray(track.active).sum()) for track in plain.values()),
-        "skipping_s": skipping_s,
-        "plain_s": plain_s,
-    }
 
 
-def _stretch(household: Household, begin: float, seconds: float) -> tuple[Any, float]:
-    """What is read in a part of the first day, and how long that takes."""
+def _stretch(household: Household, number: int, begin: float, seconds: float) -> tuple[Any, float]:
+    """What is read in a part of a day, and how long that takes."""
     took = time.perf_counter()
     with household.keyed() as keys:
         day = living.DayRun(
             household.scene,
             household.sensors,
-            household.acted(0),
+            household.acted(number),
             household.residents,
             keys,
-            0,
+            number,
             (begin, begin + seconds),
         )
         for _ in day.progress():

@@ -17,8 +17,9 @@ does; *evaluated*: the share of the steps at which the scene was; *memory*: the 
 process ever had, Blender's own included.
 
 {cases}
-{checked} s of the first morning, evaluated at every frame and with all their keys at once, take
-{plain} s instead of {skipping} s; {same} of {sensors} tracks are the same to the bit.
+Random stretches of a week in both sample homes, together {checked} s, take {plain} s instead of
+{skipping} s where every frame is evaluated, with all keys at once; two minutes before each are
+among them. {same} of {sensors} tracks are the same to the bit. The stretches: {stretches}.
 """
 
 
@@ -50,5 +51,6 @@ def section(data: dict[str, Any]) -> str:
         plain=short(checked["plain_s"]),
         skipping=short(checked["skipping_s"]),
         same=checked["same"],
+        stretches="; ".join(checked["stretches"]),
         sensors=checked["sensors"],
     )

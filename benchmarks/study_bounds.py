@@ -11,6 +11,8 @@ from .bounds import Bounds
 # what writing the tables may take.
 WORKER_MIB, DRIVER_MIB, GROWN_MIB, TABLES_MIB = 500.0, 250.0, 8.0, 40.0
 ROWS, GLANCE_ROWS = 10_000, 400
+# Frames of the home's story that runs live together; by how much less CPU at least.
+STORY, SHARE = 480, 1.5
 
 
 def check(data: dict[str, Any], bounds: Bounds) -> None:
@@ -23,6 +25,10 @@ def check(data: dict[str, Any], bounds: Bounds) -> None:
         bounds.equal(f"runs that failed {of}", way["failed"], 0)
         bounds.equal(f"runs done again {of}", way["run_again"], 0)
         bounds.at_most(f"MiB of a worker {of}", way["worker_mib"], WORKER_MIB)
+    together = data["together"]
+    bounds.equal("rows that are the same together", together["same"], True)
+    share = together["alone_s"] / together["once_s"]
+    bounds.at_least("CPU of runs alone, together = 1", share, SHARE)
     driver = data["driver"]
     bounds.equal("rows of the driver", driver["rows"], GLANCE_ROWS if data["quick"] else ROWS)
     bounds.equal("rows written", driver["written"], driver["rows"])

@@ -5,19 +5,24 @@ from __future__ import annotations
 
 from typing import Any
 
+from .study_bounds import STORY
 from .tables import columns, short
 
 TEXT = """\
 ## Studies
 
 {runs} runs of {frames} frames of one detector, by worker processes of this machine. *Overhead*:
-what a run takes beside its simulation, with handing it out and keeping its row; *start*: of the
-workers, Blender in them, and the home's first opening.
+what a run takes beside its simulation, with handing it out and keeping its row; *driver*: its CPU
+for a run; *start*: of the workers, Blender in them, and the home's first opening.
 
 {ways}
 Two workers are {faster} times as fast as one; {same} of {runs} rows are the same to the byte, but
 for the seconds. Over {rows} rows, of runs of one frame, the driver's memory grows by {grown} MiB in
 the second half, and has {mib} MiB in the end; writing the tables of all of them adds {tables} MiB.
+
+{settings} hold times of the seven detectors of the Ängen home, over {story} frames of its story: a
+worker that simulates the home for each of them takes {share} times the CPU of one that does it once
+for all ({alone} and {once} s), with the same rows.
 """
 
 
@@ -34,6 +39,7 @@ def section(data: dict[str, Any]) -> str:
             "wall s=wall_s:.1f",
             "simulating s=simulating_s:.1f",
             "overhead a run s=overhead_s:.3f",
+            "driver a run ms=driver_ms:.1f",
             "memory of a worker MiB=worker_mib:.0f",
         ),
         faster=short(one["wall_s"] / two["wall_s"], 2),
@@ -41,5 +47,10 @@ def section(data: dict[str, Any]) -> str:
         rows=f"{driver['rows']:,}",
         grown=f"{driver['grown_mib']:.1f}",
         mib=f"{driver['mib']:.0f}",
+        settings=data["together"]["runs"],
+        story=STORY,
+        share=short(data["together"]["alone_s"] / data["together"]["once_s"], 2),
+        alone=short(data["together"]["alone_s"], 2),
+        once=short(data["together"]["once_s"], 2),
         tables=f"{max(driver['tables_mib'], 0.0):.1f}",
     )

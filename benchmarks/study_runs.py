@@ -24,8 +24,11 @@ from angen_sensors.angen_addon.study import cluster, results  # noqa: E402
 from angen_sensors.angen_addon.study.engine import Driver  # noqa: E402
 from angen_sensors.sensor_logic.study.study import read  # noqa: E402
 
+from .study_bounds import STORY  # noqa: E402
+
 HOME = Path(__file__).resolve().parent.parent / "sample_blends" / "light_control.blend"
 MIB = 2**20
+ANGEN = HOME.with_name("angen.blend")
 FRAMES = 96
 # The driver's memory is looked at so many times.
 LOOKS = 20
@@ -41,6 +44,7 @@ def measure(quick: bool) -> dict[str, Any]:
             "frames": FRAMES,
             "ways": [{k: v for k, v in way.items() if k != "table"} for way in ways],
             "same_rows": sum(a == b for a, b in zip(*(w["table"] for w in ways), strict=True)),
+            "together": _together(Path(folder), 6),
             "driver": _driver(Path(folder), rows),
         }
 
@@ -49,6 +53,7 @@ def _study(folder: Path, runs: int, frames: int) -> Path:
     path = folder / "study.toml"
     path.write_text(
         f'home = "{HOME.as_posix()}"\nframes = [1, {frames}]\nseeds = {runs // 20}\n'
+        "together = false\n"
         '[set]\nsensors = "PIR room"\n"PIR room.noise_sigma" = 0.01\n'
         '[vary]\n"PIR room.rays" = { from = 10, to = 29, steps = 20, whole = true }\n'
     )
@@ -63,9 +68,9 @@ def _way(folder: Path, jobs: int, runs: int) -> dict[str, Any]:
         Driver(read(_study(folder, 20, 1)), store, client).run(lambda *_: None)
         start_s = time.perf_counter() - begin
         driver = Driver(read(_study(folder, runs, FRAMES)), store, client)
-        begin = time.perf_counter()
+        begin, own = time.perf_counter(), time.process_time()
         driver.run(lambda *_: None)
-        wall_s = time.perf_counter() - begin
+        wall_s, driver_s = time.perf_counter() - begin, time.process_time() - own
         kept = _lines(out)
         driver.run(lambda *_: None)
         again = _lines(out) - kept
@@ -78,6 +83,7 @@ def _way(folder: Path, jobs: int, runs: int) -> dict[str, Any]:
         "jobs": jobs,
         "start_s": start_s,
         "wall_s": wall_s,
+        "driver_ms": 1000 * driver_s / runs,
         "simulating_s": simulating_s,
         "overhead_s": (wall_s * jobs - simulating_s) / runs,
         "worker_mib": max(told.values()),
@@ -86,6 +92,35 @@ def _way(folder: Path, jobs: int, runs: int) -> dict[str, Any]:
         "run_again": again,
         "table": rows,
     }
+
+
+def _together(folder: Path, settings: int) -> dict[str, Any]:
+    """So many hold times of the Ängen home's detectors: CPU of a worker that lives the home for
+    each of them, and of one that lives it once."""
+    path, found = folder / "together.toml", {}
+    for together in ("false", "true"):
+        path.write_text(
+            f'home = "{ANGEN.as_posix()}"\nframes = [1, {STORY}]\ntogether = {together}\n'
+            f'[set]\nsensors = "PIR*"\n[vary]\n'
+            f'"PIR*.hold_time" = {{ from = 0, to = 10, steps = {settings} }}\n'
+        )
+        out = folder / f"together-{together}"
+        with results.Store(out) as store, cluster.here(1) as client:
+            driver = Driver(read(path), store, client)
+            begin = _cpu_s(client)
+            driver.run(lambda *_: None)
+            cpu_s = _cpu_s(client) - begin
+            driver.write_tables()
+        with open(out / results.CSV, encoding="utf-8", newline="") as file:
+            rows = [row | {"seconds": ""} for row in csv.DictReader(file)]
+        found[together] = cpu_s, rows
+    (alone_s, alone), (once_s, once) = found["false"], found["true"]
+    return {"runs": settings, "alone_s": alone_s, "once_s": once_s, "same": alone == once}
+
+
+def _cpu_s(client: Any) -> float:
+    """Of all workers until now."""
+    return sum(client.run(time.process_time).values())
 
 
 def _lines(folder: Path) -> int:

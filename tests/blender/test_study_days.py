@@ -35,7 +35,9 @@ def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -
     folder = home.parent
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     (folder / "score.py").write_text(SCORE, encoding="utf-8")
-    run(folder, "--jobs", "2")
+    # Together: the home is lived once for both.
+    run(folder, "--jobs", "1")
+    assert not (folder / "out" / "days").exists()
     whole, alone = results(folder)
     assert not whole["error"] and not alone["error"], (whole, alone)
     command: list[Any] = [sys.executable, "-m", "angen_addon", "day", home, "--quiet"]

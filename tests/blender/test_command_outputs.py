@@ -146,11 +146,11 @@ def test_a_job_that_is_ended_leaves_nothing(long_run, name):
 
 SLOW_DISK = """
 import os, runpy, sys, time
-fsync = os.fsync
+fsync, seconds = os.fsync, 60 if sys.argv[1] == "killed" else 0
 def slow(handle):
     fsync(handle)
     print("written", file=sys.stderr, flush=True)
-    time.sleep(60 if sys.argv[1] == "killed" else 0)
+    time.sleep(seconds)
 os.fsync = slow
 sys.argv = ["angen_addon", *sys.argv[2:]]
 runpy.run_module("angen_addon", run_name="__main__", alter_sys=True)

@@ -90,10 +90,11 @@ def straight(
     """Of the steps (rows, n − 1) between points (rows, n, 3) that are drawn, those that begin and
     those that end a straight line."""
     way, middle = points[:, 2:] - points[:, :-2], points[:, 1:-1] - points[:, :-2]
-    length = np.maximum(np.linalg.norm(way, axis=2), 1e-12)
-    off = np.linalg.norm(np.cross(middle, way), axis=2) / length
-    on = drawn[:, :-1] & drawn[:, 1:] & (off < np.maximum(STRAIGHT * length, EXACT / metres))
-    on &= (middle * way).sum(axis=2) > 0.0
+    square = np.maximum((way * way).sum(axis=2), 1e-24)
+    along = (middle * way).sum(axis=2)
+    off = (middle * middle).sum(axis=2) - along * along / square
+    near = np.maximum(STRAIGHT * np.sqrt(square), EXACT / metres)
+    on = drawn[:, :-1] & drawn[:, 1:] & (off < near * near) & (along > 0.0)
     first, last = drawn.copy(), drawn.copy()
     first[:, 1:] &= ~on
     last[:, :-1] &= ~on

@@ -26,7 +26,7 @@ def check(data: dict[str, Any], bounds: Bounds) -> None:
         bounds.equal(f"runs done again {of}", way["run_again"], 0)
         bounds.at_most(f"MiB of a worker {of}", way["worker_mib"], WORKER_MIB)
     together = data["together"]
-    bounds.equal("rows that are the same together", together["same"], True)
+    bounds.equal("rows that are the same together", together["same"], together["runs"])
     share = together["alone_s"] / together["once_s"]
     bounds.at_least("CPU of runs alone, together = 1", share, SHARE)
     driver = data["driver"]

@@ -12,8 +12,8 @@ TEXT = """\
 ## Studies
 
 {runs} runs of {frames} frames of one detector, by worker processes of this machine. *Overhead*:
-what a run takes beside its simulation, with handing it out and keeping its row; *driver*: its CPU
-for a run; *start*: of the workers, Blender in them, and the home's first opening.
+what a run takes beside its simulation, with handing it out and keeping its row; *start*: of the
+workers, Blender in them, and the home's first opening.
 
 {ways}
 Two workers are {faster} times as fast as one; {same} of {runs} rows are the same to the byte, but
@@ -39,7 +39,6 @@ def section(data: dict[str, Any]) -> str:
             "wall s=wall_s:.1f",
             "simulating s=simulating_s:.1f",
             "overhead a run s=overhead_s:.3f",
-            "driver a run ms=driver_ms:.1f",
             "memory of a worker MiB=worker_mib:.0f",
         ),
         faster=short(one["wall_s"] / two["wall_s"], 2),

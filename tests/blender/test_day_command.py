@@ -210,7 +210,7 @@ def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[
     for name, text in files.items():
         assert (home.parent / "out" / name).read_bytes() == text.encode()
     error = addon_part("angen_addon.api.error").AngenError
-    with pytest.raises(error, match="is no date"):
+    with pytest.raises(error, match="is not a date"):
         list(opened.days(routine, "March"))
 
 
@@ -231,7 +231,7 @@ def test_processes_write_the_same_bytes(day: Any, home: Path) -> None:
         (["--seed", 2], "holds another run", ""),
         (["--start", "2026-03-03"], "holds another run", ""),
         (["--routine", "none.toml"], "cannot read none.toml", ""),
-        (["--start", "2026-02-30"], "is no date", ""),
+        (["--start", "2026-02-30"], "is not a date", ""),
         ([], "holds another run", ROUTINE.replace("90 min", "80 min")),
         ([], "no resident 'Adul'", ROUTINE.replace('"Adult"', '"Adul"')),
         ([], "no place is marked 'Sofa'", ROUTINE.replace("sit Seat", "sit Sofa")),

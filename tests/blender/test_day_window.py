@@ -99,7 +99,7 @@ def test_it_is_left_also_after_the_file_was_opened_again(scene: Any, tmp_path: P
 
 @pytest.mark.parametrize(
     ("name", "value", "text"),
-    [("date", "monday", "is no date"), ("text", None, "choose a routine")],
+    [("date", "monday", "is not a date"), ("text", None, "choose a routine")],
 )
 def test_what_is_missing_is_told(scene: Any, name: str, value: Any, text: str) -> None:
     setattr(scene.angen_day, name, value)

@@ -67,7 +67,7 @@ def _date(text: str) -> date:
     try:
         return date.fromisoformat(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no date, such as 2026-03-02") from None
+        raise argparse.ArgumentTypeError(f"'{text}' is not a date such as 2026-03-02") from None
 
 
 def _whole(text: str, least: int, most: int) -> int:

@@ -220,7 +220,7 @@ def _between(value: Any) -> tuple[float, float]:
 
 def _date(value: Any) -> date:
     if isinstance(value, datetime) or not isinstance(value, date):
-        raise ValueError(f"{value!r} is no date, such as 2026-03-02")
+        raise ValueError(f"{value!r} is not a date such as 2026-03-02")
     return value
 
 

@@ -347,5 +347,5 @@ def _flag(value: Any) -> bool:
 
 def _date(value: Any) -> date:
     if isinstance(value, datetime) or not isinstance(value, date):
-        raise ValueError(f"{value!r} is no date, such as 2026-03-02")
+        raise ValueError(f"{value!r} is not a date such as 2026-03-02")
     return value

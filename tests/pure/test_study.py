@@ -50,7 +50,7 @@ def study(tmp_path: Path):
             'measure = "light_error"\nroutine = "score.py"\nstart = 2026-03-02\ndays = 1',
             "line 2: light_error is measured without a routine",
         ),
-        ('routine = "score.py"\nstart = 1\ndays = 1', "line 3: start: 1 is no date"),
+        ('routine = "score.py"\nstart = 1\ndays = 1', "line 3: start: 1 is not a date"),
         ('best = "score"', 'line 2: best: \'score\' is not "most MEASURE" or "least MEASURE"'),
         ('keep = "samples"', "line 2: keep: 'samples' cannot be kept"),
         ("vari = 1", "line 2: 'vari' means nothing here; did you mean 'vary'?"),

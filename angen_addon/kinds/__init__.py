@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 def appearance_of(kind: Kind) -> Appearance:
     """The appearance of a kind."""
-    """The appearance of a kind."""
-    """The appearance of a kind."""
     return _appearance(kind.attribute)
 
 

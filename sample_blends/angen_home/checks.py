@@ -8,7 +8,7 @@ from math import hypot, radians
 import bpy
 from mathutils import Vector
 
-from . import plan
+from . import places, plan
 
 WALKER_RADIUS = 0.30
 # A doorway is narrower than a walker's free way; through it this is enough.
@@ -43,12 +43,13 @@ def along(a: Point, b: Point, step: float = 0.02) -> Iterator[Point]:
 def way_problems() -> list[str]:
     """Ways that come too near to a wall, to furniture or to a leaf that stands open."""
     problems = []
-    for start, end in plan.WAYS:
+    for start, end in places.WAYS:
         doorway = start.startswith("door_") or end.startswith("door_")
         radius = DOORWAY_RADIUS if doorway else WALKER_RADIUS
         for name, box in solids():
             near = min(
-                distance_to_box(p, box) for p in along(plan.WAYPOINTS[start], plan.WAYPOINTS[end])
+                distance_to_box(p, box)
+                for p in along(places.WAYPOINTS[start], places.WAYPOINTS[end])
             )
             if near < radius - 1e-6:
                 problems.append(f"way {start} – {end}: {near:.3f} m from {name}")
@@ -56,7 +57,7 @@ def way_problems() -> list[str]:
             leaf = [door.at(u / 20 * door.leaf_width, 0.0, door.open_yaw) for u in range(21)]
             near = min(
                 hypot(p[0] - q[0], p[1] - q[1])
-                for p in along(plan.WAYPOINTS[start], plan.WAYPOINTS[end])
+                for p in along(places.WAYPOINTS[start], places.WAYPOINTS[end])
                 for q in leaf
             )
             name = f"the open door {door.name}"
@@ -112,14 +113,14 @@ def furniture_problems() -> list[str]:
 def place_problems() -> list[str]:
     """Places whose waypoint does not exist or is not straight ahead and near."""
     problems = []
-    for name, place in plan.PLACES.items():
-        if place.waypoint not in plan.WAYPOINTS:
+    for name, place in places.PLACES.items():
+        if place.waypoint not in places.WAYPOINTS:
             problems.append(f"place {name}: no waypoint {place.waypoint!r}")
             continue
         for solid, box in solids():
             near = min(
                 distance_to_box(p, box)
-                for p in along(plan.WAYPOINTS[place.waypoint], (place.x, place.y))
+                for p in along(places.WAYPOINTS[place.waypoint], (place.x, place.y))
             )
             if near < 0.2:
                 problems.append(f"place {name}: {near:.3f} m from {solid}")

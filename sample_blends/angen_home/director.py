@@ -21,7 +21,7 @@ from angen_sensors.sensor_logic.residents.body.turns import ease
 from angen_sensors.sensor_logic.residents.places import LIE, SIT
 from angen_sensors.sensor_logic.residents.timeline import Gesture, Hold, Swing, swung
 
-from . import plan
+from . import places, plan
 from .checks import along, distance_to_box, solids
 from .paths import (
     clearance,
@@ -89,7 +89,7 @@ class Director(Actor):
             points: list[tuple[float, float]] = []
             here = start
             if self.gate and self.gate != gate:
-                here = plan.WAYPOINTS[self.gate]
+                here = places.WAYPOINTS[self.gate]
                 points = [start]
             points += route(here, (x, y), gate, self.doors)
             path = rounded(points, self.doors)
@@ -120,9 +120,9 @@ class Director(Actor):
                 return
 
     def go_to(self, step: Step) -> None:
-        place = plan.PLACES.get(step.name)
+        place = places.PLACES.get(step.name)
         if place is None:
-            raise ValueError(f"one cannot go there; places: {_listed(plan.PLACES)}")
+            raise ValueError(f"one cannot go there; places: {_listed(places.PLACES)}")
         self.go(place.x, place.y, place_yaw(place), place.waypoint)
 
     # --- doors ----------------------------------------------------------------------------
@@ -297,7 +297,7 @@ class Director(Actor):
         if place.use != SIT:
             raise ValueError(f"one cannot sit there; seats: {', '.join(SEATS)}")
         self.rise()
-        self.seat_gate = plan.PLACES[step.name].waypoint
+        self.seat_gate = places.PLACES[step.name].waypoint
         self.sit(place)
         self.stay(self.now + 0.4)
 

@@ -5,7 +5,7 @@ from math import radians
 
 import bpy
 
-from . import plan
+from . import places, plan
 from .meshes import place
 
 PATH = "Places"
@@ -50,9 +50,9 @@ THINGS: dict[str, tuple[str, float | None]] = {
 }
 # Empties for what has no object of its own: a point (m) and a yaw (degrees).
 POINTS: dict[str, tuple[str, tuple[float, float, float], float]] = {
-    "Sofa west": ("SIT", (8.66, 6.42, plan.SOFA_SEAT_Z), -90.0),
-    "Sofa east": ("SIT", (9.49, 6.42, plan.SOFA_SEAT_Z), -90.0),
-    "Bed edge": ("SIT", (2.5, 1.55, plan.BED_TOP_Z), 90.0),
+    "Sofa west": ("SIT", (8.66, 6.42, places.SOFA_SEAT_Z), -90.0),
+    "Sofa east": ("SIT", (9.49, 6.42, places.SOFA_SEAT_Z), -90.0),
+    "Bed edge": ("SIT", (2.5, 1.55, places.BED_TOP_Z), 90.0),
     "Desk west": ("SIT", (1.08, 7.25, 0.52), -90.0),
     "Desk east": ("SIT", (2.8, 6.9, 0.52), -90.0),
     "Coffee table end": ("USE", (8.8, 5.24, 0.47), -90.0),

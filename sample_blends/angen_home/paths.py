@@ -7,7 +7,7 @@ from math import hypot, radians
 
 import numpy as np
 
-from . import plan
+from . import places, plan
 from .checks import along, distance_to_box, solids
 
 BODY = 0.26  # free half width that a walker needs
@@ -51,9 +51,9 @@ def _length(a: Point, b: Point) -> float:
 
 
 def _neighbours(leaves: list[Point]) -> dict[str, list[str]]:
-    graph: dict[str, list[str]] = {name: [] for name in plan.WAYPOINTS}
-    for a, b in plan.WAYS:
-        p, q = plan.WAYPOINTS[a], plan.WAYPOINTS[b]
+    graph: dict[str, list[str]] = {name: [] for name in places.WAYPOINTS}
+    for a, b in places.WAYS:
+        p, q = places.WAYPOINTS[a], places.WAYPOINTS[b]
         if all(min(_length(x, y) for y in leaves) >= BODY - 0.02 for x in along(p, q, 0.05)):
             graph[a].append(b)
             graph[b].append(a)
@@ -62,8 +62,8 @@ def _neighbours(leaves: list[Point]) -> dict[str, list[str]]:
 
 def _entries(p: Point, leaves: list[Point], radius: float) -> list[str]:
     """Waypoints that can be walked to straight from a point."""
-    names = [n for n, q in plan.WAYPOINTS.items() if _length(p, q) < 3.0]
-    return [n for n in names if is_free(p, plan.WAYPOINTS[n], radius, leaves)]
+    names = [n for n, q in places.WAYPOINTS.items() if _length(p, q) < 3.0]
+    return [n for n in names if is_free(p, places.WAYPOINTS[n], radius, leaves)]
 
 
 def route(start: Point, goal: Point, gate: str, doors: DoorYaws) -> list[Point]:
@@ -76,22 +76,22 @@ def route(start: Point, goal: Point, gate: str, doors: DoorYaws) -> list[Point]:
     starts = _entries(start, leaves, reach)
     goals = [gate] if gate else _entries(goal, leaves, reach)
     graph = _neighbours(leaves)
-    queue = [(_length(start, plan.WAYPOINTS[n]), n, (n,)) for n in starts]
+    queue = [(_length(start, places.WAYPOINTS[n]), n, (n,)) for n in starts]
     heapq.heapify(queue)
     seen: set[str] = set()
     while queue:
         cost, name, way = heapq.heappop(queue)
         if name == "":
-            return _straightened([start, *(plan.WAYPOINTS[n] for n in way), goal], leaves)
+            return _straightened([start, *(places.WAYPOINTS[n] for n in way), goal], leaves)
         if name in seen:
             continue
         seen.add(name)
-        here = plan.WAYPOINTS[name]
+        here = places.WAYPOINTS[name]
         if name in goals:
             heapq.heappush(queue, (cost + _length(here, goal), "", way))
         for other in graph[name]:
             if other not in seen:
-                step = _length(here, plan.WAYPOINTS[other])
+                step = _length(here, places.WAYPOINTS[other])
                 heapq.heappush(queue, (cost + step, other, (*way, other)))
     shut = [name for name, yaw in doors.items() if abs(yaw - plan.DOORS[name].closed_yaw) < 1]
     wide = [
@@ -193,5 +193,5 @@ def yaw_between(a: Point, b: Point) -> float:
     return float(np.arctan2(b[1] - a[1], b[0] - a[0]))
 
 
-def place_yaw(place: plan.Place) -> float:
+def place_yaw(place: places.Place) -> float:
     return radians(place.yaw)

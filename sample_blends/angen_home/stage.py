@@ -9,7 +9,7 @@ from angen_sensors.sensor_logic.residents.acted import Acted
 from angen_sensors.sensor_logic.residents.places import LIE, SIT, STAND, USE, Place, Places
 from angen_sensors.sensor_logic.residents.timeline import swung
 
-from . import plan
+from . import places, plan
 from .paths import place_yaw
 from .story import PROPS, SPOTS
 
@@ -17,7 +17,7 @@ from .story import PROPS, SPOTS
 GRIPS = {"Bottle": (0.0, 0.0, 0.10), "Coat": (-0.09, 0.0, -0.03)}
 
 
-def _use(name: str, place: plan.Place) -> str:
+def _use(name: str, place: places.Place) -> str:
     """SIT where the seat is straight behind one who stands there: one sits down backwards."""
     if place.seat is None:
         return STAND
@@ -62,7 +62,7 @@ def _places() -> Places:
     """What the words can be said of."""
     found = {name: Place(name, USE, np.array(at), 0.0, np.array(at)) for name, at in SPOTS.items()}
     found |= {name: Place(name, USE, np.zeros(3), 0.0, np.zeros(3)) for name in PROPS}
-    for name, place in plan.PLACES.items():
+    for name, place in places.PLACES.items():
         at = np.array([place.x, place.y, plan.FLOOR_Z])
         target = np.array(place.seat or at)
         found[name] = Place(name, _use(name, place), at, place_yaw(place), target)

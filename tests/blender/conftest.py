@@ -3,16 +3,12 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from pressure_scenes import Physics
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -126,6 +122,12 @@ class World:
                 for point in curve.keyframe_points:
                     point.interpolation = interpolation
 
+    @staticmethod
+    def warm(owner: Any, celsius: float, emissivity: float = 0.95) -> None:
+        """An object, a collection or a material has a temperature."""
+        warmth = owner.angen_warmth
+        warmth.use_temperature, warmth.temperature, warmth.emissivity = True, celsius, emissivity
+
     def update(self) -> Any:
         self.bpy.context.view_layer.update()
         return self.bpy.context.evaluated_depsgraph_get()
@@ -201,6 +203,17 @@ def world(empty_scene: None) -> World:
 
 
 @pytest.fixture
+def swept(world: World) -> Callable[..., Any]:
+    """A switch at the origin that is swept, and one beside it that is not."""
+
+    def make(name: str = "switch", **settings: Any) -> Any:
+        settings = {"threshold": 0.3, "swept": True, **settings}
+        return world.switch(name, **settings)
+
+    return make
+
+
+@pytest.fixture
 def physics(world: World) -> Physics:
     """The empty scene, for pads and what has a weight."""
     return Physics(world)
@@ -233,3 +246,28 @@ def addon_part() -> Callable[[str], Any]:
 @pytest.fixture
 def fcurves() -> Callable[[Any], list[Any]]:
     return curves_of
+
+
+@pytest.fixture
+def field(world: World) -> Iterator[Callable[..., Any]]:
+    """What is drawn of the scene's sensors. Called, it follows the scene to a frame, as played if
+    one is given, else as when the playhead rests."""
+    state = part("angen_addon.runtime.state").CACHE
+    live_of = part("angen_addon.runtime.live").live_of
+    sensors = part("angen_addon.view.overlay.drawn_sensors")
+    made = state.overlay = sensors.DrawnSensors(world.scene)
+
+    def follow(frame: float | None = None, publish: bool = True) -> Any:
+        scene, layer = world.scene, world.bpy.context.view_layer
+        world.update()
+        if frame is None:
+            live_of(scene).look_around(scene, layer, layer.depsgraph)
+        else:
+            world.scene.frame_set(frame)
+            if not publish:
+                live_of(scene).follow(scene, layer, layer.depsgraph, publish)
+        made.follow(scene, layer, layer.depsgraph)
+        return made
+
+    yield follow
+    state.overlay = None

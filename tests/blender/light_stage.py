@@ -139,3 +139,26 @@ def ball(world: Any, radius: float, of: Any, at: Any = (0, 0, 0), rings: int = 6
     mesh = world.mesh(points, faces)
     mesh.materials.append(of)
     return world.link("ball", mesh, at)
+
+
+def objects(name: str) -> Any:
+    return bpy.data.objects[name]
+
+
+def lit_room(world: Any) -> Any:
+    """A room with all that shines; a screen goes through it."""
+    box = world.box((4, 4, 4), name="room")
+    box.data.materials.append(material(0.7, name="paint"))
+    lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)
+    lamp(world, "AREA", at=(1, 0, 1.9), size=0.5)
+    plate(world, 0.8, (1, 1, 0), (-1, 0, 0), material(glows=0.2, name="screen"), "screen")
+    world.key(objects("screen"), "location", {1: (1, 1, 0), 48: (-1, -1, 0)})
+    sky(world, 0.5)
+    world.update()
+    return world
+
+
+def key_lamp(frames: Any = (1, 5), energies: Any = (1.0, 3.0)) -> None:
+    for frame, energy in zip(frames, energies, strict=True):
+        objects("point").data.energy = energy
+        objects("point").data.keyframe_insert("energy", frame=frame)

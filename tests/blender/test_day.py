@@ -4,16 +4,12 @@ and its truth does not contradict them."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
+import day_home
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-import day_home
 
 
 @pytest.fixture

@@ -20,8 +20,6 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-
-sys.path.insert(0, str(Path(__file__).parent))
 from test_places import Flat
 
 ROOT = Path(__file__).resolve().parents[2]

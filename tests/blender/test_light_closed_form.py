@@ -2,15 +2,10 @@
 """Illuminance by Cycles and by the direct forms, against closed forms: efficacy 1, so W/m²."""
 
 import math
-import sys
-from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-from mathutils import Vector
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import (
     ball,
     facing,
@@ -23,6 +18,7 @@ from light_stage import (
     request,
     sky,
 )
+from mathutils import Vector
 
 DIRECT_TOLERANCE, AREA_TOLERANCE = 1e-3, 2e-3
 SOFT = 0.3

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The seven light sensors of the sample home follow its lamps and its doors."""
 
-import sys
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import measure, part
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"

@@ -10,10 +10,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from mathutils import Matrix
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, lux, material, measure, plate, request
+from mathutils import Matrix
 
 CANDELA = (100.0, 75.0, 50.0, 25.0, 0.0)
 IES = f"""IESNA:LM-63-1995

@@ -1,13 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The preview while scrubbing: called in a frame handler, with solids that are kept."""
 
-import sys
-from pathlib import Path
-
 import bpy
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, lux, material, measure, part, plate, preview, request
 
 ASKED = (

@@ -2,8 +2,6 @@
 """What ends a run half-way (undo, redo, another file), and how much it keeps meanwhile."""
 
 import math
-import sys
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -12,8 +10,6 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import lamp, material, plate, sky
 
 UPDATES = 60

@@ -2,8 +2,6 @@
 """Light sensors in runs and while scrubbing."""
 
 import math
-import sys
-from pathlib import Path
 
 import bpy
 import pytest
@@ -11,8 +9,6 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, restin
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
 from bl_ext.user_default.angen_sensors.panels import readings
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import material, plate
 
 

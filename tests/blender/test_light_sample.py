@@ -2,14 +2,11 @@
 """Each sensor of light.blend reads its closed form, computed here from the file's own objects."""
 
 import math
-import sys
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import measure, part, preview
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "light.blend"

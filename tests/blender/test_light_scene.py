@@ -2,14 +2,10 @@
 """What is there for light, what light does not depend on, and what a measurement leaves behind."""
 
 import os
-import sys
 import tempfile
-from pathlib import Path
 
 import bpy
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import UP, ball, facing, lamp, lux, material, measure, part, plate, request
 
 SUN = 1.0

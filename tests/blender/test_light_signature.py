@@ -6,13 +6,9 @@ signature says with the light itself, measured at every frame.
 """
 
 import random
-import sys
-from pathlib import Path
 
 import bpy
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
 
 LAST = 10

@@ -2,15 +2,10 @@
 """Settings of the user's scene that are no business of the light sensors, or that are: with and
 without a reference."""
 
-import sys
-from pathlib import Path
-
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, material, part, plate, request, sky
 
 FEW, MANY = 16, 64

@@ -2,14 +2,10 @@
 """The four one-pixel views: 8-bit luminance in percent, clip distances, field of view."""
 
 import math
-import sys
-from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from light_stage import facing, lamp, material, measure, part, percent, plate, request, sky
 
 UPRIGHT = facing((0, 1, 0))

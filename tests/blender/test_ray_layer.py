@@ -1,17 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The fast ray caster against Blender's own `scene.ray_cast`, on random scenes that change."""
 
-import sys
-from pathlib import Path
-
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
-
-sys.path.insert(0, str(Path(__file__).parent))
 from random_scene import LAST_FRAME, RandomScene
 
 TOLERANCE_M = 2e-5

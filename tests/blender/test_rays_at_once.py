@@ -2,9 +2,6 @@
 """Rays that are met all at once, from one point or one way, against Blender's hierarchy; and what
 the caster remembers of solids that move now and then."""
 
-import sys
-from pathlib import Path
-
 import bmesh
 import bpy
 import numpy as np
@@ -16,8 +13,6 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.bundles import Ray
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from mathutils.bvhtree import BVHTree
-
-sys.path.insert(0, str(Path(__file__).parent))
 from random_scene import LAST_FRAME, RandomScene
 
 # Blender's hierarchy is in single precision.

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run leaves out what cannot have changed: it reads the same as one that leaves out nothing."""
 
-import sys
-from pathlib import Path
-
 import bpy
 import numpy as np
 import pytest
@@ -15,8 +12,6 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene import sensors
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
-
-sys.path.insert(0, str(Path(__file__).parent))
 from random_scene import LAST_FRAME, RandomScene
 
 

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
 from test_day_command import home  # noqa: F401  (a fixture)
 from test_study_run import ROOT, results, run
 

@@ -5,7 +5,6 @@ gives alone, to the byte."""
 from __future__ import annotations
 
 import shutil
-import sys
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +12,6 @@ from typing import Any
 
 import bpy
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from test_day_command import home as lived_home  # noqa: F401  (a fixture)
 
 PLAIN = """

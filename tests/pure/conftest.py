@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A stage for the sensor models: they sense what a test says, and no Blender is needed."""
 
-import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +12,6 @@ from sensor_logic.kind import FORCES, LIGHT, RAYS
 from sensor_logic.model import Array, LightSample, PadContact, Pose, Reading, Update
 from sensor_logic.noise import generator
 
-sys.path.insert(0, str(Path(__file__).parent))
 AHEAD = Pose(np.zeros(3), np.eye(3))
 
 

@@ -11,129 +11,27 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from walks import peak_signals
+from pyro_bodies import (
+    DOWN,
+    LEVEL,
+    PERSON,
+    ZERO,
+    Body,
+    FacingPlate,
+    crossing,
+    level_at,
+    peak,
+    pyro,
+    sense,
+    walk,
+)
 
-from sensor_logic.coverage.detectors import Walker
 from sensor_logic.kind import WARMTH
 from sensor_logic.kinds.pir.pyroelectric.detector import (
     PyroelectricDetector,
-    response_of,
-    threshold_of,
-    zones_of,
 )
 from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
-from sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
-from sensor_logic.kinds.pir.range_scan import PirParameters
 from sensor_logic.model import Emission, Pose, Update
-from sensor_logic.noise import generator
-
-ZERO = 273.15
-# The detector at (0, 0, height) looks along world +Y, up is Z; a ceiling's looks down.
-LEVEL = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
-DOWN = np.eye(3)
-
-
-def level_at(height):
-    return Pose(np.array([0.0, 0.0, height]), LEVEL)
-
-
-class Body:
-    """An upright box, sizes (3,) in m, whose feet are at a place; a plate is a thin one."""
-
-    def __init__(self, size, celsius, emissivity=1.0):
-        self.half = np.array(size) / 2
-        self.kelvin, self.emissivity = celsius + ZERO, emissivity
-
-    def seen(self, feet, ambient):
-        def warmth(bundle, origins, directions, length):
-            middle = np.array(feet) + (0, 0, self.half[2])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                one = (middle - self.half - origins) / directions
-                two = (middle + self.half - origins) / directions
-            enter = np.fmax.reduce(np.fmin(one, two), axis=1)
-            leave = np.fmin.reduce(np.fmax(one, two), axis=1)
-            hit = (leave >= enter) & (leave > 0) & (enter < length)
-            n = len(directions)
-            return Emission(
-                np.where(hit, self.kelvin, ambient + ZERO),
-                np.where(hit, self.emissivity, np.ones(n)),
-                ambient + ZERO,
-            )
-
-        return warmth
-
-
-class FacingPlate:
-    """An upright plate that always turns to the detector, as in the note."""
-
-    half = np.array([0.125, 0.0, 0.35])
-
-    def __init__(self, celsius):
-        self.kelvin = celsius + ZERO
-
-    def seen(self, feet, ambient):
-        def warmth(bundle, origins, directions, length):
-            middle = np.array(feet) + (0, 0, self.half[2])
-            away = middle - origins[0]
-            facing = np.array([away[0], away[1], 0.0]) / math.hypot(away[0], away[1])
-            right = np.array([facing[1], -facing[0], 0.0])
-            ahead = directions @ facing
-            with np.errstate(divide="ignore", invalid="ignore"):
-                there = directions * ((away @ facing) / ahead)[:, None] - away
-            hit = (ahead > 0) & (np.abs(there @ right) <= self.half[0])
-            hit &= np.abs(there[:, 2]) <= self.half[2]
-            kelvin = np.where(hit, self.kelvin, ambient + ZERO)
-            return Emission(kelvin, np.ones(len(directions)), ambient + ZERO)
-
-        return warmth
-
-
-def sense(parameters, pose, body, places, rate, ambient=20.0):
-    """Readings while the body's feet are at each of the places (n, 3), `rate` a second."""
-    detector = PyroelectricDetector()
-    parameters = (
-        parameters if isinstance(parameters, PirParameters) else PirParameters(**parameters)
-    )
-    made = []
-    for k, feet in enumerate(places):
-        update = Update(
-            k, k / rate, pose, {WARMTH: body.seen(feet, ambient)},
-            lambda k=k: generator(0, "pir", k),
-        )  # fmt: skip
-        made.append(detector.update(parameters, update))
-    return made
-
-
-def walk(start, end, speed, rate, before=2.0, after=3.0):
-    """Places on a straight way at a speed, with rest before and after."""
-    start, end = np.array(start, float), np.array(end, float)
-    seconds = np.linalg.norm(end - start) / speed
-    share = np.clip(
-        (np.arange(int((before + seconds + after) * rate)) / rate - before) / seconds, 0, 1
-    )
-    return start + (end - start) * share[:, None]
-
-
-def peak(readings):
-    return max(abs(r.fields["signal"]) for r in readings)
-
-
-def pyro(**settings):
-    fine = {"model": "PYROELECTRIC", "zone_rays": 24, "range_max": 5.0}
-    return PirParameters(**{**fine, **settings})
-
-
-PLATE = Body((0.25, 0.001, 0.7), 24.0)
-
-
-def crossing(distance, speed=1.0, body=PLATE, rate=50, ambient=20.0, up=0.0, **settings):
-    """Peak, in thresholds, of a body that passes before a detector at its own middle height, or
-    `up` m above it."""
-    reach = min(distance, 3.0)
-    pose = level_at(body.half[2])
-    places = walk((-reach, distance, up), (reach, distance, up), speed, rate, 0.2, 1.5)
-    return peak(sense(pyro(**settings), pose, body, places, rate, ambient))
-
 
 # Calibration
 
@@ -216,9 +114,6 @@ def test_a_warm_room_shortens_the_range():
 
 
 # Behaviour
-
-
-PERSON = Body((0.45, 0.3, 1.7), 28.0, 0.95)
 
 
 def tangential(distance, **settings):
@@ -434,72 +329,3 @@ def test_turning_the_detector_is_movement():
         update = Update(k, k / 24, pose, {WARMTH: body})
         found.append(detector.update(parameters, update))
     assert peak(found[:24]) < 1e-9 and peak(found) > 1.0
-
-
-# Coverage: many walks without a scene
-
-
-def cylinder_seen(walker, feet, ambient):
-    """The same walker for the detector itself, by another formula: a prism of 90 sides."""
-    angles = np.linspace(0, 2 * math.pi, 91)[:-1]
-    normals = np.stack([np.cos(angles), np.sin(angles), np.zeros(90)], axis=1)
-    normals = np.concatenate([normals, [[0, 0, 1], [0, 0, -1]]])
-    middle = np.array(feet) + (0, 0, walker.height / 2)
-    apart = np.concatenate([np.full(90, walker.radius), [walker.height / 2] * 2])
-
-    def warmth(bundle, origins, directions, length):
-        rate = directions @ normals.T
-        gap = apart - (origins - middle) @ normals.T
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = gap / rate
-        enter = np.where(rate < 0, t, -np.inf).max(axis=1)
-        leave = np.where(rate > 0, t, np.inf).min(axis=1)
-        hit = (enter <= leave) & (enter > 0)
-        return Emission(
-            np.where(hit, walker.celsius + ZERO, ambient + ZERO),
-            np.where(hit, walker.emissivity, 1.0),
-            ambient + ZERO,
-        )
-
-    return warmth
-
-
-@pytest.mark.parametrize(
-    ("lens", "pose"),
-    [("THREE_TIERS", level_at(2.1)), ("CEILING", Pose(np.array([0.0, 0.0, 2.5]), DOWN))],
-)
-def test_coverage_is_what_the_detector_itself_would_say(lens, pose):
-    parameters = pyro(lens=lens, zone_rays=12)
-    walker, rate = Walker(), 24
-    random = np.random.default_rng(5)
-    starts = np.concatenate([random.uniform(-4, 4, (6, 2)), np.zeros((6, 1))], axis=1)
-    ends = starts + np.concatenate([random.uniform(-1, 1, (6, 2)), np.zeros((6, 1))], axis=1)
-    zones, response = zones_of(parameters), response_of(parameters)
-    found = peak_signals(zones, response, pose, starts, ends, walker) / threshold_of(parameters)
-    for start, end, signal in zip(starts, ends, found, strict=True):
-        detector = PyroelectricDetector()
-        places = walk(start, end, walker.speed, rate, before=0.0, after=1.0)
-        readings = [
-            detector.update(
-                parameters,
-                Update(k, k / rate, pose, {WARMTH: cylinder_seen(walker, feet, 20.0)}),
-            )
-            for k, feet in enumerate(places)
-        ]
-        # A prism of 90 sides has 0.1 % less silhouette; a ray more or less is 2 % of a zone.
-        assert signal == pytest.approx(peak(readings), rel=0.05, abs=0.1)
-    assert found.max() > 1.0
-
-
-def test_coverage_ends_at_walls():
-    parameters = pyro(zone_rays=12)
-    zones, response, pose = zones_of(parameters), response_of(parameters), level_at(1.2)
-    starts, ends = np.array([[-1.0, 4, 0]]), np.array([[1.0, 4, 0]])
-    rays = len(zone_rays(zones, 12).directions)
-
-    def found(metres):
-        free = np.full(rays, metres)
-        return peak_signals(zones, response, pose, starts, ends, Walker(), free=free)[0]
-
-    assert found(3.0) == 0.0
-    assert found(9.0) == peak_signals(zones, response, pose, starts, ends, Walker())[0] > 0.0

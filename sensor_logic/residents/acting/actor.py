@@ -33,11 +33,11 @@ from ..body.seat import seat_distance
 from ..body.turns import ease
 from ..places import Door, Place
 from ..timeline import Clip, Gesture, Hold, Timeline
-from .ground import dense, yaw_to
+from .ground import dense
 from .home import Home
 from .parking import Parked, frame_of, parked_beside
 from .seats import seat_of
-from .work import hands_at_work
+from .work import hand_on_leaf, hands_at_work
 
 # Half of the width that somebody needs on the way, m.
 RADIUS = {Sort.OLDER_ADULT: 0.25, Sort.ADULT: 0.25, Sort.CHILD: 0.20, Sort.CAT: 0.10}
@@ -48,9 +48,6 @@ REACH, SWING, SIT_DOWN, LIE_DOWN, TURN_OVER, LOOK = 0.6, 1.7, 1.7, 3.2, 2.6, 4.0
 DRINK, HANDS = 3.6, 0.8
 # So long somebody has stood still before whole turns are taken back, s: more than a frame.
 WOUND = 0.5
-# A hand follows a leaf about so far (rad, or m of what slides), where it opens to and behind it.
-FOLLOWS = {1.0: 0.73, -1.0: 0.49}
-_GRIP = 0.05  # from the middle of a leaf to the hand on its handle, m
 
 
 class Actor:
@@ -365,24 +362,12 @@ class Actor:
     # --- leaves -------------------------------------------------------------------------------
     def move_leaf(self, door: Door, after: float) -> None:
         """A hand on the handle while the leaf is in reach: first or last part of its way."""
-        side = door.side(self.here)
-        limit = 0.6 if door.slides else FOLLOWS[side]
         hand = self.hand_for(door.handle_at(door.closed))
         opening = abs(after - door.closed) > 0.02
-        away = yaw_to(door.handle_at(door.closed), self.here)
-        towards = _GRIP * np.array([math.cos(away), math.sin(away), 0.0])
         start = self.now + (REACH if opening else 0.1)
         end = start + SWING
-        before = self.home.opening(door)
+        grip = hand_on_leaf(door, self.here, (self.home.opening(door), after), start, SWING)
         self.home.swing(door, start, end, after, self.name)
-
-        def grip(times: Array) -> Array:
-            share = np.clip((times - start) / SWING, 0.0, 1.0)
-            share = share * share * (3.0 - 2.0 * share)
-            out = before + (after - before) * share - door.closed
-            near = door.closed + limit * np.tanh(out / limit)
-            return np.array([door.handle_at(float(one)) for one in near]) + towards
-
         if opening:
             self.draw_hand(hand, grip, start + 1.1 - self.now, most=0.25)
             self.stay(end - 0.25)

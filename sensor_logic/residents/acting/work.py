@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hands at work: washing, cooking, tidying."""
+"""Hands at work: washing, cooking, tidying, and on the handles of doors."""
 
 from __future__ import annotations
 
@@ -11,10 +11,16 @@ import numpy as np
 from ...model import Array
 from ...routine.draws import Stream
 from ..body.turns import ease
+from ..places import Door
+from .ground import yaw_to
 
 # Hands are so long at a spot, s (median, log-normal), and go so fast to another, up to so far to
 # the sides and nearer, m.
 AT_SPOT, GOES, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
+# A hand follows a leaf about so far (rad, or m of what slides), where it opens to and behind it.
+FOLLOWS = {1.0: 0.73, -1.0: 0.49}
+SLIDES_ALONG = 0.6
+GRIP = 0.05  # from the middle of a leaf to the hand on its handle, m
 
 
 def hands_at_work(
@@ -39,6 +45,24 @@ def hands_at_work(
         return moved
 
     return hand
+
+
+def hand_on_leaf(
+    door: Door, here: Array, moves: tuple[float, float], start: float, seconds: float
+) -> Callable[[Array], Array]:
+    """Where a hand on the handle is (n, 3) at times (n,), of one who stands `here` (2,), while the
+    leaf moves from one opening to another: with it while it is in reach."""
+    limit = SLIDES_ALONG if door.slides else FOLLOWS[door.side(here)]
+    away = yaw_to(door.handle_at(door.closed), here)
+    towards = GRIP * np.array([math.cos(away), math.sin(away), 0.0])
+    before, after = moves
+
+    def grip(times: Array) -> Array:
+        out = before + (after - before) * ease((times - start) / seconds) - door.closed
+        near = door.closed + limit * np.tanh(out / limit)
+        return np.array([door.handle_at(float(one)) for one in near]) + towards
+
+    return grip
 
 
 def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:

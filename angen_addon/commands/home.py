@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The home in the open file: its sensors, what it lacks, and a run over its frames."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.recording.tracks import Recording
+from ..advice.lacking import lacking
+from ..runtime.simulation import simulate
+from ..runtime.time_base import ends_before_time
+from ..scene.sensors import Sensor, all_sensors, simulated
+from . import run_advice
+from .console import note
+from .progress import ProgressLine
+
+
+class BadInput(Exception):
+    """The command or a file that it names is wrong; the text says why, and what would work."""
+
+
+def open_home(options: argparse.Namespace) -> None:
+    """Checks that Blender has opened a file, and opens it again with its scripts if it is trusted.
+    Raises BadInput."""
+    if not bpy.data.filepath:
+        raise BadInput(
+            "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
+            "Blender may have printed why above"
+        )
+    if bpy.data.version[:2] > bpy.app.version[:2]:
+        saved, here = (".".join(map(str, v[:2])) for v in (bpy.data.version, bpy.app.version))
+        note(f"the file was saved by Blender {saved}, this is {here}: newer things in it are lost")
+    if options.enable_autoexec:
+        bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath, load_ui=False, use_scripts=True)
+    bpy.context.view_layer.update()
+
+
+def sensors_of(options: argparse.Namespace) -> list[Sensor]:
+    """All sensors of the scene. Prints what the home lacks, such as missing files, and lists it in
+    `options.lacks`. Raises BadInput without sensors."""
+    open_home(options)
+    sensors = all_sensors(bpy.context.view_layer)
+    options.lacks = []
+    _print_lacks(options, sensors)
+    if not sensors:
+        raise BadInput(
+            f"{Path(bpy.data.filepath).name} has no sensors in its scene "
+            f"'{bpy.context.scene.name}': add one in Blender with Shift+A, Sensor"
+        )
+    return sensors
+
+
+def run_home(
+    options: argparse.Namespace,
+    sensors: list[Sensor],
+    on_progress: Callable[[Recording], None] = lambda _: None,
+) -> Recording:
+    """Simulates the frames in the options; calls `on_progress` with the growing recording."""
+    scene = bpy.context.scene
+    run_advice.print_advice(sensors, options.quiet)
+    first, last = options.frames or (scene.frame_start, scene.frame_end)
+    if last < scene.frame_start:
+        raise BadInput(ends_before_time(scene, first, last))
+    recording = Recording()
+    line = ProgressLine(sys.stderr, options.quiet)
+    progress = None
+    with options.interrupt.watched():
+        for progress in simulate(scene, sensors, first, last, recording):
+            options.interrupt.check()
+            line.show(progress)
+            if not progress.doing:
+                on_progress(recording)
+    line.finish(
+        progress.seconds_total if progress else 0.0,
+        sum(len(track) for track in recording.tracks.values()),
+    )
+    # Drivers can fail at any frame.
+    _print_lacks(options, sensors)
+    return recording
+
+
+def _print_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
+    """Prints what the file needs and lacks, each once."""
+    light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
+    for text in lacking(bpy.context.view_layer, light):
+        if text not in options.lacks:
+            options.lacks.append(text)
+            note(text)

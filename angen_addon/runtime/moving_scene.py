@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ..scene.animation import all_animated, curves, may_set
+from ..scene.animation import all_animated, may_set
 from ..scene.light.values import MARK
 from ..scene.rays.geometry import SURFACE_TYPES
 from .sensor_runner import SensorRunner
@@ -63,7 +63,10 @@ def moving_scene(
         return None
     moved = _moved(scene, first)
     view_layer = bpy.context.view_layer
-    shown = [obj for obj in view_layer.objects if obj is not None and obj in moved]
+    # Blender may not name what is hidden at the time, although it comes later.
+    shown = [
+        obj for obj in view_layer.objects if obj and (obj in moved or may_set(obj, "hide_viewport"))
+    ]
     if len(view_layer.objects) - len(shown) < LEAST_OBJECTS or any(map(_looks_around, shown)):
         return None
     return MovingScene(scene, [obj for obj in shown if obj.type in SURFACE_TYPES])
@@ -78,20 +81,7 @@ def _stands_alone(scene: Any, runners: Sequence[SensorRunner], kept: set[str]) -
         return False
     if any(len(owner.animation_data.drivers) for owner in all_animated()):
         return False
-    return not any(
-        obj.mode != "OBJECT" or obj.instance_type != "NONE" or _comes_and_goes(obj)
-        for obj in scene.objects
-    )
-
-
-def _comes_and_goes(obj: Any) -> bool:
-    """Whether anything may show and hide an object; keys of one value do not."""
-    if not may_set(obj, "hide_viewport"):
-        return False
-    animation, found = obj.animation_data, curves(obj, {"hide_viewport"})
-    held = all(len({key.co[1] for key in curve.keyframe_points}) == 1 for curve in found)
-    modified = any(len(curve.modifiers) for curve in found)
-    return not held or modified or bool(animation.drivers or animation.nla_tracks)
+    return not any(obj.mode != "OBJECT" or obj.instance_type != "NONE" for obj in scene.objects)
 
 
 def _looks_around(obj: Any) -> bool:

@@ -112,6 +112,21 @@ def comes_and_goes(world):
     world.key(two, "hide_viewport", {1: True, 9: False, 22: True}, "CONSTANT")
 
 
+def comes_with_what_hangs_on_it(world):
+    """Hidden at first, moved and turned while nobody sees it; its child comes later and goes
+    earlier, and what it bends by stays hidden."""
+    one, child = body(world, "one"), body(world, "child")
+    cage = world.link("cage", bpy.data.lattices.new("cage"), (0, 0, 0))
+    one.modifiers.new("cage", "LATTICE").object = cage
+    world.key(cage, "scale", {1: (1, 1, 1), 30: (2, 1, 1.5)}, "LINEAR")
+    walks(world, one)
+    world.key(one, "rotation_euler", {1: (0, 0, 0), 12: (0, 0, 2.0), 48: (0, 0, 2.0)}, "LINEAR")
+    child.parent, child.location = one, (0.4, -0.6, 0.2)
+    world.key(one, "hide_viewport", {1: True, 7: False, 40: True}, "CONSTANT")
+    world.key(child, "hide_viewport", {1: True, 11: False, 31: True, 33: False}, "CONSTANT")
+    world.key(cage, "hide_viewport", {1: True}, "CONSTANT")
+
+
 def is_instanced(world):
     inner = bpy.data.collections.new("inner")
     inner.objects.link(bpy.data.objects.new("seat", body(world, "seat", (0, 9, 0)).data))
@@ -152,15 +167,18 @@ def is_of_letters(world):
 
 SCENES = (
     goes_by, goes_by_a_strip, is_hidden_by_a_strip,
-    is_mirrored_and_turned, bends, gets_more_faces, comes_and_goes, is_instanced,
+    is_mirrored_and_turned, bends, gets_more_faces, comes_and_goes,
+    comes_with_what_hangs_on_it, is_instanced,
     carries_the_sensors, changes_what_sensors_are, begins_late,
     is_of_letters,
 )  # fmt: skip
+# Those that nothing but what moves can matter to.
+ALONE = (goes_by, comes_and_goes, comes_with_what_hangs_on_it, is_hidden_by_a_strip)
 
 
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("substeps", "stretch"), [(1, 100), (3, 50)])
-def test_batches_of_any_size_read_the_same(world, read, scene, substeps, stretch):
+def test_batches_of_any_size_read_the_same(world, read, monkeypatch, scene, substeps, stretch):
     world.scene.frame_end = 48
     world.scene.angen_substeps = substeps
     world.scene.render.frame_map_new = stretch
@@ -172,9 +190,13 @@ def test_batches_of_any_size_read_the_same(world, read, scene, substeps, stretch
     for most in (2, 5, 256):
         assert read(most) == one
     # What looks at the scene as a whole is not taken out of it.
-    before = len(bpy.data.scenes)
+    before, gone_to, go = len(bpy.data.scenes), [], moving_scene.MovingScene.go
+    monkeypatch.setattr(
+        moving_scene.MovingScene, "go", lambda self, *at: gone_to.append(at) or go(self, *at)
+    )
     assert read(256, alone=True) == one
     assert len(bpy.data.scenes) == before
+    assert scene not in ALONE or len(gone_to) > 48
 
 
 def test_what_moves_is_looked_at_alone_where_nothing_else_can_matter(world, monkeypatch):

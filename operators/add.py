@@ -12,7 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
-from .polls import can_add
+from .polls import can_add, cancelled
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
 
@@ -50,16 +50,13 @@ class ANGEN_OT_sensor_add(Operator):
     kind: EnumProperty(name="Kind", items=KIND_ITEMS)
     preset: preset_property()
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_add(cls, context)
+    poll = classmethod(can_add)
 
     def execute(self, context: Context) -> set[str]:
         try:
             preset = preset_of(self)
         except KeyError as error:
-            self.report({"ERROR"}, error.args[0])
-            return {"CANCELLED"}
+            return cancelled(self, error.args[0])
         sensor = new_sensor(context, self.kind, preset)
         sensor.matrix_world = context.scene.cursor.matrix
         self.report({"INFO"}, f"Added '{sensor.name}' at the 3D cursor")

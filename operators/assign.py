@@ -14,7 +14,7 @@ from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.wording import uncapitalized
 from .add import KIND_ITEMS
-from .polls import can_change_sensor
+from .polls import can_change_sensor, needs
 
 
 class ANGEN_OT_sensor_assign(Operator):
@@ -27,13 +27,13 @@ class ANGEN_OT_sensor_assign(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.object is None:
-            cls.poll_message_set("Select the object to make a sensor")
-            return False
-        if not context.object.is_editable:
-            cls.poll_message_set("The object is linked: make it local or a library override")
-            return False
-        return True
+        return needs(
+            cls, context.object is not None, "Select the object to make a sensor"
+        ) and needs(
+            cls,
+            context.object.is_editable,
+            "The object is linked: make it local or a library override",
+        )
 
     def execute(self, context: Context) -> set[str]:
         obj, kind = context.object, KINDS[self.kind]
@@ -52,9 +52,7 @@ class ANGEN_OT_sensor_clear(Operator):
     bl_description = "Make the active object an ordinary object again"
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_change_sensor(cls, context)
+    poll = classmethod(can_change_sensor)
 
     def execute(self, context: Context) -> set[str]:
         context.object.angen_sensor.kind = NO_KIND

@@ -10,6 +10,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.recording import bake
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import all_sensors, simulated
+from .polls import cancelled, needs
 from .recording import has_fresh_recording, is_still_fresh
 
 
@@ -19,9 +20,7 @@ class ANGEN_OT_bake_keyframes(Operator):
     bl_description = "Key the recorded outputs of every sensor, replacing earlier keys of them"
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_fresh_recording(cls, context)
+    poll = classmethod(has_fresh_recording)
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
@@ -34,8 +33,7 @@ class ANGEN_OT_bake_keyframes(Operator):
         for note in baked.notes:
             self.report({"WARNING"}, note)
         if not baked.count:
-            self.report({"ERROR"}, "No sensor could be keyed")
-            return {"CANCELLED"}
+            return cancelled(self, "No sensor could be keyed")
         self.report({"INFO"}, f"{baked.count} sensors keyed")
         return {"FINISHED"}
 
@@ -52,10 +50,11 @@ class ANGEN_OT_unbake_keyframes(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not any(map(bake.is_baked, all_sensors(context.view_layer))):
-            cls.poll_message_set("No sensor has baked keys")
-            return False
-        return True
+        return needs(
+            cls,
+            any(map(bake.is_baked, all_sensors(context.view_layer))),
+            "No sensor has baked keys",
+        )
 
     def execute(self, context: Context) -> set[str]:
         scene, active = context.scene, context.view_layer.objects.active
@@ -69,8 +68,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
         for note in unbaked.notes:
             self.report({"WARNING"}, note)
         if not unbaked.count:
-            self.report({"ERROR"}, "No selected sensor has baked keys that can be removed")
-            return {"CANCELLED"}
+            return cancelled(self, "No selected sensor has baked keys that can be removed")
         many = f"{unbaked.count} sensors" if unbaked.count != 1 else "1 sensor"
         self.report({"INFO"}, f"Keys of {many} removed: drivers read recorded or live values")
         return {"FINISHED"}

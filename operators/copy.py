@@ -12,6 +12,7 @@ from bpy.types import Context, Operator
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import specs
+from .polls import cancelled, needs
 
 RATE = "update_rate"
 SHOWN = 3
@@ -44,13 +45,15 @@ class ANGEN_OT_copy_to_selected(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.object is None or context.object.angen_sensor.kind == NO_KIND:
-            cls.poll_message_set("Make the sensor to copy from the active object")
-            return False
-        if not any(obj != context.object for obj in context.selected_objects):
-            cls.poll_message_set("Select the sensors to copy to, the active one last")
-            return False
-        return True
+        return needs(
+            cls,
+            context.object is not None and context.object.angen_sensor.kind != NO_KIND,
+            "Make the sensor to copy from the active object",
+        ) and needs(
+            cls,
+            any(obj != context.object for obj in context.selected_objects),
+            "Select the sensors to copy to, the active one last",
+        )
 
     def execute(self, context: Context) -> set[str]:
         source = context.object
@@ -58,11 +61,11 @@ class ANGEN_OT_copy_to_selected(Operator):
         names = [RATE, *specs(kind.parameters)]
         if self.parameter:
             if self.parameter not in names:
-                self.report(
-                    {"ERROR"}, f"A '{kind.label}' has no parameter '{self.parameter}': it has "
-                    f"{', '.join(names)}"
-                )  # fmt: skip
-                return {"CANCELLED"}
+                return cancelled(
+                    self,
+                    f"A '{kind.label}' has no parameter '{self.parameter}': it has "
+                    f"{', '.join(names)}",
+                )
             names = [self.parameter]
         done, left_out = 0, []
         for obj in context.selected_objects:

@@ -22,7 +22,7 @@ from ..angen_addon.scene.sensors import SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.files import OutputError, check_folder
-from .polls import can_look
+from .polls import can_look, cancelled, needs
 
 # s: work between two checks of the window's events.
 SLICE_S = 0.1
@@ -30,10 +30,11 @@ SLICE_S = 0.1
 
 def has_detector(cls: Any, context: Context) -> bool:
     found = (o.angen_sensor for o in context.view_layer.objects)
-    if not any(s.kind == DETECTOR.identifier and s.enabled for s in found):
-        cls.poll_message_set("Add a motion detector first: Shift+A, Sensor")
-        return False
-    return can_look(cls, context)
+    return needs(
+        cls,
+        any(s.kind == DETECTOR.identifier and s.enabled for s in found),
+        "Add a motion detector first: Shift+A, Sensor",
+    ) and can_look(cls, context)
 
 
 def begin_map(context: Context) -> Generator[Stage | CoverageMap, None, None]:
@@ -152,9 +153,7 @@ class ANGEN_OT_coverage(Staged, Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_detector(cls, context)
+    poll = classmethod(has_detector)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         return begin_map(context)
@@ -179,10 +178,9 @@ class ANGEN_OT_coverage_clear(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not any(mesh.is_map(obj) for obj in context.scene.objects):
-            cls.poll_message_set("There is no coverage map")
-            return False
-        return True
+        return needs(
+            cls, any(mesh.is_map(obj) for obj in context.scene.objects), "There is no coverage map"
+        )
 
     def execute(self, context: Context) -> set[str]:
         count = mesh.remove(context.scene)
@@ -200,9 +198,7 @@ class ANGEN_OT_export_coverage(Operator, ExportHelper):
     check_extension = None
     filter_glob: StringProperty(default="*.svg;*.csv", options={"HIDDEN"})
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_detector(cls, context)
+    poll = classmethod(has_detector)
 
     def execute(self, context: Context) -> set[str]:
         path = Path(bpy.path.abspath(self.filepath))
@@ -219,8 +215,7 @@ class ANGEN_OT_export_coverage(Operator, ExportHelper):
                 text = picture(depsgraph, sensors, found, f"Coverage of {context.scene.name}")
             write({path: text}, None)
         except (OutputError, SensorError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         self.report({"INFO"}, f"Written: {path}"[:200])
         return {"FINISHED"}
 

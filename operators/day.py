@@ -18,7 +18,7 @@ from ..sensor_logic.days.times import hours_minutes
 from ..sensor_logic.days.truth import activities
 from ..sensor_logic.residents.acted import Acted
 from ..sensor_logic.residents.places import Places
-from .polls import can_look
+from .polls import can_look, cancelled, needs
 
 # The last computed day with its settings, until others are chosen: computing takes seconds.
 _acted: tuple[Any, Acted, Places, Plan] | None = None
@@ -62,9 +62,7 @@ class ANGEN_OT_day_read(Operator):
     bl_label = "Read Day"
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_look(cls, context)
+    poll = classmethod(can_look)
 
     def execute(self, context: Context) -> set[str]:
         global _acted
@@ -74,8 +72,7 @@ class ANGEN_OT_day_read(Operator):
         try:
             acted, places, _ = _day(scene)
         except DayError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         settings = scene.angen_day
         settings.done.clear()
         for done in activities(acted, places.room_of):
@@ -107,24 +104,20 @@ class ANGEN_OT_day_show(Operator):
         where = f", {item.room}" if item.room else ""
         return f"{item.name} ({item.person}{where}), {start} to {end}. {cls.__doc__}"
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_look(cls, context)
+    poll = classmethod(can_look)
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
         settings = scene.angen_day
         if not 0 <= self.index < len(settings.done):
-            self.report({"ERROR"}, "there is no such activity: read the day first")
-            return {"CANCELLED"}
+            return cancelled(self, "there is no such activity: read the day first")
         item = settings.done[self.index]
         shown.leave(scene)
         try:
             acted, places, plan = _day(scene)
             residents = {p.name: resident_of(p) for p in plan.routine.persons.values()}
         except DayError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         shown.show(scene, acted, places, residents, item.start, item.end)
         settings.active = self.index
         state.CACHE.settings_changed(scene)
@@ -140,10 +133,9 @@ class ANGEN_OT_day_leave(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not context.scene.angen_day.before:
-            cls.poll_message_set("No stretch of a day is shown")
-            return False
-        return can_look(cls, context)
+        return needs(
+            cls, context.scene.angen_day.before, "No stretch of a day is shown"
+        ) and can_look(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         shown.leave(context.scene)

@@ -20,9 +20,7 @@ class ANGEN_OT_doctor(Operator):
     )
     bl_options = {"REGISTER"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return is_idle(cls)
+    poll = classmethod(is_idle)
 
     def execute(self, context: Context) -> set[str]:
         found = state.CACHE.findings = tuple(findings())

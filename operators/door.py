@@ -17,7 +17,7 @@ from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch.housing import fork
 from ..angen_addon.scene.door_motion import MOTIONS, DoorError, Leaf, leaves_of
 from ..angen_addon.scene.sensors import unit_scale
-from .polls import can_add
+from .polls import can_add, cancelled, needs
 from .surface import Surface, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"
@@ -54,12 +54,11 @@ class ANGEN_OT_door_fit(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not can_add(cls, context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set("Select the frame or wall, then the leaf of the door")
-            return False
-        return True
+        return can_add(cls, context) and needs(
+            cls,
+            context.object is not None and context.object.type == "MESH",
+            "Select the frame or wall, then the leaf of the door",
+        )
 
     def execute(self, context: Context) -> set[str]:
         leaf_object = context.object
@@ -69,8 +68,7 @@ class ANGEN_OT_door_fit(Operator):
             leaves = leaves_of(leaf_object, self.motion)
             leaf, frame = _frame_of(context, leaf_object, frames, leaves, self.flip)
         except DoorError as error:
-            self.report({"ERROR"}, f"'{leaf_object.name}': {error}")
-            return {"CANCELLED"}
+            return cancelled(self, f"'{leaf_object.name}': {error}")
         scale = unit_scale(context.scene)
         matrix = _switch_matrix(leaf, frame.point, scale)
         flag = _new_flag(context, leaf_object, leaf, matrix, scale)

@@ -14,7 +14,7 @@ from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.log.event_indices import event_indices, log_indices
 from ..sensor_logic.log.event_log import format_frame
 from ..sensor_logic.recording.tracks import Recording, Track
-from .polls import is_idle
+from .polls import is_idle, needs
 from .recording import has_fresh_recording
 
 
@@ -27,15 +27,12 @@ def recorded(context: Context) -> tuple[Recording, Track] | None:
 
 def poll_recorded(cls: Any, context: Context) -> bool:
     """Whether the active sensor is recorded; else sets the poll message."""
-    if not is_idle(cls):
-        return False
-    if active_sensor(context) is None:
-        cls.poll_message_set("Make a sensor the active object: click it")
-    elif has_fresh_recording(cls, context):
-        if recorded(context) is not None:
-            return True
-        cls.poll_message_set("This sensor is not recorded: switch it on and simulate")
-    return False
+    return (
+        is_idle(cls, context)
+        and needs(cls, active_sensor(context), "Make a sensor the active object: click it")
+        and has_fresh_recording(cls, context)
+        and needs(cls, recorded(context), "This sensor is not recorded: switch it on and simulate")
+    )
 
 
 class ANGEN_OT_event_jump(Operator):
@@ -56,9 +53,7 @@ class ANGEN_OT_event_jump(Operator):
         description="Also where a measured value changed by its report step",
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return poll_recorded(cls, context)
+    poll = classmethod(poll_recorded)
 
     def execute(self, context: Context) -> set[str]:
         found = recorded(context)

@@ -14,6 +14,7 @@ from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.log.event_indices import log_indices
 from ..sensor_logic.recording.tracks import Track
 from .event_jump import poll_recorded, recorded
+from .polls import cancelled
 
 
 def event_at(track: Track, frame: float) -> int | None:
@@ -37,17 +38,14 @@ class ANGEN_OT_explain(Operator):
         "have to change for one",
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return poll_recorded(cls, context)
+    poll = classmethod(poll_recorded)
 
     def execute(self, context: Context) -> set[str]:
         scene, found, sensor = context.scene, recorded(context), active_sensor(context)
         assert found is not None and sensor is not None
         recording, track = found
         if recording.clock != clock_of(scene):
-            self.report({"ERROR"}, "The scene's frame rate or start has changed: simulate again")
-            return {"CANCELLED"}
+            return cancelled(self, "The scene's frame rate or start has changed: simulate again")
         frame = scene.frame_current + scene.frame_subframe
         index = track.at(frame + 1e-4) if self.now else event_at(track, frame)
         if index is None:
@@ -57,8 +55,7 @@ class ANGEN_OT_explain(Operator):
         try:
             explanation = explain(scene, sensor, recording, index)
         except SensorError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         MEMORY.keep(recording, sensor.uid, explanation)
         self.report({"WARNING" if explanation.doubt else "INFO"}, explanation.headline)
         return {"FINISHED"}

@@ -14,6 +14,7 @@ from ..angen_addon.output.output_files import write
 from ..sensor_logic.files import OutputError, check_folder, file_names
 from ..sensor_logic.log.event_log import events_csv, samples_csv
 from .export_options import ExportOptions, finished
+from .polls import cancelled
 from .recording import is_still_fresh
 
 
@@ -34,8 +35,7 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
             check_folder(path.parent, "Export")
             write({path: self.shown(events_csv(recording, start))}, None)
         except OutputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         return finished(self, str(path))
 
 
@@ -71,8 +71,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
             }
             write(texts, folder)
         except OutputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         return finished(self, f"{len(texts)} files in {folder}")
 
     def _folder(self, chosen: Path) -> Path:

@@ -15,6 +15,7 @@ from ..angen_addon.output.run_log import log_of_run
 from ..sensor_logic.files import OutputError
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions, finished
+from .polls import cancelled
 from .recording import is_still_fresh
 
 ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
@@ -47,8 +48,7 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
                     self.report({"WARNING"}, text)
                 outputs.commit()
         except OutputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         return finished(self, str(path))
 
     def _path(self) -> Path:

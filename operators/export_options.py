@@ -35,9 +35,7 @@ class ExportOptions:
         "then has the time of day too. Empty: only seconds",
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_fresh_recording(cls, context)
+    poll = classmethod(has_fresh_recording)
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:
         """The chosen sensors, their recording, and the date and time of t = 0. Raises

@@ -13,6 +13,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ..angen_addon.layout.apply import apply_layout
 from ..sensor_logic.layout.entries import LayoutError
+from .polls import cancelled, needs
 
 
 class ANGEN_OT_import_layout(Operator, ImportHelper):
@@ -34,18 +35,14 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode to import sensors")
-            return False
-        return True
+        return needs(cls, context.mode == "OBJECT", "Switch to Object Mode to import sensors")
 
     def execute(self, context: Context) -> set[str]:
         path = Path(bpy.path.abspath(self.filepath))
         try:
             applied = apply_layout(path, self.remove)
         except LayoutError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         self.report({"INFO"}, f"{path.name}: {applied.text}")
         return {"FINISHED"}
 

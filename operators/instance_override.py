@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.kinds import NO_KIND
+from .polls import cancelled, needs
 
 
 def why_not(sensor: Any) -> str:
@@ -38,9 +39,7 @@ class ANGEN_OT_instance_override(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         reason = why_not(active_sensor(context))
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return needs(cls, not reason, reason)
 
     def execute(self, context: Context) -> set[str]:
         sensor = active_sensor(context)
@@ -50,8 +49,7 @@ class ANGEN_OT_instance_override(Operator):
             context.scene, context.view_layer, reference=holder, do_fully_editable=True
         )
         if made is None:
-            self.report({"ERROR"}, f"Blender could not override what '{holder.name}' instances")
-            return {"CANCELLED"}
+            return cancelled(self, f"Blender could not override what '{holder.name}' instances")
         holder.instance_type = "NONE"
         # Overrides stand where the library has them: the parent moves them to the instance.
         for obj in made.all_objects:

@@ -17,6 +17,7 @@ from ..sensor_logic.log.event_indices import event_indices, log_indices
 from ..sensor_logic.log.event_log import format_value
 from ..sensor_logic.log.partner_names import split
 from ..sensor_logic.recording.tracks import Recording, Track
+from .polls import cancelled, needs
 from .recording import has_fresh_recording
 
 # Blender draws each marker at each redraw: more would make its window slow.
@@ -81,12 +82,9 @@ class ANGEN_OT_markers_add(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not has_fresh_recording(cls, context):
-            return False
-        if not _selected(context):
-            cls.poll_message_set("Select sensors first")
-            return False
-        return True
+        return has_fresh_recording(cls, context) and needs(
+            cls, _selected(context), "Select sensors first"
+        )
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
@@ -95,11 +93,10 @@ class ANGEN_OT_markers_add(Operator):
         sensors = _selected(context)
         events = list(self._events(recording, sensors))
         if len(events) > MOST_MARKERS:
-            self.report(
-                {"ERROR"},
+            return cancelled(
+                self,
                 f"{len(events)} events are more than {MOST_MARKERS} markers: select fewer sensors",
             )
-            return {"CANCELLED"}
         clear(scene, tuple(prefix(sensor.name) for sensor in sensors))
         for name, frame in events:
             scene.timeline_markers.new(name, frame=frame)
@@ -133,10 +130,7 @@ class ANGEN_OT_markers_clear(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not context.scene.angen_timeline.marked:
-            cls.poll_message_set("There are no markers of events")
-            return False
-        return True
+        return needs(cls, context.scene.angen_timeline.marked, "There are no markers of events")
 
     def execute(self, context: Context) -> set[str]:
         self.report({"INFO"}, f"{clear(context.scene)} markers removed")

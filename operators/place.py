@@ -20,7 +20,7 @@ from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, preset_of, preset_property
 from .height import ENDS, TypedLength, below, height_text, raised
 from .place_preview import Preview, remove_all
-from .polls import can_add
+from .polls import can_add, cancelled
 from .surface import Surface, first_surface
 
 WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)
@@ -60,9 +60,7 @@ class ANGEN_OT_sensor_place(Operator):
     _preview: Preview | None = None
     _typed: TypedLength
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_add(cls, context)
+    poll = classmethod(can_add)
 
     # From a script, and again from the panel of the last operation
 
@@ -76,8 +74,7 @@ class ANGEN_OT_sensor_place(Operator):
             if self.surface and surface is None:
                 raise KeyError(f"There is no object '{self.surface}' to place the sensor on")
         except KeyError as error:
-            self.report({"ERROR"}, error.args[0])
-            return {"CANCELLED"}
+            return cancelled(self, error.args[0])
         met = Surface(Vector(self.location), normal, surface, True) if surface else None
         matrix = self._matrix(context, Vector(self.location), normal, met.along if met else [])
         sensor = new_sensor(context, self.kind, preset)
@@ -100,13 +97,11 @@ class ANGEN_OT_sensor_place(Operator):
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         if context.area is None or context.area.type != "VIEW_3D" or context.region_data is None:
-            self.report({"ERROR"}, "Place sensors with the mouse over a 3D view")
-            return {"CANCELLED"}
+            return cancelled(self, "Place sensors with the mouse over a 3D view")
         try:
             preset_of(self)
         except KeyError as error:
-            self.report({"ERROR"}, error.args[0])
-            return {"CANCELLED"}
+            return cancelled(self, error.args[0])
         self._preview = Preview(context, housing_of(self.kind, self.preset))
         self._typed = TypedLength()
         context.window_manager.modal_handler_add(self)

@@ -18,7 +18,7 @@ from ..angen_addon.scene.sensors import unit_scale
 from ..angen_addon.scene.units import lengths_of
 from ..sensor_logic.residents import places as known
 from ..sensor_logic.wording import capital
-from .polls import can_add, is_idle
+from .polls import can_add, cancelled, is_idle
 
 # Kinds of places that an empty can mark; a door's leaf and a lamp are objects.
 POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
@@ -38,9 +38,7 @@ class ANGEN_OT_place_point(Operator):
 
     use: EnumProperty(name="Use", items=POINT_ITEMS)
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_add(cls, context)
+    poll = classmethod(can_add)
 
     def execute(self, context: Context) -> set[str]:
         obj = bpy.data.objects.new(LABELS[self.use], None)
@@ -80,9 +78,7 @@ class ANGEN_OT_places_check(Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return is_idle(cls)
+    poll = classmethod(is_idle)
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
@@ -91,8 +87,7 @@ class ANGEN_OT_places_check(Operator):
         try:
             checked = check_places(context.evaluated_depsgraph_get())
         except PlaceError as error:
-            self.report({"ERROR"}, capital(str(error)))
-            return {"CANCELLED"}
+            return cancelled(self, capital(str(error)))
         ways_drawn.show(scene, checked.places, checked.lost)
         found = sentences(checked, lengths_of(scene))
         state.CACHE.places = checked.count, tuple(found)

@@ -11,7 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
 from ..sensor_logic.kinds import KINDS, NO_KIND
-from .polls import can_change_sensor
+from .polls import can_change_sensor, cancelled
 
 
 class ANGEN_OT_preset_apply(Operator):
@@ -32,17 +32,14 @@ class ANGEN_OT_preset_apply(Operator):
                     return f"{cls.bl_description}.\nSource: {preset.source}"
         return cls.bl_description
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_change_sensor(cls, context)
+    poll = classmethod(can_change_sensor)
 
     def execute(self, context: Context) -> set[str]:
         obj = context.object
         try:
             preset = find_preset(KINDS[obj.angen_sensor.kind], self.preset)
         except KeyError as error:
-            self.report({"ERROR"}, error.args[0])
-            return {"CANCELLED"}
+            return cancelled(self, error.args[0])
         apply(obj, preset)
         self.report({"INFO"}, f"'{obj.name}' is set to: {preset.label}")
         return {"FINISHED"}

@@ -18,7 +18,7 @@ from ..angen_addon.scene.rooms import room_of
 from ..angen_addon.scene.sensors import Sensor, SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
 from .coverage import Staged
-from .polls import can_look
+from .polls import can_look, cancelled, has_editable_collection, needs
 
 
 def pattern_of(context: Context) -> Sensor | None:
@@ -46,9 +46,7 @@ class ANGEN_OT_place_propose(Staged, Operator):
         name="Seed", description="Chooses between places that are equally good", min=0
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_look(cls, context)
+    poll = classmethod(can_look)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage
@@ -81,10 +79,9 @@ class ANGEN_OT_place_propose(Staged, Operator):
 
 
 def _can_decide(cls: Any, context: Context) -> bool:
-    if not ghosts.proposed(context.scene):
-        cls.poll_message_set("There is no proposal: Propose Places first")
-        return False
-    return can_look(cls, context)
+    return needs(
+        cls, ghosts.proposed(context.scene), "There is no proposal: Propose Places first"
+    ) and can_look(cls, context)
 
 
 class ANGEN_OT_place_accept(Operator):
@@ -95,10 +92,7 @@ class ANGEN_OT_place_accept(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not context.collection.is_editable:
-            cls.poll_message_set("The active collection is linked: choose one of this file")
-            return False
-        return _can_decide(cls, context)
+        return has_editable_collection(cls, context) and _can_decide(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         found = ghosts.proposed(context.scene)
@@ -106,8 +100,7 @@ class ANGEN_OT_place_accept(Operator):
         try:
             made = [accept(context, ghost) for ghost in chosen]
         except (SensorError, KeyError) as error:
-            self.report({"ERROR"}, str(error.args[0]))
-            return {"CANCELLED"}
+            return cancelled(self, error.args[0])
         ghosts.discard(context.scene)
         for sensor in made:
             sensor.select_set(True)
@@ -135,9 +128,7 @@ class ANGEN_OT_place_discard(Operator):
     bl_description = "Remove the proposed places"
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return _can_decide(cls, context)
+    poll = classmethod(_can_decide)
 
     def execute(self, context: Context) -> set[str]:
         count = ghosts.discard(context.scene)

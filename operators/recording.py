@@ -9,7 +9,7 @@ import bpy
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.runtime import state
-from .polls import is_idle
+from .polls import is_idle, needs
 
 WAY_OUT = "Simulate again, or undo the change"
 
@@ -25,9 +25,7 @@ def why_not_fresh(scene: Any) -> str:
 def has_fresh_recording(operator: Any, context: Context) -> bool:
     """Whether there is a fresh recording; else sets the poll message."""
     why_not = why_not_fresh(context.scene)
-    if why_not:
-        operator.poll_message_set(why_not)
-    return not why_not
+    return needs(operator, not why_not, why_not)
 
 
 def is_still_fresh(operator: Any, context: Context) -> bool:
@@ -57,12 +55,9 @@ class ANGEN_OT_clear_recording(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not is_idle(cls):
-            return False
-        if state.CACHE.kept(context.scene) is None:
-            cls.poll_message_set("There is no recording")
-            return False
-        return True
+        return is_idle(cls, context) and needs(
+            cls, state.CACHE.kept(context.scene) is not None, "There is no recording"
+        )
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         if context.mode in UNDONE_IN and context.preferences.edit.use_global_undo:

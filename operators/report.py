@@ -15,6 +15,7 @@ from ..angen_addon.output.report import check_name, report_text
 from ..angen_addon.scene.sensors import SensorError
 from ..sensor_logic.files import OutputError, check_folder
 from .export_options import ExportOptions, finished
+from .polls import cancelled
 from .recording import is_still_fresh
 
 
@@ -41,8 +42,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
             sensors, recording, start = self.chosen(context)
             write({path: report_text(path, context.scene, sensors, recording, start)}, None)
         except (OutputError, SensorError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         return finished(self, str(path))
 
 

@@ -12,7 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.residents.adding import add_resident, add_walking_frame, stand_up
 from ..angen_addon.residents.settings import SORT_ITEMS, is_resident
 from ..sensor_logic.residents.body.build import Sort
-from .polls import can_add
+from .polls import can_add, needs
 
 
 class ANGEN_OT_resident_add(Operator):
@@ -29,9 +29,7 @@ class ANGEN_OT_resident_add(Operator):
         name="Walking Frame", description="A person pushes one; a cat has none", default=False
     )
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_add(cls, context)
+    poll = classmethod(can_add)
 
     def execute(self, context: Context) -> set[str]:
         sort, cursor = Sort(self.sort), context.scene.cursor
@@ -51,10 +49,14 @@ class ANGEN_OT_walking_frame_add(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         obj = context.object
-        if not is_resident(obj) or obj.angen_resident.sort == Sort.CAT.value:
-            cls.poll_message_set("Select a resident that walks on two legs")
-            return False
-        return context.mode == "OBJECT"
+        return (
+            needs(
+                cls,
+                is_resident(obj) and obj.angen_resident.sort != Sort.CAT.value,
+                "Select a resident that walks on two legs",
+            )
+            and context.mode == "OBJECT"
+        )
 
     def execute(self, context: Context) -> set[str]:
         frame = add_walking_frame(context.object)

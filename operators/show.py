@@ -15,6 +15,7 @@ from mathutils import Vector
 
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors, unit_scale
+from .polls import cancelled, needs
 
 # m: the view shows at least this radius around a sensor.
 LEAST_RADIUS = 0.6
@@ -42,10 +43,7 @@ class ANGEN_OT_sensor_show(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode to select a sensor")
-            return False
-        return True
+        return needs(cls, context.mode == "OBJECT", "Switch to Object Mode to select a sensor")
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         self.extend = event.shift
@@ -54,8 +52,7 @@ class ANGEN_OT_sensor_show(Operator):
     def execute(self, context: Context) -> set[str]:
         sensor = self._find(context)
         if sensor is None:
-            self.report({"ERROR"}, f"No sensor of this view layer is called '{self.name}'")
-            return {"CANCELLED"}
+            return cancelled(self, f"No sensor of this view layer is called '{self.name}'")
         obj = sensor.handle
         hidden = why_hidden(obj, context)
         if hidden:

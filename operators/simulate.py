@@ -19,7 +19,7 @@ from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
 from ..angen_addon.scene.sensors import SensorError, all_sensors, simulated
 from ..sensor_logic.recording.tracks import Recording
-from .polls import is_idle
+from .polls import is_idle, needs
 from .slices import Slices
 
 SCENES_OWN = -(2**31)
@@ -51,12 +51,9 @@ class ANGEN_OT_simulate(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not is_idle(cls):
-            return False
-        if not simulated(all_sensors(context.view_layer)):
-            cls.poll_message_set("Add a sensor first: Shift+A, Sensor")
-            return False
-        return True
+        return is_idle(cls, context) and needs(
+            cls, simulated(all_sensors(context.view_layer)), "Add a sensor first: Shift+A, Sensor"
+        )
 
     def _begin(self, context: Context) -> bool:
         scene = context.scene

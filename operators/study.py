@@ -21,6 +21,7 @@ from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.files import OutputError, write_files
 from ..sensor_logic.study import writing
 from ..sensor_logic.study.targets import COMMON, POSE
+from .polls import cancelled, needs
 
 
 def command(file: str) -> str:
@@ -48,17 +49,13 @@ class ANGEN_OT_study_vary(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if active_sensor(context) is None:
-            cls.poll_message_set("Select a sensor")
-            return False
-        return True
+        return needs(cls, active_sensor(context) is not None, "Select a sensor")
 
     def execute(self, context: Context) -> set[str]:
         sensors = varied_sensors(context)
         kind = sensors[0].kind
         if self.parameter not in writing.parameters(kind):
-            self.report({"ERROR"}, f"'{kind.label}' has no parameter '{self.parameter}'")
-            return {"CANCELLED"}
+            return cancelled(self, f"'{kind.label}' has no parameter '{self.parameter}'")
         names = [sensor.name for sensor in sensors]
         now = _value(sensors[0], self.parameter)
         wished = writing.proposed(kind.identifier, names, self.parameter, now)
@@ -99,13 +96,9 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not context.window_manager.angen_study.varied:
-            cls.poll_message_set("Add a parameter that varies")
-            return False
-        if not bpy.data.filepath:
-            cls.poll_message_set("Save the home first: a study names its file")
-            return False
-        return True
+        return needs(
+            cls, context.window_manager.angen_study.varied, "Add a parameter that varies"
+        ) and needs(cls, bpy.data.filepath, "Save the home first: a study names its file")
 
     def execute(self, context: Context) -> set[str]:
         wanted = context.window_manager.angen_study
@@ -113,8 +106,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         varied = [vary_of(row) for row in wanted.varied]
         for row in varied:
             if not row.choices and row.last <= row.first:
-                self.report({"ERROR"}, f"{row.key}: To must be above From")
-                return {"CANCELLED"}
+                return cancelled(self, f"{row.key}: To must be above From")
         try:
             home = Path(os.path.relpath(bpy.data.filepath, path.resolve().parent)).as_posix()
         except ValueError:
@@ -123,8 +115,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         try:
             write_files({path: writing.text(home, wanted.seeds, varied)})
         except OutputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return cancelled(self, error)
         wanted.file = str(path)
         unsaved = "; the home has unsaved changes" if bpy.data.is_dirty else ""
         self.report({"INFO"}, f"Written: {path}{unsaved}. Run it in a terminal")
@@ -136,9 +127,7 @@ class ANGEN_OT_study_command(Operator):
     bl_label = "Copy Command"
     bl_description = "Copy the command that runs the study, for a terminal"
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return _is_named(cls, context)
+    poll = classmethod(_is_named)
 
     def execute(self, context: Context) -> set[str]:
         context.window_manager.clipboard = command(context.window_manager.angen_study.file)
@@ -150,26 +139,22 @@ class ANGEN_OT_study_report(Operator):
     bl_label = "Open Report"
     bl_description = "Open the report that `angen study report` wrote in a browser"
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return _is_named(cls, context)
+    poll = classmethod(_is_named)
 
     def execute(self, context: Context) -> set[str]:
         file = Path(bpy.path.abspath(context.window_manager.angen_study.file))
         report = file.with_suffix("") / "report.html"
         if not report.is_file():
             folder = shlex.quote(str(report.parent))
-            self.report({"ERROR"}, f"There is no report yet: run `angen study report {folder}`")
-            return {"CANCELLED"}
+            return cancelled(self, f"There is no report yet: run `angen study report {folder}`")
         bpy.ops.wm.url_open(url=report.resolve().as_uri())
         return {"FINISHED"}
 
 
 def _is_named(cls: Any, context: Context) -> bool:
-    if not context.window_manager.angen_study.file:
-        cls.poll_message_set("Write a study first, or name the file of one")
-        return False
-    return True
+    return needs(
+        cls, context.window_manager.angen_study.file, "Write a study first, or name the file of one"
+    )
 
 
 _register, _unregister = bpy.utils.register_classes_factory(

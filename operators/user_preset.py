@@ -20,7 +20,7 @@ from ..angen_addon.authoring.presets import SAME_KIND_OF_VALUE
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
-from .polls import can_change_sensor, has_sensor
+from .polls import can_change_sensor, cancelled, has_sensor
 
 OWNER = "settings"
 
@@ -69,9 +69,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
             return f"Remove the preset '{properties.name}'"
         return "Save the active sensor's parameters as a preset of its kind, for every file"
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return has_sensor(cls, context)
+    poll = classmethod(has_sensor)
 
     @property
     def _kind(self) -> Kind:
@@ -96,8 +94,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
     def execute(self, context: Context) -> set[str]:
         removed, name = self.remove_name, self.name.strip()
         if not self.as_filename(name):
-            self.report({"ERROR"}, "Give the preset a name")
-            return {"CANCELLED"}
+            return cancelled(self, "Give the preset a name")
         result = super().execute(context)
         # Blender shows the last saved preset as the menu's name.
         getattr(bpy.types, self.preset_menu).bl_label = "Presets"
@@ -116,9 +113,7 @@ class ANGEN_OT_user_preset_apply(Operator):
 
     name: StringProperty(name="Name", description="Name of a preset of the sensor's kind")
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return can_change_sensor(cls, context)
+    poll = classmethod(can_change_sensor)
 
     def execute(self, context: Context) -> set[str]:
         obj = context.object
@@ -126,13 +121,11 @@ class ANGEN_OT_user_preset_apply(Operator):
         files = {label_of(file): file for file in user_presets(kind)}
         if self.name not in files:
             hint = f"there are {', '.join(files)}" if files else "none is saved"
-            self.report({"ERROR"}, f"No preset of '{kind.label}' is called '{self.name}': {hint}")
-            return {"CANCELLED"}
+            return cancelled(self, f"No preset of '{kind.label}' is called '{self.name}': {hint}")
         try:
             values = values_in(files[self.name])
         except (OSError, ValueError) as error:
-            self.report({"ERROR"}, f"The preset '{self.name}' cannot be read: {error}")
-            return {"CANCELLED"}
+            return cancelled(self, f"The preset '{self.name}' cannot be read: {error}")
         unknown = _set(getattr(obj.angen_sensor, kind.attribute), kind, values)
         if unknown:
             self.report({"WARNING"}, f"Not known in this version, left out: {', '.join(unknown)}")

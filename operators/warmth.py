@@ -12,7 +12,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.advice.warmth import USUAL, warm
 from ..sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
 from ..sensor_logic.kinds.pir.pyroelectric.zones import write_table
-from .polls import can_change_sensor
+from .polls import can_change_sensor, cancelled, needs
 
 ITEMS = [(u.identifier, u.label, u.tip) for u in USUAL.values()]
 
@@ -31,10 +31,9 @@ class ANGEN_OT_warmth_set(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not context.selected_objects and context.object is None:
-            cls.poll_message_set("Select the warm objects")
-            return False
-        return True
+        return needs(
+            cls, context.selected_objects or context.object is not None, "Select the warm objects"
+        )
 
     def execute(self, context: Context) -> set[str]:
         chosen = context.selected_objects or [context.object]
@@ -45,11 +44,9 @@ class ANGEN_OT_warmth_set(Operator):
             surfaces += [surface for surface in some if surface not in surfaces]
             skins += [material for material in skin if material not in skins]
         if not surfaces:
-            self.report(
-                {"ERROR"},
-                "None of the selected objects has a surface that could be warm and edited",
+            return cancelled(
+                self, "None of the selected objects has a surface that could be warm and edited"
             )
-            return {"CANCELLED"}
         names = ", ".join(sorted(f"'{surface.name}'" for surface in surfaces)[:4])
         text = f"{usual.celsius:g} °C: {names}{' …' if len(surfaces) > 4 else ''}"
         if usual.identifier == "PERSON":
@@ -75,10 +72,9 @@ class ANGEN_OT_lens_table(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         obj = context.object
-        if obj is None or obj.angen_sensor.kind != "PIR":
-            cls.poll_message_set("Select a motion detector")
-            return False
-        return can_change_sensor(cls, context)
+        return needs(
+            cls, obj is not None and obj.angen_sensor.kind == "PIR", "Select a motion detector"
+        ) and can_change_sensor(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         pir = context.object.angen_sensor.pir

@@ -1,35 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What knows Blender: properties, the scene probes, the simulation, handlers, command line."""
 
+from .registering import of_modules
 
-def _modules() -> tuple:
-    """Everything that registers, in order; later ones may need earlier ones."""
-    from .. import operators, panels
-    from . import coverage, properties
-    from .commands import command_line
-    from .days import settings as days
-    from .residents import settings
-    from .residents.places import marks
-    from .runtime import handlers
-    from .view import active, overlay, places, timeline
-
-    return (
-        properties,
-        marks,
-        settings,
-        active,
-        overlay,
-        places,
-        timeline,
-        coverage,
-        days,
-        operators,
-        panels,
-        handlers,
-        command_line,
-    )
-
-
+# Later ones may need earlier ones.
+_register, _unregister = of_modules(
+    __name__, "properties", "residents.places.marks", "residents.settings", "view.active",
+    "view.overlay", "view.places", "view.timeline", "coverage", "days.settings", ".operators",
+    ".panels", "runtime.handlers", "commands.command_line",
+)  # fmt: skip
 _registered = False
 
 
@@ -37,8 +16,7 @@ def register() -> None:
     global _registered
     from .process import taking_down
 
-    for module in _modules():
-        module.register()
+    _register()
     _registered = True
     taking_down.expect(unregister)
 
@@ -47,5 +25,4 @@ def unregister() -> None:
     global _registered
     if _registered:
         _registered = False
-        for module in reversed(_modules()):
-            module.unregister()
+        _unregister()

@@ -122,6 +122,12 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         return {"FINISHED"}
 
 
+def _is_named(cls: Any, context: Context) -> bool:
+    return needs(
+        cls, context.window_manager.angen_study.file, "Write a study first, or name the file of one"
+    )
+
+
 class ANGEN_OT_study_command(Operator):
     bl_idname = "angen.study_command"
     bl_label = "Copy Command"
@@ -149,12 +155,6 @@ class ANGEN_OT_study_report(Operator):
             return cancelled(self, f"There is no report yet: run `angen study report {folder}`")
         bpy.ops.wm.url_open(url=report.resolve().as_uri())
         return {"FINISHED"}
-
-
-def _is_named(cls: Any, context: Context) -> bool:
-    return needs(
-        cls, context.window_manager.angen_study.file, "Write a study first, or name the file of one"
-    )
 
 
 _register, _unregister = bpy.utils.register_classes_factory(

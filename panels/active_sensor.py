@@ -8,15 +8,13 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.view.active import active_sensor
 from .instanced import draw_instanced
+from .lines import Sidebar
 from .parameters import draw_sensor
 from .presets import draw_choice
 
 
-class ANGEN_PT_active_sensor(Panel):
+class ANGEN_PT_active_sensor(Sidebar, Panel):
     bl_label = "Active Sensor"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
 
     @classmethod
     def poll(cls, context: Context) -> bool:

@@ -8,19 +8,12 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.coverage import ghosts, kept
 from ..operators.propose import pattern_of
-from .lines import draw_property
+from .lines import ClosedSidebar, draw_property
 
 ROOMS_SHOWN = 12
 
 
-class _Sidebar:
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-    bl_options = {"DEFAULT_CLOSED"}
-
-
-class ANGEN_PT_coverage(_Sidebar, Panel):
+class ANGEN_PT_coverage(ClosedSidebar, Panel):
     bl_label = "Coverage"
 
     def draw(self, context: Context) -> None:
@@ -57,7 +50,7 @@ class ANGEN_PT_coverage(_Sidebar, Panel):
             part.label(text=dead)
 
 
-class ANGEN_PT_coverage_place(_Sidebar, Panel):
+class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
     bl_label = "Propose Places"
     bl_parent_id = "ANGEN_PT_coverage"
 

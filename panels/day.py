@@ -9,6 +9,7 @@ import bpy
 from bpy.types import Context, Panel, UIList
 
 from ..sensor_logic.days.times import hours_minutes, time_at
+from .lines import ClosedSidebar
 
 HOUR_S = 3600.0
 # The lines of the strip: night and morning, day, and evening.
@@ -57,12 +58,8 @@ class ANGEN_UL_done(UIList):
         row.operator("angen.day_show", text=text, emboss=False).index = index
 
 
-class ANGEN_PT_day(Panel):
+class ANGEN_PT_day(ClosedSidebar, Panel):
     bl_label = "Day"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Context) -> None:
         layout, asked = self.layout, context.scene.angen_day

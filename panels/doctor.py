@@ -7,17 +7,13 @@ import bpy
 from bpy.types import Context, Panel
 
 from ..angen_addon.runtime import state
-from .lines import draw_lines
+from .lines import ClosedSidebar, draw_lines
 
 MOST = 8
 
 
-class ANGEN_PT_doctor(Panel):
+class ANGEN_PT_doctor(ClosedSidebar, Panel):
     bl_label = "Doctor"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Context) -> None:
         layout = self.layout

@@ -22,16 +22,14 @@ from .lines import (
     MARGIN_LETTERS,
     USUAL_WIDTH,
     WIDTH_OF_LETTER,
+    Sidebar,
     draw_lines,
     draw_row,
 )
 
 
-class ANGEN_PT_events(Panel):
+class ANGEN_PT_events(Sidebar, Panel):
     bl_label = "Events"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
 
     @classmethod
     def poll(cls, context: Context) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws texts in panels: broken into lines, or as names beside values."""
+"""Where panels stand, and texts in them: broken into lines, or as names beside values."""
 
 from __future__ import annotations
 
@@ -21,6 +21,18 @@ LABEL_SHARE = 0.4
 # In regions narrower than this (pixels at scale 1), names stand in their fields, since a column of
 # names would cut them.
 NARROW = 230
+
+
+class Sidebar:
+    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+
+class ClosedSidebar(Sidebar):
+    bl_options = {"DEFAULT_CLOSED"}
 
 
 def has_name_column() -> bool:

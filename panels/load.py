@@ -14,7 +14,7 @@ from ..angen_addon.advice.sensing import may_be_simulated
 from ..angen_addon.scene.bearers import bearer, candidates, has_mass
 from ..sensor_logic.kinds import NO_KIND
 from ..sensor_logic.wording import named
-from .lines import draw_lines, draw_property, has_name_column
+from .lines import Sidebar, draw_lines, draw_property, has_name_column
 
 NAMES_SHOWN = 3
 
@@ -120,11 +120,7 @@ class ANGEN_PT_physics_weight(_Weight, Panel):
     bl_parent_id = "ANGEN_PT_physics"
 
 
-class ANGEN_PT_sidebar_weight(_Weight, Panel):
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-
+class ANGEN_PT_sidebar_weight(_Weight, Sidebar, Panel):
     @classmethod
     def poll(cls, context: Context) -> bool:
         # Sensors seldom have a weight: it can be set in the Physics tab.

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
+from .lines import ClosedSidebar
 from .readings import ACTIVE, BAKED, IDLE, NOT_SURE, OFF, OLD, UNKNOWN, WRONG
 
 # The meaning of the signs, which the table has too.
@@ -23,12 +24,8 @@ SIGNS = (
 )
 
 
-class ANGEN_PT_overlay(Panel):
+class ANGEN_PT_overlay(ClosedSidebar, Panel):
     bl_label = "Show in View"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw_header(self, context: Context) -> None:
         self.layout.prop(context.scene.angen_overlay, "show", text="")

@@ -14,7 +14,7 @@ from ..angen_addon.runtime import state
 from ..sensor_logic.kinds import NO_KIND
 from ..sensor_logic.residents.places import DOOR, DRAWER, LAMP, MOVED
 from ..sensor_logic.wording import capital
-from .lines import draw_lines, draw_property, has_name_column
+from .lines import ClosedSidebar, draw_lines, draw_property, has_name_column
 
 MOST = 6
 
@@ -75,12 +75,8 @@ class ANGEN_PT_physics_place(_Place, Panel):
     bl_parent_id = "ANGEN_PT_physics"
 
 
-class ANGEN_PT_places(Panel):
+class ANGEN_PT_places(ClosedSidebar, Panel):
     bl_label = "Residents' Places"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Context) -> None:
         layout = self.layout

@@ -11,7 +11,7 @@ from bpy.types import Context, Panel
 from ..angen_addon.residents.person import LABELS, body_of
 from ..angen_addon.residents.settings import is_resident
 from ..sensor_logic.residents.body.build import Sort
-from .lines import draw_lines, draw_property, draw_row, has_name_column
+from .lines import Sidebar, draw_lines, draw_property, draw_row, has_name_column
 
 
 def resident_of(obj: Any) -> Any:
@@ -55,10 +55,8 @@ class ANGEN_PT_physics_resident(_Resident, Panel):
     bl_parent_id = "ANGEN_PT_physics"
 
 
-class ANGEN_PT_sidebar_resident(_Resident, Panel):
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
+class ANGEN_PT_sidebar_resident(_Resident, Sidebar, Panel):
+    pass
 
 
 register, unregister = bpy.utils.register_classes_factory(

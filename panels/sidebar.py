@@ -9,18 +9,12 @@ from bpy.types import Context, Panel, Scene, UILayout
 from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..sensor_logic.wording import capital
-from .lines import draw_lines, draw_property
+from .lines import ClosedSidebar, Sidebar, draw_lines, draw_property
 
 SHOWN_LACKS = 3
 
 
-class _Sidebar:
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-
-
-class ANGEN_PT_simulation(_Sidebar, Panel):
+class ANGEN_PT_simulation(Sidebar, Panel):
     bl_label = "Simulation"
 
     def draw(self, context: Context) -> None:
@@ -41,10 +35,9 @@ class ANGEN_PT_simulation(_Sidebar, Panel):
         layout.prop(scene, "angen_live")
 
 
-class ANGEN_PT_simulation_settings(_Sidebar, Panel):
+class ANGEN_PT_simulation_settings(ClosedSidebar, Panel):
     bl_label = "Settings"
     bl_parent_id = "ANGEN_PT_simulation"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene

@@ -10,7 +10,7 @@ from ..angen_addon.study.wishes import vary_of
 from ..angen_addon.view.active import active_sensor
 from ..operators.study import command
 from ..sensor_logic.study import writing
-from .lines import draw_lines
+from .lines import ClosedSidebar, draw_lines
 
 
 class ANGEN_MT_study_vary(Menu):
@@ -27,12 +27,8 @@ class ANGEN_MT_study_vary(Menu):
             self.layout.operator("angen.study_vary", text=label).parameter = name
 
 
-class ANGEN_PT_study(Panel):
+class ANGEN_PT_study(ClosedSidebar, Panel):
     bl_label = "Study"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Context) -> None:
         layout, wanted = self.layout, context.window_manager.angen_study

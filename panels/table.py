@@ -14,6 +14,7 @@ from ..angen_addon.scene.sensors import Sensor
 from ..operators.show import show, why_hidden
 from ..sensor_logic.kinds import NO_KIND
 from .instanced import draw_rows
+from .lines import Sidebar
 from .parameters import sensor_of
 from .readings import (
     ACTIVE,
@@ -144,11 +145,8 @@ def _is_wide(context: Context) -> bool:
     return region is not None and region.width > WIDE * scale
 
 
-class ANGEN_PT_table(Panel):
+class ANGEN_PT_table(Sidebar, Panel):
     bl_label = "Sensors"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.window_manager.angen_table

@@ -7,20 +7,6 @@ which the kinds make with the help of `figures`; `picture` colours these by the 
 `hover` knows what the mouse is over. Only `draw` and `labels` know the GPU.
 """
 
-from __future__ import annotations
+from ...registering import of_modules
 
-
-def _modules() -> tuple:
-    from . import draw, hover, refresh, settings
-
-    return (settings, hover, draw, refresh)
-
-
-def register() -> None:
-    for module in _modules():
-        module.register()
-
-
-def unregister() -> None:
-    for module in reversed(_modules()):
-        module.unregister()
+register, unregister = of_modules(__name__, "settings", "hover", "draw", "refresh")

@@ -124,7 +124,7 @@ class Driver:
         lives = Counter(map(tasks.life, self._missing()))
         there, failed = self.total - lives.total(), 0
         workers = max(len(self._client.nthreads()), 1)
-        size = together.size_of(lives, workers)
+        size = together.size_of(lives, workers, bool(self._study.keep))
         groups = together.grouped(self._missing(), tasks.life, size)
         told(there, self.total, failed)
         days = self._store.folder / DAYS

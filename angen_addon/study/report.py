@@ -105,8 +105,9 @@ def html(facts: dict[str, Any], results: Results) -> str:
         measures = summary.main_measures(results, best)
         found = summary.settings(results)
         parts += _best(results, found, measures, best, way)
-        parts += _curves(results, measures)
-        parts += _maps(results, measures[0])
+        shown = summary.pictured(results)
+        parts += _curves(shown, measures)
+        parts += _maps(shown, measures[0])
         parts += _all(results, found, measures)
     parts += _errors(results)
     parts.append(f"<script>{SORT}</script></body></html>")
@@ -156,6 +157,20 @@ def _best(
     )
     costs = [n for n in ("sensors_on", "seconds") if n in results.measured and n != best]
     yield _table(results, ranked[:BEST], [best, *costs])
+    if "sensors_on" in results.measured:
+        yield from _best_by_number(results, ranked, [n for n in measures if n != "seconds"])
+
+
+def _best_by_number(
+    results: Results, ranked: Sequence[Setting], measures: Sequence[str]
+) -> Iterator[str]:
+    """The first of the ranked settings of each number of sensors that are on."""
+    first: dict[float, Setting] = {}
+    for setting in ranked:
+        first.setdefault(_of(results, "sensors_on", setting).value, setting)
+    if len(first) > 1:
+        yield "<h2>By number of sensors</h2><p>The best setting with so many sensors on.</p>"
+        yield _table(results, [first[n] for n in sorted(first)], ["sensors_on", *measures])
 
 
 def _curves(results: Results, measures: Sequence[str]) -> Iterator[str]:

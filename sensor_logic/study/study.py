@@ -8,6 +8,7 @@ import math
 import tomllib
 from dataclasses import dataclass
 from datetime import date, datetime
+from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +23,8 @@ KEPT = ("events",)
 SENSORS, HOME, ROUTINE = "sensors", "home", "routine"
 WITHOUT_DOT = (SENSORS, HOME, ROUTINE)
 MOST_RUNS = 10_000_000
+# Choices of sensors, all of which are written out.
+MOST_CHOICES = 10_000
 SEEDS = 2**31
 
 
@@ -191,6 +194,8 @@ def _place(table: Table, key: str) -> str:
 def _values(table: Table, key: str) -> tuple[Value, ...] | Range:
     """What a key of [vary] takes. Raises RoutineError."""
     found = table.values[key]
+    if isinstance(found, dict) and key == SENSORS:
+        return _choices(Table(table.name, table.text, found, (*table.path, key)))
     if isinstance(found, dict):
         return _range(Table(table.name, table.text, found, (*table.path, key)))
     if not isinstance(found, list) or not found:
@@ -216,6 +221,26 @@ def _scalar(value: Any) -> Value:
 def _one_set(value: Any) -> tuple[str, ...]:
     """Names or patterns of sensors."""
     return (text(value),) if isinstance(value, str) else texts(value)
+
+
+def _choices(table: Table) -> tuple[tuple[str, ...], ...]:
+    """Every choice of `least` to `most` of some sensors, the small ones first. Raises
+    RoutineError."""
+    names = table.take("of", texts)
+    least = table.take("least", _whole(1, len(names)), 1) if names else 0
+    most = table.take("most", _whole(max(least, 1), len(names)), len(names)) if names else 0
+    table.finish()
+    if not names or len(set(names)) < len(names):
+        raise table.error("give each sensor once, and one at least", "of")
+    counts = range(least, most + 1)
+    total = sum(math.comb(len(names), count) for count in counts)
+    if total > MOST_CHOICES:
+        raise table.error(
+            f"these are {total} choices, more than {MOST_CHOICES}: give fewer sensors, or another "
+            "'least' or 'most'",
+            "of",
+        )
+    return tuple(chosen for count in counts for chosen in combinations(names, count))
 
 
 def _range(table: Table) -> Range:

@@ -6,13 +6,14 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..model import Array
+from .study import SENSORS
 
 # What a row has besides what varied and what was measured.
 NOT_MEASURED = ("run", "seed", "digest", "error", "angen_sensors", "blender", "numpy", "python")
@@ -169,6 +170,18 @@ def main_measures(results: Results, best: str = "") -> list[str]:
 def of_sensors(results: Results, measure: str) -> list[str]:
     """The columns of single sensors of a measure."""
     return [name for name in results.measured if name.startswith(f"{measure} ")]
+
+
+def pictured(results: Results) -> Results:
+    """With what varied as pictures can show it: in place of many sets of sensors, how many are on;
+    without other texts of which there are many."""
+    varied = {}
+    for key, values in results.varied.items():
+        if numeric(values) or len(set(values)) <= FEW:
+            varied[key] = values
+        elif key == SENSORS and "sensors_on" in results.measured:
+            varied["sensors on"] = [f"{count:g}" for count in results.measured["sensors_on"]]
+    return replace(results, varied=varied)
 
 
 def pick(values: Array, rows: Sequence[int]) -> Array:

@@ -10,10 +10,11 @@ from typing import Any, TypeVar
 
 from .targets import POSE, HomeFacts
 
-# Runs that live a home together at most, so that a worker's memory has room for what they read.
-MOST = 64
+# Runs that live a home together at most; fewer where their logs are kept, which a worker has in
+# memory until the last of them is written.
+MOST, MOST_WITH_LOGS = 1000, 64
 # Runs that wait at the driver until others are found to live with.
-WAITING = 2000
+WAITING = 20_000
 
 Settings = dict[str, dict[str, Any]]
 Run = TypeVar("Run")
@@ -33,12 +34,14 @@ def of_the_home(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> S
     return {name: values for name, values in found.items() if values}
 
 
-def size_of(lives: Counter[str], workers: int) -> Callable[[str], int]:
-    """How many runs of each living go together, if there are to be tasks for all workers."""
+def size_of(lives: Counter[str], workers: int, logs: bool = False) -> Callable[[str], int]:
+    """How many runs of each living go together, if there are to be tasks for all workers; `logs`:
+    whether they are kept."""
+    most = MOST_WITH_LOGS if logs else MOST
     parts = math.ceil(workers / max(len(lives), 1))
 
     def size(life: str) -> int:
-        return min(math.ceil(lives[life] / parts), MOST)
+        return min(math.ceil(lives[life] / parts), most)
 
     return size
 

@@ -63,6 +63,13 @@ def study(tmp_path: Path):
         ('[vary]\n"a.b" = { from = 0, to = 1 }', "line 3: a grid needs steps"),
         ('draw = "list"\n[vary]\n"a.b" = [1]\n"a.c" = [1, 2]', "a.b has 1, a.c has 2"),
         ('[vary]\n"a.b" = [1]\n[set]\n"a.b" = 2', "line 5: 'a.b' also varies"),
+        ("[vary]\nsensors = { of = [] }", "line 3: give each sensor once, and one at least"),
+        ('[vary]\nsensors = { of = ["a", "a"] }', "line 3: give each sensor once"),
+        ('[vary]\nsensors = { of = ["a"], least = 2 }', "least: 2 is no whole number from 1 to 1"),
+        (
+            f"[vary]\nsensors = {{ of = {[str(n) for n in range(14)]} }}",
+            "line 3: these are 16383 choices, more than 10000: give fewer sensors",
+        ),
         ("[vary", "s.toml: "),
     ],
 )
@@ -70,6 +77,13 @@ def test_what_is_wrong_in_a_file_is_told_with_its_line(study, text, told) -> Non
     with pytest.raises(StudyError) as error:
         study(text)
     assert told in str(error.value) and "\n" not in str(error.value)
+
+
+def test_choices_of_sensors_are_all_of_their_sets(study) -> None:
+    few = study('[vary]\nsensors = { of = ["a", "b*", "c"], least = 2 }')
+    assert few.vary["sensors"] == (("a", "b*"), ("a", "c"), ("b*", "c"), ("a", "b*", "c"))
+    all_of_seven = study(f"[vary]\nsensors = {{ of = {list('abcdefg')} }}")
+    assert draws.count(all_of_seven) == 2**7 - 1
 
 
 def test_a_home_that_is_missing_is_named(tmp_path) -> None:

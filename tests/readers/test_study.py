@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import re
 import xml.etree.ElementTree as ET
+from itertools import combinations, product
 from pathlib import Path
 
 import pytest
@@ -84,6 +85,30 @@ def test_the_report_tells_what_is_in_the_rows(folder) -> None:
     # Nothing is fetched, and the same rows give the same page.
     assert "src=" not in page and 'href="http' not in page.replace("xlink:href", "")
     assert report.write(folder).read_text(encoding="utf-8") == page
+
+
+def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, reader) -> None:
+    reader("matplotlib"), reader("scipy")
+    sets = [s for count in (1, 2, 3) for s in combinations("abcdef", count)]
+    rows = [
+        {
+            "run": number, "sensors": "; ".join(chosen), "seed": seed, "sensors_on": len(chosen),
+            "noticed": 0.2 * len(chosen) + 0.1 * ("c" in chosen), "digest": str(number),
+            "error": "",
+        }
+        for number, (chosen, seed) in enumerate(product(sets, (1, 2)))
+    ]  # fmt: skip
+    results.write_tables(tmp_path, results.Table(lambda: rows))
+    facts = {
+        "name": "s.toml", "varied": ["sensors"], "seeds": 2, "runs": len(rows),
+        "best": ["noticed", "most"], "homes": ["home.blend"],
+    }  # fmt: skip
+    (tmp_path / "study.json").write_text(json.dumps(facts))
+    page = report.write(tmp_path).read_text(encoding="utf-8")
+    table = page[page.index("By number of sensors") : page.index("Responses")]
+    assert re.findall(r"<tr><td>([^<]*)</td>", table) == ["c", "a; c", "a; b; c"]
+    drawn = (tmp_path / "pictures" / "01 noticed against what varied.svg").read_text()
+    assert "sensors on" in drawn and "a; b" not in drawn
 
 
 def test_a_folder_without_results_is_one_clear_line(folder) -> None:

@@ -27,8 +27,8 @@ import runpy, signal
 runpy.run_path({str(STANDALONE)!r})["load_extension"]()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 """
-# Dask has its workers give each freed array back to the system, which takes an eighth of the time of
-# living a day; these are what the allocator would come to by itself (bytes).
+# Dask has its workers give each freed array back to the system, an eighth of the time of living
+# a day; these are what the allocator would come to by itself (bytes).
 ALLOCATOR = {
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 64 << 20,
     "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 32 << 20,

@@ -13,7 +13,7 @@ import numpy as np
 from angen_sensors.angen_addon.coverage.floor import cells_of
 from angen_sensors.angen_addon.coverage.maps import at_once
 from angen_sensors.angen_addon.coverage.views import detectors, view_of
-from angen_sensors.angen_addon.scene.home import Home
+from angen_sensors.angen_addon.scene.home import EvaluatedHome
 from angen_sensors.angen_addon.scene.sensors import all_sensors
 from angen_sensors.sensor_logic.coverage.detect import RangeView
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap
@@ -87,8 +87,8 @@ def _later(view: Any, share: float) -> Any:
     return replace(view, offsets=(view.offsets + share * view.period) % view.period)
 
 
-def _floor(depsgraph: Any, sensors: Any, name: str, size: float) -> tuple[Home, Cells]:
-    home = Home(depsgraph)
+def _floor(depsgraph: Any, sensors: Any, name: str, size: float) -> tuple[EvaluatedHome, Cells]:
+    home = EvaluatedHome(depsgraph)
     *_, cells = cells_of(home, sensors, MOTIONS[name], size)
     assert isinstance(cells, Cells)
     return home, cells

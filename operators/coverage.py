@@ -14,7 +14,7 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.coverage import kept, mesh
-from ..angen_addon.coverage.maps import Enough, Stage, cover
+from ..angen_addon.coverage.maps import Enough, MapProgress, cover
 from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
@@ -37,7 +37,7 @@ def has_detector(cls: Any, context: Context) -> bool:
     ) and can_look(cls, context)
 
 
-def begin_map(context: Context) -> Generator[Stage | CoverageMap, None, None]:
+def begin_map(context: Context) -> Generator[MapProgress | CoverageMap, None, None]:
     """The generator of the map with the scene's settings."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
@@ -98,7 +98,7 @@ class Staged:
             return {"RUNNING_MODAL"}
         try:
             result = self._run.throw(Enough) if event.type == "ESC" else self._advance()
-            if isinstance(result, Stage):
+            if isinstance(result, MapProgress):
                 self._show(context, result)
                 return {"RUNNING_MODAL"}
             self.cancel(context)
@@ -125,7 +125,7 @@ class Staged:
                 break
         return result
 
-    def _show(self, context: Context, stage: Stage) -> None:
+    def _show(self, context: Context, stage: MapProgress) -> None:
         share = 100.0 * stage.share
         context.window_manager.progress_update(share)
         context.workspace.status_text_set(

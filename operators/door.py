@@ -18,7 +18,7 @@ from ..angen_addon.kinds.optical_switch.housing import fork
 from ..angen_addon.scene.door_motion import MOTIONS, DoorError, Leaf, leaves_of
 from ..angen_addon.scene.sensors import unit_scale
 from .polls import can_add, cancelled, needs
-from .surface import Surface, belongs_to, first_surface
+from .surface import SurfacePoint, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"
 # m: the gap and the fork of a switch's default housing; the flag stands in the middle of the gap.
@@ -103,7 +103,7 @@ def _refuse_fitted(context: Context, leaf: Any) -> None:
 
 def _frame_of(
     context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
-) -> tuple[Leaf, Surface]:
+) -> tuple[Leaf, SurfacePoint]:
     """The leaf as seen from the side of the switch, and the surface for the switch. Raises
     DoorError."""
     for sides in leaves:
@@ -123,7 +123,7 @@ def _frame_of(
     )
 
 
-def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> Surface | None:
+def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> SurfacePoint | None:
     """The surface over the leaf for the switch: the foremost of three points at one height."""
     scale = unit_scale(context.scene)
 
@@ -203,7 +203,7 @@ def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) 
     start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
     depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale
 
-    def look(passes: Any) -> Surface | None:
+    def look(passes: Any) -> SurfacePoint | None:
         return first_surface(context.scene, depsgraph, start, beam, gap, passes)
 
     first = look(lambda obj: belongs_to(obj, sensor))

@@ -12,7 +12,7 @@ from mathutils import Vector
 
 from ..angen_addon.scene.sensors import unit_scale
 from ..angen_addon.scene.units import lengths_of
-from .surface import PASSED, Surface, first_surface
+from .surface import PASSED, SurfacePoint, first_surface
 
 UP = Vector((0.0, 0.0, 1.0))
 # A surface rises if a step along it goes up by at least this share.
@@ -26,7 +26,7 @@ TYPED = set("0123456789.-mcftin'\"")
 ENDS = {"RET", "NUMPAD_ENTER"}
 
 
-def below(scene: Any, depsgraph: Any, place: Vector, on: Surface) -> Surface | None:
+def below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
     """The floor below a place on a surface. Neither the object of that surface counts as a floor,
     nor anything as steep as a leaning wall."""
     carrier = on.object if on.normal.z > CARRIES else None
@@ -40,7 +40,7 @@ def below(scene: Any, depsgraph: Any, place: Vector, on: Surface) -> Surface | N
     return None
 
 
-def height_text(scene: Any, place: Vector, floor: Surface | None) -> str:
+def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
     """A text for the height of a place, and its height above the floor."""
     scale, lengths = unit_scale(scene), lengths_of(scene)
     height = f"Z {lengths.text(place.z * scale)}"

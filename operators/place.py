@@ -21,7 +21,7 @@ from .add import KIND_ITEMS, preset_of, preset_property
 from .height import ENDS, TypedLength, below, height_text, raised
 from .place_preview import Preview, remove_all
 from .polls import can_add, cancelled
-from .surface import Surface, first_surface
+from .surface import SurfacePoint, first_surface
 
 WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)
 NAVIGATION = {"MIDDLEMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
@@ -75,7 +75,7 @@ class ANGEN_OT_sensor_place(Operator):
                 raise KeyError(f"There is no object '{self.surface}' to place the sensor on")
         except KeyError as error:
             return cancelled(self, error.args[0])
-        met = Surface(Vector(self.location), normal, surface, True) if surface else None
+        met = SurfacePoint(Vector(self.location), normal, surface, True) if surface else None
         matrix = self._matrix(context, Vector(self.location), normal, met.along if met else [])
         sensor = new_sensor(context, self.kind, preset)
         followed = bool(self.follow and surface) and parent_keeping(sensor, surface, matrix)
@@ -155,7 +155,7 @@ class ANGEN_OT_sensor_place(Operator):
         if self._preview is not None:
             self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {text}", keys)
 
-    def _stand(self, context: Context, met: Surface) -> tuple[Matrix, str]:
+    def _stand(self, context: Context, met: SurfacePoint) -> tuple[Matrix, str]:
         """Sets the place on a surface, at the typed height if any; returns the matrix there and a
         text for the header."""
         scene, along = context.scene, met.along if met.whole else []
@@ -181,7 +181,7 @@ def _on(surface: Any) -> str:
     return f" on '{surface.name}'" if surface is not None else ""
 
 
-def _surface_under(context: Context, event: Event) -> Surface | None:
+def _surface_under(context: Context, event: Event) -> SurfacePoint | None:
     region = context.region
     # Where the mouse is in the region, which its window's overlapping regions cover in part.
     at = (event.mouse_x - region.x, event.mouse_y - region.y)
@@ -198,7 +198,7 @@ def _surface_under(context: Context, event: Event) -> Surface | None:
 
 def visible_surface(
     scene: Any, depsgraph: Any, origin: Vector, direction: Vector, culled: bool
-) -> Surface | None:
+) -> SurfacePoint | None:
     """The surface that the user sees first along a ray: an object shown as an outline, such as a
     ceiling from above, only counts where nothing is behind it."""
     met = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)

@@ -115,7 +115,7 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     return matrix.translation + ahead * (reach / 2), radius
 
 
-class Window(NamedTuple):
+class FreeRegion(NamedTuple):
     """The region of a 3D view, and the bounds (pixels) of the part that nothing covers."""
 
     region: Any
@@ -123,7 +123,7 @@ class Window(NamedTuple):
     right: int
 
 
-def window_of(area: Any) -> Window:
+def window_of(area: Any) -> FreeRegion:
     """The window of an area, without the toolbar and sidebar where they overlap the view."""
     window = next(region for region in area.regions if region.type == "WINDOW")
     left, right = 0, window.width
@@ -134,7 +134,7 @@ def window_of(area: Any) -> Window:
                 left = max(left, start + region.width)
             elif region.type == "UI" and 0 < start < window.width:
                 right = min(right, start)
-    return Window(window, left, right) if left < right else Window(window, 0, window.width)
+    return FreeRegion(window, left, right) if left < right else FreeRegion(window, 0, window.width)
 
 
 def is_in_view(obj: Any, context: Context) -> bool:

@@ -14,7 +14,7 @@ PASSED = 64
 STEP = 1e-6
 
 
-class Surface(NamedTuple):
+class SurfacePoint(NamedTuple):
     """Where a ray hit something: `normal` points to where the ray came from. `whole`: the ray hit
     the object itself, not an instance of it elsewhere."""
 
@@ -38,7 +38,7 @@ def first_surface(
     length: float = 1e6,
     passes: Callable[[Any], bool] | None = None,
     culled: bool = False,
-) -> Surface | None:
+) -> SurfacePoint | None:
     """The surface that a ray hits first within `length` Blender units. The ray passes objects that
     sensors ignore or for which `passes` returns True and, with `culled`, the backs of faces."""
     direction = direction.normalized()
@@ -57,7 +57,7 @@ def first_surface(
             whole = all(
                 (a - b).length < 1e-6 for a, b in zip(matrix, obj.matrix_world, strict=True)
             )
-            return Surface(point, (-normal if back else normal).normalized(), original, whole)
+            return SurfacePoint(point, (-normal if back else normal).normalized(), original, whole)
         gone = (point - start).length + max(STEP, STEP * point.length)
         start, left = start + direction * gone, left - gone
     return None

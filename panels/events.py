@@ -12,7 +12,7 @@ from bpy.types import Context, DOPESHEET_HT_header, Panel
 from ..angen_addon.explain import MEMORY, Explanation
 from ..angen_addon.runtime import state
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.timeline.history import HISTORIES, Row
+from ..angen_addon.view.timeline.history import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
 from ..sensor_logic.log.event_log import format_frame
@@ -54,7 +54,9 @@ class ANGEN_PT_events(Sidebar, Panel):
             _draw_events(layout, scene, recording, track, row)
 
 
-def _draw_events(layout: Any, scene: Any, recording: Recording, track: Track, row: Row) -> None:
+def _draw_events(
+    layout: Any, scene: Any, recording: Recording, track: Track, row: HistoryRow
+) -> None:
     frame = scene.frame_current + scene.frame_subframe + 1e-4
     frames = [track.frames[i] for i in row.events.tolist()]
     passed = sum(f <= frame for f in frames)

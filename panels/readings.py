@@ -53,7 +53,7 @@ class ReadingText(NamedTuple):
         return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
-class Readings:
+class ReadingTexts:
     """The texts for all sensors at the present playhead; make a new one for each redraw."""
 
     def __init__(self, scene: Any) -> None:
@@ -81,7 +81,7 @@ class Readings:
 
 def shown(sensor: Sensor, scene: Any) -> ReadingText:
     """The texts for one sensor's reading, or why it has none."""
-    return Readings(scene).of(sensor)
+    return ReadingTexts(scene).of(sensor)
 
 
 def _shown(

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from datetime import datetime
 
-from sensor_logic.formats.log import Activity, Log, SensorFacts
+from sensor_logic.formats.log import Log, LoggedActivity, SensorFacts
 from sensor_logic.formats.source import make_log
 from sensor_logic.log.event_log import Event
 
@@ -59,8 +59,8 @@ ROWS = [
     (YEAR, "PIR hall", "moved", "0"),
 ]
 ACTIVITIES = (
-    Activity(2_000_000, 4_500_000, "Anna", "Enter home", "hall"),
-    Activity(5_000_000, 8_000_000, "Bo", "Cook, eat", "kitchen, small"),
+    LoggedActivity(2_000_000, 4_500_000, "Anna", "Enter home", "hall"),
+    LoggedActivity(5_000_000, 8_000_000, "Bo", "Cook, eat", "kitchen, small"),
 )
 ABOUT = {"seed": "7", "versions.angen_sensors": "0.1.0", "home": "Ängen"}
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
-from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, Home, Message
+from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
 from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, Value
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import SourceError, make_log, read_home, since, start_of
@@ -68,7 +68,7 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
     speed = 1.0 if options.speed is None else options.speed
     if options.loop and (speed == AT_ONCE or stretch.length <= 0):
         raise AddressError("--loop: a round takes no time; give a --speed, or another --from")
-    home = Home(log.channels, options.topic or TOPIC, extension_version())
+    home = HomeMessages(log.channels, options.topic or TOPIC, extension_version())
     link = Link(address, home.status(OFFLINE))
     player = Player(link, home, speed, check)
     try:

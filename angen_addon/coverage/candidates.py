@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.model import Array, Pose
 from ..plan.shapes import WALL_M, may_move
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from .cells import Steps, met_along
 
 # m: how far walls are looked for from a cell; what is wider than this holds a sensor; its lens
@@ -49,7 +49,7 @@ class Candidate:
 
 
 def candidates(
-    home: Home, cells: Cells, mounting: str, height: float, spacing: float
+    home: EvaluatedHome, cells: Cells, mounting: str, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
     """The poses for the rooms of `cells`; `height` m above the floor on walls, at least about
     `spacing` m apart."""
@@ -61,7 +61,9 @@ def candidates(
     return found
 
 
-def _on_walls(home: Home, cells: Cells, height: float, spacing: float) -> Steps[list[Candidate]]:
+def _on_walls(
+    home: EvaluatedHome, cells: Cells, height: float, spacing: float
+) -> Steps[list[Candidate]]:
     spots: dict[tuple[Any, ...], tuple[float, Array, Array, str]] = {}
     for angle in np.arange(8) * math.pi / 4:
         way = np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -86,7 +88,7 @@ def _on_walls(home: Home, cells: Cells, height: float, spacing: float) -> Steps[
 
 
 def _walls_met(
-    home: Home, cells: Cells, height: float, way: Array
+    home: EvaluatedHome, cells: Cells, height: float, way: Array
 ) -> Steps[list[tuple[Array, Array, int]]]:
     """Places on walls, where these face, and the cells they are seen from, looking along `way`."""
     side = np.array([-way[1], way[0], 0.0]) * ASIDE_M
@@ -110,7 +112,7 @@ def _walls_met(
     return found
 
 
-def _holds(home: Home, heights: Array, tops: Array) -> Any:
+def _holds(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
     """Tells whether the solid of a row, met from a cell, is something to hang a sensor on."""
     lo, hi, solids = home.lo, home.hi, home.caster.solids.solids
     still: dict[int, bool] = {}
@@ -125,7 +127,7 @@ def _holds(home: Home, heights: Array, tops: Array) -> Any:
     return is_wall
 
 
-def _met(home: Home, start: Array, way: Array) -> Steps[tuple[Array, NDArray[np.int64]]]:
+def _met(home: EvaluatedHome, start: Array, way: Array) -> Steps[tuple[Array, NDArray[np.int64]]]:
     """Ranges (n,) in m, and the rows (n,) of the solids met, −1 for none."""
     ranges, numbers = yield from met_along(home, start, way, FAR_M)
     by_number = {solid.number: solid.row for solid in home.caster.solids.solids}
@@ -140,7 +142,7 @@ def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
     return Pose(at, np.column_stack([np.cross(up, -look), up, -look]))
 
 
-def _under_ceilings(home: Home, cells: Cells, spacing: float) -> Steps[list[Candidate]]:
+def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[list[Candidate]]:
     chosen = _spread(cells, spacing)
     at = cells.at[chosen] + np.array([0.0, 0.0, CEILING_FROM_M])
     up = np.array([0.0, 0.0, 1.0])

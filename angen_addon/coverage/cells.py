@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 
 Mask = NDArray[np.bool_]
 # m above the floor: under the heads of doors and over what one could look across.
@@ -68,7 +68,7 @@ def finished(work: Steps[T]) -> T:
 
 
 def met_along(
-    home: Home, points: Array, direction: Array, length: float
+    home: EvaluatedHome, points: Array, direction: Array, length: float
 ) -> Steps[tuple[Array, NDArray[np.int64]]]:
     """How far it is free (n,) m from points (n, 3) along one direction, at most `length`, and the
     numbers (n,) of the solids that are met; a step is CASTS_AT_ONCE rays."""
@@ -85,13 +85,13 @@ def met_along(
     return np.minimum(ranges * home.metres, length), met
 
 
-def free_ways(home: Home, points: Array, direction: Array, length: float) -> Steps[Array]:
+def free_ways(home: EvaluatedHome, points: Array, direction: Array, length: float) -> Steps[Array]:
     """(n,) m: how far it is free from points (n, 3) along one direction, at most `length`."""
     ranges, _ = yield from met_along(home, points, direction, length)
     return ranges
 
 
-def floors(home: Home, grid: Grid, start: float) -> Steps[Array]:
+def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
     """(n,) m above the storey's floor of what is below each cell, seen from `start` above it;
     infinite where there is nothing."""
     deep = start + PIT_M
@@ -100,7 +100,7 @@ def floors(home: Home, grid: Grid, start: float) -> Steps[Array]:
 
 
 def passable(
-    home: Home, grid: Grid, height: float, among: Mask | None = None
+    home: EvaluatedHome, grid: Grid, height: float, among: Mask | None = None
 ) -> Steps[tuple[Mask, Mask]]:
     """Whether nothing is between neighbours: (nx − 1, ny) along x, (nx, ny − 1) along y; only
     `among` these cells (nx, ny), if they are given."""

@@ -25,7 +25,7 @@ from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
 from ..output.output_files import Outputs, check_outputs
 from ..scene.sensors import Sensor, SensorError, chosen
 from . import ghosts, kept, mesh
-from .maps import Stage, cover
+from .maps import MapProgress, cover
 from .plans import picture
 from .proposal import Proposal, Wish, propose
 from .settings import motion_of
@@ -114,7 +114,7 @@ def _through(run: Iterator[Any], options: argparse.Namespace) -> Any:
         for told in run:
             options.interrupt.check()
             now = time.perf_counter()
-            if isinstance(told, Stage) and not options.quiet and now - shown >= interval:
+            if isinstance(told, MapProgress) and not options.quiet and now - shown >= interval:
                 shown = now
                 text = f"{100 * told.share:.0f} %, {told.text}"
                 start, end = ("\r", "") if terminal else ("", "\n")

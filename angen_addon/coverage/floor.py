@@ -12,7 +12,7 @@ from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.model import Array
 from ..plan.fields import placed
 from ..plan.storeys import levels
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, SensorError
 from .cells import (
     MOST_CELLS,
@@ -36,7 +36,11 @@ EVERY_M = 0.4
 
 
 def cells_of(
-    home: Home, sensors: Sequence[Sensor], motion: Motion, size: float, rooms: Sequence[str] = ()
+    home: EvaluatedHome,
+    sensors: Sequence[Sensor],
+    motion: Motion,
+    size: float,
+    rooms: Sequence[str] = (),
 ) -> Iterator[str | Cells]:
     """Yields what is being done, and last the cells where the body can move; only those of
     `rooms`, if any are named. Raises SensorError."""
@@ -67,7 +71,7 @@ def cells_of(
 
 
 def storeys_of(
-    home: Home, sensors: Sequence[Sensor], marked: Sequence[Volume]
+    home: EvaluatedHome, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
     """Heights of floors in m with the sensors over each."""
     inside = [s for s in sensors if s.kind.in_room]
@@ -88,7 +92,11 @@ def storeys_of(
 
 
 def _grid(
-    home: Home, floor: float, members: Sequence[Sensor], marked: Sequence[Volume], size: float
+    home: EvaluatedHome,
+    floor: float,
+    members: Sequence[Sensor],
+    marked: Sequence[Volume],
+    size: float,
 ) -> Grid:
     """As large as the home there, at most so far from the sensors and the marks."""
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
@@ -110,7 +118,7 @@ def _grid(
 
 
 def _storey_cells(
-    home: Home, grid: Grid, labels: Labels, motion: Motion, number: int
+    home: EvaluatedHome, grid: Grid, labels: Labels, motion: Motion, number: int
 ) -> Steps[Cells]:
     """The cells of the rooms where the body can be."""
     top = min(motion.top + 0.02, OVER_M)
@@ -139,7 +147,7 @@ def _storey_cells(
     )
 
 
-def _clearance(home: Home, at: Array, motion: Motion) -> Steps[Array]:
+def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
     """(n, 8) m: how far it is free around cells, over the height of the body."""
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))

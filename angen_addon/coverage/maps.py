@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.coverage.detect import View
+from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, SensorError, check_names
 from .floor import cells_of
 from .views import detectors, view_of
@@ -24,7 +24,7 @@ AT_ONCE = 4000
 
 
 @dataclass(frozen=True)
-class Stage:
+class MapProgress:
     """How far a map is: its share, and what is being done."""
 
     share: float
@@ -47,30 +47,30 @@ def cover(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Generator[Stage | CoverageMap, None, None]:
+) -> Generator[MapProgress | CoverageMap, None, None]:
     """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields stages, and last the
     map. Raises SensorError."""
     check_cell(size)
     chosen = detectors(chosen)
     check_names(list(chosen))
-    home = Home(depsgraph)
+    home = EvaluatedHome(depsgraph)
     cells = None
     for told in cells_of(home, sensors, motion, size, rooms):
         if isinstance(told, str):
-            yield Stage(0.0, told)
+            yield MapProgress(0.0, told)
         else:
             cells = told
     assert cells is not None
     views = {}
     for sensor in chosen:
         views[sensor.name] = view_of(home, sensor)
-        yield Stage(FLOOR_SHARE, sensor.name)
+        yield MapProgress(FLOOR_SHARE, sensor.name)
     yield from strengths(views, cells, motion)
 
 
 def strengths(
-    views: Mapping[str, View], cells: Cells, motion: Motion
-) -> Iterator[Stage | CoverageMap]:
+    views: Mapping[str, DetectorView], cells: Cells, motion: Motion
+) -> Iterator[MapProgress | CoverageMap]:
     """What each view makes of the motions in the cells; stages, and last the map."""
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
@@ -79,18 +79,18 @@ def strengths(
             rows = slice(first, first + AT_ONCE)
             found[row, cell[rows], direction[rows]] = view.strengths(motion, start.part(rows))
             share = (row + min(1.0, (first + AT_ONCE) / len(start))) / len(views)
-            yield Stage(FLOOR_SHARE + (1.0 - FLOOR_SHARE) * share, name)
+            yield MapProgress(FLOOR_SHARE + (1.0 - FLOOR_SHARE) * share, name)
     yield CoverageMap(motion, cells, tuple(views), found)
 
 
-def at_once(views: Mapping[str, View], cells: Cells, motion: Motion) -> CoverageMap:
+def at_once(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
     """The same map without stages."""
     *_, last = strengths(views, cells, motion)
     assert isinstance(last, CoverageMap)
     return last
 
 
-def at_most(views: Mapping[str, View], cells: Cells, motion: Motion) -> CoverageMap:
+def at_most(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
     """A map of what the views may notice: nothing that they do is missing."""
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)

@@ -11,11 +11,11 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import svg
-from ...sensor_logic.report.facts import SensorInPlan, Storey
+from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
 from ..plan.fields import placed
 from ..plan.shapes import shapes_at
 from ..plan.storeys import levels
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
 
 # Where a plan is cut, above its floor (m), and how much is shown around the cells and detectors.
@@ -30,7 +30,7 @@ def picture(
     proposed: Sequence[SensorInPlan] = (),
 ) -> str:
     """The SVG of a map with its detectors, and those that are proposed."""
-    home = Home(depsgraph)
+    home = EvaluatedHome(depsgraph)
     chosen = [s for s in sensors if s.name in coverage.sensors]
     seen = [p for p in (placed(home, sensor) for sensor in chosen) if p is not None]
     marks = [replace(p, fans=(), beams=()) for level in levels(home, seen) for p in level.sensors]
@@ -52,10 +52,10 @@ def picture(
         shapes = shapes_at(home, floor, floor + CUT_M, (view[0], view[1]))
         # Floors would hide the cells.
         shown = tuple(shape for shape in shapes if shape.role != "floor")
-        storeys.append(Storey(floor, floor + CUT_M, view, shown, tuple(over)))
+        storeys.append(PlanStorey(floor, floor + CUT_M, view, shown, tuple(over)))
     return svg(coverage, storeys, title)
 
 
-def _height(home: Home, sensors: Sequence[Sensor], name: str) -> float:
+def _height(home: EvaluatedHome, sensors: Sequence[Sensor], name: str) -> float:
     sensor = next(s for s in sensors if s.name == name)
     return float(sensor.world_matrix(home.depsgraph).translation.z) * home.metres

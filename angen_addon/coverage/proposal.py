@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.coverage.detect import View
+from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.detectors import PirParameters
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import Motion
-from ...sensor_logic.coverage.placement import Choice, choose
+from ...sensor_logic.coverage.placement import ChosenPlaces, choose
 from ...sensor_logic.model import Array
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, SensorError
 from ..scene.warmth import Warmth
 from .candidates import Candidate, candidates
 from .cells import saying
 from .floor import cells_of
-from .maps import Enough, Stage, at_most, at_once, check_cell
+from .maps import Enough, MapProgress, at_most, at_once, check_cell
 from .views import detectors, view_from, view_of
 
 # Rays pass through no object: candidates are none yet.
@@ -59,7 +59,7 @@ class Proposal:
 
     chosen: tuple[Candidate, ...]
     names: tuple[str, ...]
-    choice: Choice
+    choice: ChosenPlaces
     map: CoverageMap
     tried: int
     before: int
@@ -78,21 +78,21 @@ class Proposal:
 
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
-) -> Generator[Stage | Proposal, None, None]:
+) -> Generator[MapProgress | Proposal, None, None]:
     """Yields stages, and last the proposal. Raises SensorError, and Enough where that is thrown in
     before any candidate was looked at closely."""
     check_cell(size)
     _check(wish)
-    home = Home(depsgraph)
+    home = EvaluatedHome(depsgraph)
     cells = None
     for told in cells_of(home, sensors, motion, size, wish.rooms):
         if isinstance(told, str):
-            yield Stage(0.0, told)
+            yield MapProgress(0.0, told)
         else:
             cells = told
     assert cells is not None
     looking = candidates(home, cells, wish.mounting, wish.height, wish.spacing)
-    found = yield from saying(Stage(0.05, "looking for walls and ceilings"), looking)
+    found = yield from saying(MapProgress(0.05, "looking for walls and ceilings"), looking)
     if not found:
         raise SensorError(
             f"no wall or ceiling was found to hang a detector on {wish.height:g} m above the "
@@ -107,7 +107,7 @@ def propose(
         for sensor in detectors(sensors):
             there = at_once({sensor.name: view_of(home, sensor)}, cells, motion)
             weights[there.count > 0] = 0.0
-            yield Stage(0.05, "looking what is covered")
+            yield MapProgress(0.05, "looking what is covered")
     search = _Search(home, cells, motion, wish, found, weights)
     choice = yield from search.run()
     chosen = tuple(found[i] for i in choice.chosen)
@@ -124,7 +124,7 @@ class _Search:
 
     def __init__(
         self,
-        home: Home,
+        home: EvaluatedHome,
         cells: Cells,
         motion: Motion,
         wish: Wish,
@@ -138,18 +138,18 @@ class _Search:
         self._sets = np.zeros((len(found), len(cells)), bool)
         self._exact = np.zeros(len(found), bool)
 
-    def view(self, candidate: Candidate) -> View:
+    def view(self, candidate: Candidate) -> DetectorView:
         wish = self._wish
         return view_from(
             self._home, self._warmth, wish.parameters, candidate.pose, wish.rate, NOBODY
         )
 
-    def run(self) -> Generator[Stage, None, Choice]:
+    def run(self) -> Generator[MapProgress, None, ChosenPlaces]:
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)
             self._sets[i] = at_most({"": view}, self._cells, self._motion).covered[0]
             share = FIRST_SHARE * (i + 1) / len(self._found)
-            yield Stage(0.05 + share, f"candidate {i + 1} of {len(self._found)}")
+            yield MapProgress(0.05 + share, f"candidate {i + 1} of {len(self._found)}")
         while True:
             choice = self._choose(np.arange(len(self._found)))
             if self._exact[list(choice.chosen)].all():
@@ -162,13 +162,13 @@ class _Search:
                 best = self._choose(np.flatnonzero(self._exact))
                 return replace(best, bound=max(choice.bound, best.covered))
 
-    def _choose(self, rows: NDArray[np.intp]) -> Choice:
+    def _choose(self, rows: NDArray[np.intp]) -> ChosenPlaces:
         """Of these candidates."""
         wish = self._wish
         choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
         return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
 
-    def _look_closely(self, choice: Choice) -> Iterator[Stage]:
+    def _look_closely(self, choice: ChosenPlaces) -> Iterator[MapProgress]:
         """At those that are chosen, and a few that may be chosen next."""
         worth = np.where(self._exact, -1.0, self._sets @ self._weights)
         next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
@@ -180,7 +180,7 @@ class _Search:
             self._exact[i] = True
             known = np.flatnonzero(self._exact)
             best = float((self._sets[known] @ self._weights).max())
-            yield Stage(
+            yield MapProgress(
                 0.05 + FIRST_SHARE + (0.95 - FIRST_SHARE) * min(1.0, best / choice.bound),
                 f"{len(known)} looked at closely; the best so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",

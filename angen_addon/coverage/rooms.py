@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.grid import NO_ROOM
 from ...sensor_logic.model import Array
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.marks import COVERAGE_MARK
 from ..scene.rooms import room_of
 from ..scene.sensors import Sensor
@@ -32,7 +32,7 @@ NEAR_M = 0.9
 class Volume:
     """An object whose mesh marks the inside of a room."""
 
-    def __init__(self, home: Home, obj: Any) -> None:
+    def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.name = room_of(obj) or obj.name
         matrix, metres = obj.matrix_world, home.metres
         points = [matrix @ v.co * metres for v in obj.data.vertices]
@@ -59,7 +59,7 @@ class Volume:
         return count
 
 
-def volumes(home: Home) -> list[Volume]:
+def volumes(home: EvaluatedHome) -> list[Volume]:
     """The meshes that mark rooms, by name."""
     found = [
         obj
@@ -82,7 +82,7 @@ class Labels:
 
 
 def labels_of(
-    home: Home, grid: Grid, members: Sequence[Sensor], marked: Sequence[Volume]
+    home: EvaluatedHome, grid: Grid, members: Sequence[Sensor], marked: Sequence[Volume]
 ) -> Steps[Labels]:
     names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
     floor_there = ((yield from floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
@@ -110,7 +110,7 @@ def labels_of(
     return Labels(np.where(allowed, number, 0), names)
 
 
-def _cells_at(home: Home, points: Array, sensor: Sensor) -> Steps[list[int]]:
+def _cells_at(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:
     """The cells that are seen from under a sensor, in front of what it hangs on."""
     matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.coverage.detect import RangeView, View, WarmView
+from ...sensor_logic.coverage.detect import DetectorView, RangeView, WarmView
 from ...sensor_logic.coverage.detectors import (
     DETECTOR,
     SIGHT,
@@ -23,7 +23,7 @@ from ...sensor_logic.coverage.detectors import (
     zones_of,
 )
 from ...sensor_logic.model import Pose
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,
@@ -51,7 +51,7 @@ def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
     return found
 
 
-def view_of(home: Home, sensor: Sensor) -> View:
+def view_of(home: EvaluatedHome, sensor: Sensor) -> DetectorView:
     """The view of a sensor of the scene. Raises SensorError."""
     check(sensor)
     evaluated = sensor.object.evaluated_get(home.depsgraph)
@@ -64,8 +64,13 @@ def view_of(home: Home, sensor: Sensor) -> View:
 
 
 def view_from(
-    home: Home, warmth: Warmth, parameters: PirParameters, pose: Pose, rate: float, uid: Uid
-) -> View:
+    home: EvaluatedHome,
+    warmth: Warmth,
+    parameters: PirParameters,
+    pose: Pose,
+    rate: float,
+    uid: Uid,
+) -> DetectorView:
     """The view of a detector with these parameters at a pose, `rate` updates a second; its rays
     pass through the object of this session uid."""
     if parameters.model == "PYROELECTRIC":
@@ -93,7 +98,12 @@ def view_from(
 
 
 def _warm_view(
-    home: Home, warmth: Warmth, parameters: PirParameters, pose: Pose, rate: float, uid: Uid
+    home: EvaluatedHome,
+    warmth: Warmth,
+    parameters: PirParameters,
+    pose: Pose,
+    rate: float,
+    uid: Uid,
 ) -> WarmView:
     local = zone_rays(zones_of(parameters), parameters.zone_rays)
     directions = local.directions @ pose.axes.T
@@ -119,7 +129,7 @@ def _warm_view(
     )
 
 
-def _cast(home: Home, uid: Uid, origins: Any, directions: Any, reach: Any) -> Any:
+def _cast(home: EvaluatedHome, uid: Uid, origins: Any, directions: Any, reach: Any) -> Any:
     rows = np.flatnonzero(~home.caster.solids.owned_by(uid))
     metres = home.metres
     found = home.caster.first_met(

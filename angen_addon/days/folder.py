@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.days.rows import Day, Days, toml
+from ...sensor_logic.days.rows import Day, DayRows, toml
 from ...sensor_logic.files import OutputError, check_folder, write_files
 from ...sensor_logic.formats import FORMATS, FormatError
 from ...sensor_logic.formats.outputs import check_out, output_files
@@ -89,14 +89,14 @@ class Folder:
             found.append(day)
         if not found:
             return 0, []
-        whole = Days.of(found)
+        whole = DayRows.of(found)
         texts: dict[Path, Any] = {self._path / n: text for n, text in whole.files().items()}
         texts[self._path / "home.toml"] = self._home(len(found))
         notes = self._add_formats(whole, texts)
         write_files(texts)
         return len(found), notes
 
-    def _add_formats(self, whole: Days, texts: dict[Path, Any]) -> list[str]:
+    def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
         notes = []
         sensors = {s.name: sensor_facts(s) for s in self._household.sensors}
         for target in self._formats:

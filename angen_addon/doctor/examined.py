@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, all_sensors, simulated, unit_scale
 
@@ -42,9 +42,9 @@ class Examined:
         return [s for s in self.sensors if any(s.kind.requires(need) for need in needs)]
 
     @cached_property
-    def home(self) -> Home:
+    def home(self) -> EvaluatedHome:
         """The surfaces of the home, for rays."""
-        return Home(self.depsgraph)
+        return EvaluatedHome(self.depsgraph)
 
     @property
     def metres(self) -> float:

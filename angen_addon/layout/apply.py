@@ -12,14 +12,14 @@ import numpy as np
 from mathutils import Euler, Matrix, Quaternion, Vector
 
 from ...sensor_logic.kinds import NO_KIND
-from ...sensor_logic.layout.entries import Entry, read_layout
+from ...sensor_logic.layout.entries import LayoutEntry, read_layout
 from ...sensor_logic.wording import named
 from ..authoring.housing import Housing, housing_of, mesh_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain
 from ..scene.sensors import Sensor, unit_scale
 from .measured import of_faces
-from .plan import Change, Planner
+from .plan import Planner, SensorChange
 
 EMPTY_SIZE_M = 0.1
 PLACE = ("location", "rotation", "look", "relative_to")
@@ -100,7 +100,7 @@ class _Rollback:
         setattr(owner, name, value)
 
 
-def _make_changes(plans: list[Change], rollback: _Rollback) -> None:
+def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
     objects = {id(plan): _object_of(plan, rollback) for plan in plans}
     for plan in plans:
         obj = objects[id(plan)]
@@ -120,7 +120,7 @@ def _make_changes(plans: list[Change], rollback: _Rollback) -> None:
             _place(plan, obj, rollback)
 
 
-def _object_of(plan: Change, rollback: _Rollback) -> Any:
+def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
     """The object of a sensor; makes that of a new one."""
     if plan.sensor is not None:
         return plan.sensor.object
@@ -148,7 +148,7 @@ def _usable_collection() -> Any:
     return active.collection if usable else bpy.context.scene.collection
 
 
-def _housing(plan: Change) -> Housing | None:
+def _housing(plan: SensorChange) -> Housing | None:
     """The housing of a new sensor; None: it is an empty."""
     kind, values = plan.kind, plan.entry.values
     if "bounds" not in values:
@@ -174,7 +174,7 @@ def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
     return None
 
 
-def _set(plan: Change, obj: Any, rollback: _Rollback) -> None:
+def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
     settings = obj.angen_sensor
     if "kind" in plan.settings:
         # Setting the kind also sets its rate.
@@ -223,7 +223,7 @@ def _remember_channels(obj: Any, rollback: _Rollback) -> None:
         rollback.set(obj, name, getattr(obj, name))
 
 
-def _place(plan: Change, obj: Any, rollback: _Rollback) -> None:
+def _place(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
     """Moves an object to where its plan says, without scaling it."""
     assert plan.origin is not None and plan.axes is not None
     origin = (plan.origin / unit_scale(bpy.context.scene)).tolist()
@@ -247,7 +247,7 @@ def _close(a: Matrix, b: Matrix) -> bool:
     return bool((difference <= 1e-6 * np.maximum(1.0, np.abs(np.array(a)))).all())
 
 
-def _check_done(plans: list[Change]) -> None:
+def _check_done(plans: list[SensorChange]) -> None:
     """Raises LayoutError where Blender did not make a change, since something is locked or driven,
     for example."""
     view_layer = bpy.context.view_layer
@@ -255,7 +255,7 @@ def _check_done(plans: list[Change]) -> None:
     again = Planner((), view_layer, evaluated_depsgraph())
     for plan in plans:
         values = {key: value for key, value in plan.entry.values.items() if key not in PLACE}
-        entry = Entry(plan.entry.file, values, plan.entry.lines)
+        entry = LayoutEntry(plan.entry.file, values, plan.entry.lines)
         sensor = again.sensor(entry)
         if sensor is None:
             raise plan.entry.error(

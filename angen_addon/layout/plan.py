@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
-from ...sensor_logic.layout.entries import Entry, LayoutError
+from ...sensor_logic.layout.entries import LayoutEntry, LayoutError
 from ...sensor_logic.model import pose_from_matrix
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.spelling import hint
@@ -34,13 +34,13 @@ COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"
 
 
 @dataclass
-class Change:
+class SensorChange:
     """The changes of one sensor. `sensor`: None for a new one. `settings`, `parameters`: the new
     values by name. `moves`: its new "parent" or "collection" by these words. `origin` (3,) in
     metres and `axes` (3, 3): its new pose, None where it keeps the old one; `angles`: the axes as
     XYZ Euler angles. `displaced`: whether the pose changes."""
 
-    entry: Entry
+    entry: LayoutEntry
     kind: Kind
     sensor: Sensor | None
     settings: dict[str, Any] = field(default_factory=dict)
@@ -62,13 +62,13 @@ class Change:
 class Planner:
     """Compares a layout with the sensors of a view layer at the present frame."""
 
-    def __init__(self, entries: Sequence[Entry], view_layer: Any, depsgraph: Any) -> None:
+    def __init__(self, entries: Sequence[LayoutEntry], view_layer: Any, depsgraph: Any) -> None:
         self._entries = entries
         self._view_layer = view_layer
         self._depsgraph = depsgraph
         self._sensors = all_sensors(view_layer)
 
-    def changes(self) -> list[Change]:
+    def changes(self) -> list[SensorChange]:
         """The changes of each sensor of the layout. Raises LayoutError."""
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
@@ -88,7 +88,7 @@ class Planner:
             )
         return found
 
-    def sensor(self, entry: Entry) -> Sensor | None:
+    def sensor(self, entry: LayoutEntry) -> Sensor | None:
         """The sensor that an entry of the layout names, or None. Raises LayoutError."""
         library = entry.values.get("library")
         found = [
@@ -108,12 +108,14 @@ class Planner:
             )
         return found[0] if found else None
 
-    def change(self, entry: Entry) -> Change:
+    def change(self, entry: LayoutEntry) -> SensorChange:
         """The changes of the sensor of an entry. Raises LayoutError."""
         sensor = self.sensor(entry)
         taken = None if sensor else self._same_name(entry)
         kind = self._kind(entry, sensor)
-        change = Change(entry, kind, sensor or (Sensor(entry.name, kind, taken) if taken else None))
+        change = SensorChange(
+            entry, kind, sensor or (Sensor(entry.name, kind, taken) if taken else None)
+        )
         if change.sensor is None:
             self._check_new(entry)
             listed: dict[str, Any] = {"parameters": {}}
@@ -131,7 +133,7 @@ class Planner:
             )
         return change
 
-    def _same_name(self, entry: Entry) -> Any:
+    def _same_name(self, entry: LayoutEntry) -> Any:
         """The object of an entry's name that is not a sensor yet, or None. Raises LayoutError where
         it is not in the view layer."""
         obj = next((o for o in bpy.data.objects if o.name == entry.name and not o.library), None)
@@ -142,7 +144,7 @@ class Planner:
             f"'{self._view_layer.name}': give the sensor another name, or show that collection"
         )
 
-    def _kind(self, entry: Entry, sensor: Sensor | None) -> Kind:
+    def _kind(self, entry: LayoutEntry, sensor: Sensor | None) -> Kind:
         if "kind" in entry.values:
             return KINDS[entry.values["kind"]]
         if sensor is not None:
@@ -150,7 +152,7 @@ class Planner:
         known = hint(entry.name, [s.name for s in self._sensors])
         raise entry.error(f"no sensor has this name, and a new one needs a kind; {known}")
 
-    def _check_new(self, entry: Entry) -> None:
+    def _check_new(self, entry: LayoutEntry) -> None:
         """Raises LayoutError where a sensor cannot be added."""
         holder = self._view_layer.objects.get(entry.name.partition("/")[0])
         if "/" in entry.name and holder is not None and is_holder(holder):
@@ -167,7 +169,7 @@ class Planner:
 
     # Its place
 
-    def _plan_place(self, change: Change, listed: dict[str, Any]) -> None:
+    def _plan_place(self, change: SensorChange, listed: dict[str, Any]) -> None:
         entry, values = change.entry, change.entry.values
         bounds = values.get("bounds", listed.get("bounds"))
         if change.sensor is not None and not _same_bounds(bounds, listed["bounds"]):
@@ -188,7 +190,7 @@ class Planner:
             return
         change.displaced = change.sensor is None or not self.stands(change)
 
-    def _object(self, entry: Entry, key: str, name: str) -> Any:
+    def _object(self, entry: LayoutEntry, key: str, name: str) -> Any:
         """The object of the view layer that an entry refers to. Raises LayoutError."""
         found = self._view_layer.objects.get(name)
         if found is None:
@@ -196,7 +198,7 @@ class Planner:
             raise entry.error(f"{key}: no object is called '{name}'; {hint(name, known)}", key)
         return found
 
-    def _target(self, change: Change) -> tuple[Array, Array, Sequence[float]]:
+    def _target(self, change: SensorChange) -> tuple[Array, Array, Sequence[float]]:
         """Origin (3,) in m, axes (3, 3) and XYZ Euler angles that an entry gives."""
         entry, values = change.entry, change.entry.values
         metres = unit_scale(self._depsgraph.scene)
@@ -236,7 +238,7 @@ class Planner:
             return None
         return pose.origin, pose.axes
 
-    def stands(self, change: Change, sensor: Sensor | None = None) -> bool:
+    def stands(self, change: SensorChange, sensor: Sensor | None = None) -> bool:
         """Whether `sensor`, or else that of the change, already has the new pose."""
         found = sensor or change.sensor
         now = self._pose(found) if found else None
@@ -248,7 +250,7 @@ class Planner:
             and np.abs(now[1] - change.axes).max() <= SAME_ANGLE
         )
 
-    def _check_parents(self, changes: Sequence[Change]) -> None:
+    def _check_parents(self, changes: Sequence[SensorChange]) -> None:
         """Raises LayoutError where parents are missing or form a loop."""
         parents = {o.name: o.parent.name for o in self._view_layer.objects if o and o.parent}
         new = {change.entry.name for change in changes if change.sensor is None}
@@ -270,7 +272,7 @@ class Planner:
 
     # Its settings
 
-    def _plan_settings(self, change: Change, listed: dict[str, Any]) -> None:
+    def _plan_settings(self, change: SensorChange, listed: dict[str, Any]) -> None:
         entry, kind = change.entry, change.kind
         if listed.get("kind", NO_KIND) != kind.identifier:
             change.settings["kind"] = kind.identifier
@@ -287,7 +289,7 @@ class Planner:
         if change.parameters or "kind" in change.settings:
             self._check_parameters(change, listed)
 
-    def _check_parameters(self, change: Change, listed: dict[str, Any]) -> None:
+    def _check_parameters(self, change: SensorChange, listed: dict[str, Any]) -> None:
         """Looks up the objects that parameters name. Raises LayoutError for the problems that a
         panel would show."""
         entry, kind = change.entry, change.kind
@@ -313,7 +315,7 @@ class Planner:
             raise entry.error(problems[0], "parameters", problems[0].split(" ")[0])
 
 
-def _check_editable(change: Change) -> None:
+def _check_editable(change: SensorChange) -> None:
     """Raises LayoutError where something linked, animated or driven would change."""
     sensor, entry = change.sensor, change.entry
     assert sensor is not None

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ...sensor_logic.faults import Plan, make_faults, read_plan, truth_csv
+from ...sensor_logic.faults import FaultPlan, make_faults, read_plan, truth_csv
 from ...sensor_logic.formats import Log
 from ...sensor_logic.formats.source import SourceError
 
@@ -44,7 +44,7 @@ class Faults:
                 )
             truth = log.with_name(f"{log.name}.truth.csv")
         self.file, self.truth = faults, truth
-        self.plan: Plan | None = read_plan(faults) if faults else None
+        self.plan: FaultPlan | None = read_plan(faults) if faults else None
 
     def check_names(self, sensors: Iterable[str]) -> None:
         """Raises SourceError where the faults file names a sensor that is not one of these."""

@@ -15,7 +15,7 @@ from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.parameters import defaults, format_quantity, is_chosen, specs, value_text
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.report import page
-from ...sensor_logic.report.facts import Report, SensorFacts
+from ...sensor_logic.report.facts import Report, ReportedSensor
 from ...sensor_logic.report.svg import shown_number
 from .. import plan
 from ..advice.lacking import lacking
@@ -88,12 +88,12 @@ def _facts(
     return found
 
 
-def _sensor_facts(sensor: Sensor) -> SensorFacts:
+def _sensor_facts(sensor: Sensor) -> ReportedSensor:
     rate = decimal(sensor.settings.update_rate)
     settings = []
     if rate != sensor.kind.update_rate:
         settings.append(("update_rate", format_quantity(rate, "Hz")))
-    return SensorFacts(
+    return ReportedSensor(
         sensor.name, sensor.kind.identifier, sensor.room, 1.0 / rate, (*settings, *_changed(sensor))
     )
 

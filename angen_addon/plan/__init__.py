@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ...sensor_logic.report.facts import SensorInPlan, Shape, Storey
+from ...sensor_logic.report.facts import PlanShape, PlanStorey, SensorInPlan
 from ..runtime import state
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
 from .fields import placed
 from .shapes import shapes_at
-from .storeys import Level, levels
+from .storeys import SensorStorey, levels
 
 # Where a plan is cut, above its floor (m): above sills and tables, below the heads of openings.
 CUT_M = 1.1
@@ -25,12 +25,12 @@ CUT_M = 1.1
 BEYOND_M, MARGIN_M, LEAST_M = 4.0, 0.3, 2.0
 
 
-def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[Storey, ...]:
+def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStorey, ...]:
     """The storeys that have sensors, the lowest first, as they are at a whole frame; not to be
     called in a frame handler. Raises SensorError."""
     with at_frame(scene, frame):
         depsgraph = evaluated_depsgraph()
-        home = Home(depsgraph)
+        home = EvaluatedHome(depsgraph)
         seen = [s for s in (placed(home, sensor) for sensor in sensors) if s is not None]
         return tuple(_storey(home, level) for level in levels(home, seen))
 
@@ -51,13 +51,13 @@ def at_frame(scene: Any, frame: int) -> Iterator[None]:
         state.CACHE.running = False
 
 
-def _storey(home: Home, level: Level) -> Storey:
+def _storey(home: EvaluatedHome, level: SensorStorey) -> PlanStorey:
     own = np.concatenate([_extent(sensor) for sensor in level.sensors])
     low, high = own.min(axis=0), own.max(axis=0)
     cut = level.floor + CUT_M
     shapes = shapes_at(home, level.floor, cut, (low - BEYOND_M, high + BEYOND_M))
     view = _view(low, high, shapes)
-    return Storey(level.floor, cut, view, shapes, level.sensors)
+    return PlanStorey(level.floor, cut, view, shapes, level.sensors)
 
 
 def _extent(sensor: SensorInPlan) -> Array:
@@ -65,7 +65,7 @@ def _extent(sensor: SensorInPlan) -> Array:
     return np.concatenate([sensor.at[None], *sensor.fans, *sensor.beams])
 
 
-def _view(low: Array, high: Array, shapes: Sequence[Shape]) -> Array:
+def _view(low: Array, high: Array, shapes: Sequence[PlanShape]) -> Array:
     """The part of the world to show (2, 2): the sensors and the walls around them."""
     within = low - BEYOND_M, high + BEYOND_M
     for shape in shapes:

@@ -14,14 +14,14 @@ from ..kinds import appearance_of
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.sight import SensorRays, sight_of
 from ..runtime.time_base import clock_of
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor
 
 BUNDLE = 0
 
 
-def placed(home: Home, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
+def placed(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
     """The sensor with its session uid, its `height` in the world; None while it is switched off.
     Raises SensorError."""
     sight = sight_of(SensorRunner(sensor, clock_of(home.depsgraph.scene)), home.depsgraph)
@@ -50,14 +50,14 @@ def placed(home: Home, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
     )
 
 
-def _segments(home: Home, sensor: Sensor, rays: SensorRays) -> Array:
+def _segments(home: EvaluatedHome, sensor: Sensor, rays: SensorRays) -> Array:
     """(n, 2, 2) in m: start and end of each ray as seen from above."""
     ranges = home.caster.cast(sensor.uid, BUNDLE, rays.origins, rays.directions, rays.reach)
     ends = rays.origins + rays.directions * ranges[:, None]
     return np.stack([rays.origins[:, :2], ends[:, :2]], axis=1) * home.metres
 
 
-def _outline(home: Home, sensor: Sensor) -> Any:
+def _outline(home: EvaluatedHome, sensor: Sensor) -> Any:
     """(n, 2) in m: the hull, seen from above, of a pad and what belongs to it; None of an empty."""
     own = home.caster.solids.owned_by(sensor.uid)
     points = [surface.points[:, :2] for surface in home.surfaces(own)]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ...sensor_logic.report.facts import Shape
+from ...sensor_logic.report.facts import PlanShape
 from ...sensor_logic.report.sections import Line, cut, from_above
-from ..scene.home import Home, Surface
+from ..scene.home import EvaluatedHome, SolidSurface
 
 # What is cut and rises this far above the floor (m) is a wall: wardrobes and door leaves do not.
 WALL_M = 2.2
@@ -20,18 +20,18 @@ RUG_M, DEPTH_M = 0.06, 0.25
 
 
 def shapes_at(
-    home: Home, floor: float, height: float, area: tuple[Array, Array]
-) -> tuple[Shape, ...]:
+    home: EvaluatedHome, floor: float, height: float, area: tuple[Array, Array]
+) -> tuple[PlanShape, ...]:
     """The shapes of a storey over an `area` (two corners (2,)), cut at a `height`; all in m."""
     wanted = (home.lo[:, 2] < height) & (home.hi[:, 2] > floor - DEPTH_M)
     wanted &= ((home.lo[:, :2] < area[1]) & (home.hi[:, :2] > area[0])).all(axis=1)
-    found: list[Shape] = []
+    found: list[PlanShape] = []
     for surface in home.surfaces(wanted):
         found += _shapes(surface, floor, height)
     return tuple(found)
 
 
-def _shapes(surface: Surface, floor: float, height: float) -> list[Shape]:
+def _shapes(surface: SolidSurface, floor: float, height: float) -> list[PlanShape]:
     points, triangles = surface.points, surface.triangles
     levels = points[triangles, 2] if len(triangles) else np.empty((0, 3))
     below = (levels < height).all(axis=1)
@@ -42,12 +42,12 @@ def _shapes(surface: Surface, floor: float, height: float) -> list[Shape]:
         role = "wall" if top - floor >= WALL_M else "solid"
         if may_move(surface.solid.owner):
             role = "moving"
-        found.append(Shape(role, tuple(lines), height))
+        found.append(PlanShape(role, tuple(lines), height))
     low = below & (levels.max(axis=1, initial=-np.inf) > floor - DEPTH_M)
     lines = from_above(points, triangles[low])
     if lines:
         top = float(levels[low].max())
-        found.append(Shape("floor" if top - floor < RUG_M else "low", _closed(lines), top))
+        found.append(PlanShape("floor" if top - floor < RUG_M else "low", _closed(lines), top))
     return found
 
 

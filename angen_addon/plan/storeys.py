@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...sensor_logic.report.facts import SensorInPlan
-from ..scene.home import Home
+from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
 
 # Rays go down around the sensor, at these distances from it (m).
@@ -27,14 +27,14 @@ BUNDLE_UP, BUNDLE_DOWN = -1, -2
 
 
 @dataclass(frozen=True)
-class Level:
+class SensorStorey:
     """A storey: height of its floor in m, and its sensors, by name."""
 
     floor: float
     sensors: tuple[SensorInPlan, ...]
 
 
-def levels(home: Home, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> list[Level]:
+def levels(home: EvaluatedHome, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> list[SensorStorey]:
     """The storeys, the lowest first, of sensors that come with their session uids; their `height`,
     which is that in the world, becomes that above the floor."""
     found: list[tuple[float, SensorInPlan]] = []
@@ -55,16 +55,16 @@ def levels(home: Home, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> list[Leve
     return [_level(group) for group in groups]
 
 
-def _level(group: list[tuple[float, SensorInPlan]]) -> Level:
+def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
     counted = Counter(round(floor / GRAIN_M) for floor, _ in group)
     # The upper one of two: what lies in a floor has its underside below.
     most = max(counted, key=lambda grain: (counted[grain], grain))
     floor = min(floor for floor, _ in group if round(floor / GRAIN_M) == most)
     members = [replace(sensor, height=sensor.height - floor) for _, sensor in group]
-    return Level(floor, tuple(sorted(members, key=lambda sensor: sensor.name)))
+    return SensorStorey(floor, tuple(sorted(members, key=lambda sensor: sensor.name)))
 
 
-def _floor_below(home: Home, uid: Uid, sensor: SensorInPlan) -> float | None:
+def _floor_below(home: EvaluatedHome, uid: Uid, sensor: SensorInPlan) -> float | None:
     """Height in m of what most rays down meet; the lower of two that as many do."""
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     offsets = np.array(

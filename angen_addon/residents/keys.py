@@ -18,7 +18,7 @@ from mathutils import Matrix, Quaternion
 from ...sensor_logic.model import Array, Index
 from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.body.channels import channels
-from ...sensor_logic.residents.body.pose import Pose
+from ...sensor_logic.residents.body.pose import BodyPose as Pose
 from ...sensor_logic.residents.body.reach import palm, upright
 from ...sensor_logic.residents.body.solve import Bones, solve
 from ...sensor_logic.residents.body.turns import ease, mix, mix_turns, times, turned

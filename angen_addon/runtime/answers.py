@@ -21,7 +21,7 @@ from ..scene.contact.frame_state import gravity_of
 from ..scene.instances import matrix_of as matrix_in
 from ..scene.instances import shown_in
 from ..scene.light.probe import LightRequest
-from ..scene.rays.sweep import TOLERANCE, Beam, SolidsAtStep
+from ..scene.rays.sweep import TOLERANCE, SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
 from .last_rays import RaysMet
 from .probes import Probes
@@ -64,7 +64,7 @@ class Swept:
     step: int
     pose: Pose
     origins: Array
-    beam: Beam
+    beam: SweptRays
     solids: SolidsAtStep
 
 
@@ -143,7 +143,7 @@ def _swept_at(
     if before is not None and before.pose is pose and before.origins is origins:
         beam = before.beam
     else:
-        beam = Beam(matrix_of(pose, metres), origins / metres, directions, length / metres)
+        beam = SweptRays(matrix_of(pose, metres), origins / metres, directions, length / metres)
     sweeper = asked.probes.sweeper
     now = sweeper.solids_at(frame)
     asked.runner.swept = Swept(step, pose, origins, beam, now)

@@ -20,7 +20,7 @@ from .sensors import unit_scale
 
 
 @dataclass(frozen=True)
-class Surface:
+class SolidSurface:
     """A solid's corners (n, 3) in m in the world, and triangles (m, 3) that face outwards."""
 
     solid: Solid
@@ -28,7 +28,7 @@ class Surface:
     triangles: NDArray[np.int32]
 
 
-class Home:
+class EvaluatedHome:
     """The scene as a depsgraph has it evaluated; `metres` in a unit of Blender. `rows` (k,) are the
     solids that rays of nobody in particular meet: all, if it is not a part."""
 
@@ -42,7 +42,7 @@ class Home:
         self.lo, self.hi = solids.lo * self.metres, solids.hi * self.metres
         self.rows = np.arange(len(solids.solids))
 
-    def part(self, wanted: Callable[[Solid], bool]) -> Home:
+    def part(self, wanted: Callable[[Solid], bool]) -> EvaluatedHome:
         """The same home, of which rays meet only those solids that are wanted."""
         found, solids = copy(self), self.caster.solids.solids
         found.rows = np.array([row for row in self.rows.tolist() if wanted(solids[row])], np.intp)
@@ -59,7 +59,7 @@ class Home:
             * self.metres
         )
 
-    def surfaces(self, wanted: NDArray[np.bool_]) -> Iterator[Surface]:
+    def surfaces(self, wanted: NDArray[np.bool_]) -> Iterator[SolidSurface]:
         """The surfaces of those solids that a mask (n,) chooses.
 
         They are read as Blender lists them: what geometry nodes make lives no longer than that.
@@ -84,4 +84,4 @@ class Home:
             with np.errstate(all="ignore"):
                 placed = (points @ matrix[:3, :3].T + matrix[:3, 3]) * self.metres
                 mirrored = float(np.linalg.det(matrix[:3, :3])) < 0.0
-            yield Surface(solid, placed, triangles[:, ::-1] if mirrored else triangles)
+            yield SolidSurface(solid, placed, triangles[:, ::-1] if mirrored else triangles)

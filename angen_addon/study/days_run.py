@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.days.rows import Day, Days
+from ...sensor_logic.days.rows import Day, DayRows
 from ...sensor_logic.files import OutputError, write_files
 from ...sensor_logic.study import truth
 from ...sensor_logic.study.digest import digest_of
@@ -83,7 +83,7 @@ def measured(
     together: Sequence[Day], task: Task, on: Sequence[Sensor]
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Of a run, among those that lived these days together: measures by name, and tables."""
-    tables = Days.of([day_of_run(day, on) for day in together]).files()
+    tables = DayRows.of([day_of_run(day, on) for day in together]).files()
     sensors = named(on)
     rooms = {sensor.name: sensor.room for sensor in sensors}
     lived = truth.read(tables, task.days)

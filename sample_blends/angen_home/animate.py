@@ -13,7 +13,7 @@ from angen_sensors.angen_addon.residents.keys import TILT
 from angen_sensors.angen_addon.residents.person import add_person, body_of
 from angen_sensors.sensor_logic.residents.acted import Acted, Switch
 from angen_sensors.sensor_logic.residents.body.channels import channels
-from angen_sensors.sensor_logic.residents.body.pose import Pose
+from angen_sensors.sensor_logic.residents.body.pose import BodyPose
 from angen_sensors.sensor_logic.residents.body.reach import palm, upright
 from angen_sensors.sensor_logic.residents.body.solve import Bones, solve
 from angen_sensors.sensor_logic.residents.body.turns import (
@@ -83,7 +83,7 @@ def _object(name: str) -> bpy.types.Object:
     return obj
 
 
-def _bake_person(rig: bpy.types.Object, pose: Pose, bones: Bones) -> None:
+def _bake_person(rig: bpy.types.Object, pose: BodyPose, bones: Bones) -> None:
     rest = {b.name: np.array(b.matrix_local.to_quaternion()) for b in rig.data.bones}
     curves = Curves(rig, "Story person")
     for path, axis, values in channels(pose, rest, bones):
@@ -92,7 +92,7 @@ def _bake_person(rig: bpy.types.Object, pose: Pose, bones: Bones) -> None:
 
 
 def _bake_prop(
-    prop: bpy.types.Object, acted: Acted, times: np.ndarray, pose: Pose, bones: Bones
+    prop: bpy.types.Object, acted: Acted, times: np.ndarray, pose: BodyPose, bones: Bones
 ) -> None:
     holds = acted.holds[prop.name]
     at, turn = np.zeros((len(times), 3)), np.zeros((len(times), 4))

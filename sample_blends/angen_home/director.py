@@ -12,10 +12,10 @@ from types import SimpleNamespace
 import numpy as np
 from angen_sensors.sensor_logic.residents.acted import SITTING, Acted
 from angen_sensors.sensor_logic.residents.acting.actor import REACH, SWING, Actor
-from angen_sensors.sensor_logic.residents.acting.home import Home
-from angen_sensors.sensor_logic.residents.acting.words import Step, read_step
+from angen_sensors.sensor_logic.residents.acting.home import HomeInUse
+from angen_sensors.sensor_logic.residents.acting.words import ActivityStep, read_step
 from angen_sensors.sensor_logic.residents.body.build import ADULT
-from angen_sensors.sensor_logic.residents.body.pose import Pose
+from angen_sensors.sensor_logic.residents.body.pose import BodyPose
 from angen_sensors.sensor_logic.residents.body.reach import carrying
 from angen_sensors.sensor_logic.residents.body.turns import ease
 from angen_sensors.sensor_logic.residents.places import LIE, SIT
@@ -52,7 +52,7 @@ class Director(Actor):
     """Where everybody and everything is while the story goes on."""
 
     def __init__(self, start: str) -> None:
-        super().__init__(PERSON, ADULT, Home(PLACES, None), 0.0)
+        super().__init__(PERSON, ADULT, HomeInUse(PLACES, None), 0.0)
         place = PLACES.places[start]
         self.put_down(place.at, place.yaw, 0)
         self.gate = ""  # the waypoint by which a narrow place is left
@@ -119,14 +119,14 @@ class Director(Actor):
                 del self.falling[name]
                 return
 
-    def go_to(self, step: Step) -> None:
+    def go_to(self, step: ActivityStep) -> None:
         place = places.PLACES.get(step.name)
         if place is None:
             raise ValueError(f"one cannot go there; places: {_listed(places.PLACES)}")
         self.go(place.x, place.y, place_yaw(place), place.waypoint)
 
     # --- doors ----------------------------------------------------------------------------
-    def open_or_close(self, step: Step) -> None:
+    def open_or_close(self, step: ActivityStep) -> None:
         name, opens = step.name.removeprefix("Door "), step.word == "open"
         if name in HINGED:
             is_open = name in self.things_open
@@ -247,7 +247,7 @@ class Director(Actor):
         if prop not in self.hands:
             raise ValueError(f"in the hands is: {', '.join(self.hands) or 'nothing'}")
 
-    def take_prop(self, step: Step) -> None:
+    def take_prop(self, step: ActivityStep) -> None:
         if step.name not in PROPS:
             raise ValueError(f"one cannot take that; props: {_listed(PROPS)}")
         if step.name in self.hands:
@@ -263,7 +263,7 @@ class Director(Actor):
         self._into_hand(step.name, side)
         self.stay(self.now + 0.75)
 
-    def put_prop(self, step: Step) -> None:
+    def put_prop(self, step: ActivityStep) -> None:
         at = _spot(step.at)
         self._check_held(step.name)
         self._check_reach("the spot", at)
@@ -282,17 +282,17 @@ class Director(Actor):
         )
         self.line.gestures.append(carried)
 
-    def drink_from(self, step: Step) -> None:
+    def drink_from(self, step: ActivityStep) -> None:
         self._check_held(step.name)
         self.drink(step.name)
 
-    def use(self, step: Step) -> None:
+    def use(self, step: ActivityStep) -> None:
         at = _spot(step.name)
         self._check_reach("the spot", at)
         self.busy(at, step.lasts or 10.0, STEADY)
 
     # --- sitting and lying ------------------------------------------------------------------
-    def sit_down(self, step: Step) -> None:
+    def sit_down(self, step: ActivityStep) -> None:
         place = PLACES.places[step.name]
         if place.use != SIT:
             raise ValueError(f"one cannot sit there; seats: {', '.join(SEATS)}")
@@ -304,14 +304,14 @@ class Director(Actor):
     def _step_to(self, point: np.ndarray, yaw: float) -> None:
         self.go(*point.tolist(), yaw, self.seat_gate)
 
-    def lie_down(self, step: Step) -> None:
+    def lie_down(self, step: ActivityStep) -> None:
         place = PLACES.places[step.name]
         if self._seated is None or place.use != LIE:
             raise ValueError("one lies down from sitting: sit on the bed's edge first")
         self.lie(place)
 
     # --- the rest -------------------------------------------------------------------------
-    def do(self, step: Step) -> None:
+    def do(self, step: ActivityStep) -> None:
         if step.word in _VERBS:
             _VERBS[step.word](self, step)
         elif step.word == "wait":
@@ -341,7 +341,7 @@ class Director(Actor):
         return Acted(bodies, home.swings, home.switches, home.holds, sips=home.sips)
 
 
-def _breathing(pose: Pose, t: np.ndarray, _w: np.ndarray) -> Pose:
+def _breathing(pose: BodyPose, t: np.ndarray, _w: np.ndarray) -> BodyPose:
     breath = np.stack([0 * t, radians(0.5) * np.sin(1.6 * t), 0 * t], -1)
     return replace(pose, spine=pose.spine - breath, look=pose.look + breath)
 
@@ -356,7 +356,7 @@ def _listed(names: object) -> str:
     return ", ".join(sorted(names))
 
 
-_VERBS: dict[str, Callable[[Director, Step], None]] = {
+_VERBS: dict[str, Callable[[Director, ActivityStep], None]] = {
     "go": Director.go_to,
     "open": Director.open_or_close,
     "close": Director.open_or_close,

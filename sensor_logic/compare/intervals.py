@@ -16,7 +16,7 @@ DAY_S = 86400.0
 
 
 @dataclass
-class Sensor:
+class SensorIntervals:
     """The intervals in which a sensor was on, begin and end in seconds, without intervals that
     begin before or end after the log. `starts`: all changes to on, that of an unfinished interval
     too."""
@@ -27,16 +27,16 @@ class Sensor:
 
 
 @dataclass
-class Home:
+class HomeIntervals:
     """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0."""
 
     name: str
     begin: float
     end: float
-    sensors: dict[str, Sensor]
+    sensors: dict[str, SensorIntervals]
 
 
-def read(path: Path) -> Home:
+def read(path: Path) -> HomeIntervals:
     """Reads an event log, a folder of days, or a log in any of the readable formats.
 
     Raises SourceError, which names the file and the problem, or OSError.
@@ -60,8 +60,8 @@ def _log_changes(log: Log) -> Iterator[Row]:
             yield change.time / 1e6, channel.sensor.name, channel.quantity, change.value
 
 
-def _home(path: Path, rows: Iterable[Row], has_states: bool) -> Home:
-    sensors: dict[str, Sensor] = {}
+def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
+    sensors: dict[str, SensorIntervals] = {}
     since: dict[str, float] = {}
     states: dict[str, bool] = defaultdict(bool)
     begin, last = None, 0.0
@@ -69,7 +69,7 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> Home:
         begin = time if begin is None else begin
         last = time
         first_of_it = name not in sensors
-        sensor = sensors.setdefault(name, Sensor(quantity))
+        sensor = sensors.setdefault(name, SensorIntervals(quantity))
         # A sensor that is on at the start of the log has been so for an unknown time.
         if first_of_it and has_states:
             states[name] = on
@@ -83,4 +83,4 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> Home:
         states[name] = on
     if begin is None:
         raise SourceError(f"{path} has no sensor that is on or off")
-    return Home(path.name, begin, last, sensors)
+    return HomeIntervals(path.name, begin, last, sensors)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..report.svg import BLUE, ORANGE, coordinate, safe, shown_number
-from .intervals import Home
+from .intervals import HomeIntervals
 from .statistics import Measure, Values
 
 PANEL_WIDTH, PANEL_HEIGHT, GAP, COLUMNS = 300.0, 190.0, 40.0, 4
@@ -14,7 +14,7 @@ COLOURS = (BLUE, ORANGE)
 POINTS = 200
 
 
-def svg(one: Home, two: Home, found: list[Measure]) -> str:
+def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
     """Panels of the share of values at or below x, over x on a logarithmic axis, a line per
     home."""
     shown = [m for m in found if any(len(values) for values in m.values)]

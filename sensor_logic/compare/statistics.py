@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from .intervals import DAY_S, Home, Sensor
+from .intervals import DAY_S, HomeIntervals, SensorIntervals
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 Values = npt.NDArray[np.float64]
@@ -51,7 +51,7 @@ def quantiles(values: Values) -> list[float]:
     return [float(q) for q in np.quantile(values, QUANTILES)] if len(values) else [math.nan] * 6
 
 
-def measures(one: Home, two: Home) -> list[Measure]:
+def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
     """All measures of each group of sensors (motion, opening …) that either home has."""
     groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
     return [
@@ -66,16 +66,16 @@ def measures(one: Home, two: Home) -> list[Measure]:
     ]
 
 
-def _of(home: Home, group: str) -> list[Sensor]:
+def _of(home: HomeIntervals, group: str) -> list[SensorIntervals]:
     return [sensor for sensor in home.sensors.values() if sensor.quantity == group]
 
 
-def on_times(home: Home, group: str) -> Values:
+def on_times(home: HomeIntervals, group: str) -> Values:
     """The durations in s of all complete intervals in which a sensor was on."""
     return _seconds([end - begin for s in _of(home, group) for begin, end in s.intervals])
 
 
-def gaps(home: Home, group: str) -> Values:
+def gaps(home: HomeIntervals, group: str) -> Values:
     """The times in s from each change to on, of any sensor of the group, to the next."""
     return _seconds(np.diff(np.sort([start for s in _of(home, group) for start in s.starts])))
 
@@ -85,14 +85,14 @@ def _seconds(values: list[float] | Values) -> Values:
     return np.round(np.asarray(values, float), 6)
 
 
-def counts(home: Home, group: str) -> Values:
+def counts(home: HomeIntervals, group: str) -> Values:
     """How often each sensor went on, a value for each sensor and day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
-def shares(home: Home, group: str) -> Values:
+def shares(home: HomeIntervals, group: str) -> Values:
     """The percentage of each day in which any sensor of the group was on, a value for each day."""
     merged: list[list[float]] = []
     for begin, end in sorted(i for s in _of(home, group) for i in s.intervals):
@@ -108,7 +108,7 @@ def shares(home: Home, group: str) -> Values:
     return np.array([(w[:, 1] - w[:, 0]).sum() * scale / DAY_S * 100.0 for w in within])
 
 
-def _days(home: Home) -> tuple[Values, float]:
+def _days(home: HomeIntervals) -> tuple[Values, float]:
     """The edges (s) of the log's days, 24 hours each from its begin, and the factor for counts.
     Time after the last whole day is ignored; a log of less than a day is scaled to one."""
     whole = int((home.end - home.begin) // DAY_S)

@@ -6,13 +6,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .intervals import Home
+from .intervals import HomeIntervals
 from .statistics import QUANTILES, Measure, quantiles
 
 HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
 
 
-def text(one: Home, two: Home, found: list[Measure]) -> str:
+def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
     """For each measure a line with the distance, and a row for each home."""
     width = max(len(one.name), len(two.name), 8)
     lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
@@ -30,7 +30,7 @@ def _short(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.4g}"
 
 
-def data(one: Home, two: Home, found: list[Measure]) -> dict[str, Any]:
+def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[str, Any]:
     """The comparison for programs; null where there are no values."""
     return {
         "logs": [one.name, two.name],

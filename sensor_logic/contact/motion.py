@@ -23,7 +23,7 @@ MARGIN_REST_SPEED = 0.10
 
 
 @dataclass(frozen=True)
-class Motion:
+class RigidMotion:
     """Velocity (3,) in m/s, acceleration (3,) in m/s², angular velocity `spin` (3,) in rad/s,
     angular acceleration `spin_change` (3,) in rad/s², and how far the body moves in a frame,
     `reach` in m."""
@@ -40,12 +40,12 @@ class Motion:
         return any(bool(part.any()) for part in parts)
 
 
-AT_REST = Motion(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0.0)
+AT_REST = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0.0)
 
 
 def motion(
     before: Array, now: Array, after: Array, dt: float, size: float, rest_speed: float = REST_SPEED
-) -> Motion:
+) -> RigidMotion:
     """Motion at `now` from three world poses (4, 4), `dt` seconds apart, in metres.
 
     `size` is the distance from the origin, which is the centre of mass, to the body's rim. Slower
@@ -64,12 +64,14 @@ def motion(
     fastest = max(max(_length(step_in), _length(step_out)) / dt, spinning)
     if fastest < rest_speed:
         still = np.zeros(3)
-        return Motion(still, still, still, still, reach)
-    return Motion(velocity, (step_out - step_in) / dt**2, spin, (spin_out - spin_in) / dt, reach)
+        return RigidMotion(still, still, still, still, reach)
+    return RigidMotion(
+        velocity, (step_out - step_in) / dt**2, spin, (spin_out - spin_in) / dt, reach
+    )
 
 
 def wrench(
-    moved: Motion,
+    moved: RigidMotion,
     pose: Array,
     mass: float,
     inertia: Array,

@@ -50,7 +50,7 @@ class RequiredLoad:
 
 
 @dataclass(frozen=True)
-class Ground:
+class BareSurface:
     """A surface without a node, which therefore passes no weight on: its object's name, its solid's
     number, and the places (k, 3) in m where a body stands on it."""
 
@@ -67,7 +67,7 @@ class Support:
     node: Key
     places: Array
     areas: Array
-    ground: tuple[Ground, ...] = ()
+    ground: tuple[BareSurface, ...] = ()
 
 
 class World(Protocol):

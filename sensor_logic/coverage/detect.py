@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from ..model import Array
 from .detectors import SAMPLE_EVERY, Response, filtered
-from .motions import Hits, Motion, Rays, Start, hits
+from .motions import BodyHits, Motion, Rays, Start, hits
 
 # Bodies times rays in one batch, to bound the memory.
 AT_ONCE = 1_500_000
 
 
-class View(Protocol):
+class DetectorView(Protocol):
     """One detector in the room, and its response to motions."""
 
     def strengths(self, motion: Motion, start: Start) -> Array:
@@ -183,7 +183,7 @@ def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
         largest[body[first]] = np.maximum(largest[body[first]], most)
 
 
-def _met_at(met: Hits, range_min: float) -> Array:
+def _met_at(met: BodyHits, range_min: float) -> Array:
     """The distances (n,) in m of the hits from the origin; a ray, which begins at `range_min`, hits
     the far side of a body that it begins in."""
     at = np.where(met.enter >= range_min, met.enter, met.leave)

@@ -151,7 +151,7 @@ MOTIONS: Mapping[str, Motion] = {
 }
 
 
-class Hits(NamedTuple):
+class BodyHits(NamedTuple):
     """Pairs (n,) of a `body` and a `ray` that hits it, by number, and the distances in m from the
     rays' origin at which the ray would `enter` and `leave` the body. The origin may be inside."""
 
@@ -245,7 +245,7 @@ class Rays:
         return np.where(never, np.inf, enter), np.where(never, -np.inf, leave)
 
 
-def hits(motion: Motion, start: Start, time: float, rays: Rays) -> Hits:
+def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
     """The hits of rays and bodies, `time` s after the bodies start."""
     gone = np.minimum(motion.speed * max(time, 0.0), start.length)
     turned = start.heading if motion.walks else start.heading + gone
@@ -267,7 +267,7 @@ def hits(motion: Motion, start: Start, time: float, rays: Rays) -> Hits:
     level = _slab(d[:, 2], low[body] + half, half)
     enter, leave = np.maximum(enter, level[0]), np.minimum(leave, level[1])
     met = (leave >= enter) & (leave > 0.0)
-    return Hits(body[met], ray[met], enter[met], leave[met])
+    return BodyHits(body[met], ray[met], enter[met], leave[met])
 
 
 def _near(

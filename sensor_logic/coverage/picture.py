@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..report.facts import Storey
+from ..report.facts import PlanStorey
 from ..report.floor_plan import WIDTH, Frame, floor_plan
 from ..report.svg import coordinate, safe, shown_number, text_width
 from ..report.theme import plain_style
@@ -25,7 +25,7 @@ HATCH = (
 )
 
 
-def svg(coverage: CoverageMap, storeys: Sequence[Storey], title: str) -> str:
+def svg(coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str) -> str:
     """`storeys` as of the report's plans, in the order of the map's."""
     numbers = {name: i + 1 for i, name in enumerate(coverage.sensors)}
     kinds = dict.fromkeys(coverage.sensors, DETECTOR.identifier)

@@ -24,7 +24,7 @@ Sets = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Choice:
+class ChosenPlaces:
     """The rows `chosen` in the order of their gains; the weight that they cover (`covered`), that
     which the greedy choice covered (`greedy`), and a `bound` that no choice of as many exceeds."""
 
@@ -40,7 +40,7 @@ class Choice:
         return self.covered / self.bound if self.bound > 0.0 else 1.0
 
 
-def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) -> Choice:
+def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) -> ChosenPlaces:
     """Chooses at most `count` of the sets (m, n), which cover items (n,) of `weights`. The seed
     decides between equally good sets. Raises ValueError."""
     if count < 1:
@@ -59,7 +59,7 @@ def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) 
     covered = _value(shuffled, chosen, worth)
     ranked = _ranked(shuffled, chosen, worth)
     rows = tuple(int(order[i]) for i in ranked)
-    return Choice(rows, covered, greedy, max(min(bounds), covered), swaps)
+    return ChosenPlaces(rows, covered, greedy, max(min(bounds), covered), swaps)
 
 
 def _value(sets: Sets, chosen: list[int], worth: Array) -> float:

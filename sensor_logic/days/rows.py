@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from typing import Any, NamedTuple
 
-from ..formats.log import Activity, Log, SensorFacts
+from ..formats.log import Log, LoggedActivity, SensorFacts
 from ..formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
 from ..log.event_log import Event, to_csv
-from .truth import DAY_S, US, Where, joined
+from .truth import DAY_S, US, Whereabouts, joined
 
 PEOPLE_HEADER = ("time", "person", "room", "x_m", "y_m", "z_m", "posture")
 DAY_US = round(DAY_S) * US
@@ -39,8 +39,8 @@ class Day:
 
     date: date
     events: tuple[Happening, ...]
-    activities: tuple[Activity, ...]
-    people: tuple[Where, ...]
+    activities: tuple[LoggedActivity, ...]
+    people: tuple[Whereabouts, ...]
 
     def as_json(self, digest: str) -> str:
         """To be kept; `digest` tells the run that it is of."""
@@ -62,13 +62,13 @@ class Day:
             if found["run"] != digest:
                 return None
             people = [
-                Where(t, person, room, None if at is None else tuple(at), posture)
+                Whereabouts(t, person, room, None if at is None else tuple(at), posture)
                 for t, person, room, at, posture in found["people"]
             ]
             return cls(
                 date.fromisoformat(found["date"]),
                 tuple(Happening(*row) for row in found["events"]),
-                tuple(Activity(*row) for row in found["activities"]),
+                tuple(LoggedActivity(*row) for row in found["activities"]),
                 tuple(people),
             )
         except (KeyError, TypeError) as error:
@@ -76,16 +76,16 @@ class Day:
 
 
 @dataclass(frozen=True)
-class Days:
+class DayRows:
     """Days that follow each other: times in µs since the first midnight, `start`."""
 
     start: date
     events: tuple[Happening, ...]
-    activities: tuple[Activity, ...]
-    people: tuple[Where, ...]
+    activities: tuple[LoggedActivity, ...]
+    people: tuple[Whereabouts, ...]
 
     @classmethod
-    def of(cls, days: Sequence[Day]) -> Days:
+    def of(cls, days: Sequence[Day]) -> DayRows:
         """One after the other; what is at a midnight as it was before is told once."""
         return cls(
             days[0].date,
@@ -121,7 +121,7 @@ class Days:
         """For the formats of other tools; `labels`: what they call an activity."""
         events = [Event(e.time / US, e.sensor, e.field, 0.0, e.kind, e.value) for e in self.events]
         activities = [
-            Activity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
+            LoggedActivity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
             for a in self.activities
         ]
         begin = datetime.combine(self.start, time())
@@ -139,8 +139,8 @@ def _events(days: Sequence[Day]) -> Iterator[Happening]:
             yield event._replace(time=event.time + number * DAY_US)
 
 
-def _people(days: Sequence[Day]) -> Iterator[Where]:
-    last: dict[str, Where] = {}
+def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
+    last: dict[str, Whereabouts] = {}
     for number, day in enumerate(days):
         for where in day.people:
             before = last.get(where.person)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..formats.log import Activity
+from ..formats.log import LoggedActivity
 from ..model import Array
 from ..residents.acted import AWAY, Acted
 
@@ -18,7 +18,7 @@ US = 1_000_000
 TELL_EVERY, LOOK_EVERY = 60.0, 1.0
 
 
-class Where(NamedTuple):
+class Whereabouts(NamedTuple):
     """Where somebody was: `time` in µs since midnight, or since the first midnight of several days;
     the middle of the hips in m. Who is away has no place."""
 
@@ -33,28 +33,28 @@ class Where(NamedTuple):
 RoomAt = Callable[[Array], str]
 
 
-def activities(acted: Acted, room_of: Callable[[str], str]) -> list[Activity]:
+def activities(acted: Acted, room_of: Callable[[str], str]) -> list[LoggedActivity]:
     """What was done between midnight and midnight; `room_of` tells a place's room. Times in µs."""
     found = []
     for done in acted.activities:
         start, end = (round(min(max(t, 0.0), DAY_S) * US) for t in (done.start, done.end))
         if start < end:
             room = room_of(done.place)
-            found.append(Activity(start, end, done.person, done.activity, room))
+            found.append(LoggedActivity(start, end, done.person, done.activity, room))
     return sorted(found)
 
 
-def people(acted: Acted, room_at: RoomAt) -> list[Where]:
+def people(acted: Acted, room_at: RoomAt) -> list[Whereabouts]:
     """Everybody at midnight, at each change of posture, room or place, and at least each minute of
     movement."""
     found = [where for person in acted.bodies for where in _person(acted, person, room_at)]
     return sorted(found, key=lambda where: (where.time, where.person))
 
 
-def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Where]:
+def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Whereabouts]:
     body = acted.bodies[person]
     moving = body.moving()
-    last: Where | None = None
+    last: Whereabouts | None = None
     stays = [s for s in acted.where if s.person == person and s.start < DAY_S and s.end > 0.0]
     looks = [_looks(max(s.start, 0.0), min(s.end, DAY_S), moving) for s in stays]
     # Of all at once: each call goes through all gestures of the day.
@@ -69,7 +69,7 @@ def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Where]:
             if same and time - told < TELL_EVERY - 1e-6:
                 continue
             told = time
-            last = Where(round(time * US), person, room, place, stay.posture)
+            last = Whereabouts(round(time * US), person, room, place, stay.posture)
             yield last
 
 
@@ -89,10 +89,10 @@ def _looks(first: float, end: float, moving: Array) -> Array:
     return np.unique(np.concatenate(parts))
 
 
-def joined(parts: Iterable[Iterable[Activity]]) -> list[Activity]:
+def joined(parts: Iterable[Iterable[LoggedActivity]]) -> list[LoggedActivity]:
     """The activities of days one after the other, in time since the first midnight: what goes on
     over midnight is one."""
-    found: list[Activity] = []
+    found: list[LoggedActivity] = []
     open_: dict[tuple[str, str, str], int] = {}
     for number, part in enumerate(parts):
         shift = round(number * DAY_S) * US
@@ -101,8 +101,8 @@ def joined(parts: Iterable[Iterable[Activity]]) -> list[Activity]:
             start, end = a.start + shift, a.end + shift
             before = open_.get(key)
             if before is not None and start == shift and found[before].end == start:
-                found[before] = Activity(found[before].start, end, *key)
+                found[before] = LoggedActivity(found[before].start, end, *key)
             else:
                 open_[key] = len(found)
-                found.append(Activity(start, end, *key))
+                found.append(LoggedActivity(start, end, *key))
     return sorted(found)

@@ -2,7 +2,7 @@
 """Simulated faults: changes a log as lost messages, bad clocks and stuck sensors would."""
 
 from .make import FaultyLog, make_faults
-from .plan import Fault, Plan, read_plan
+from .plan import Fault, FaultPlan, read_plan
 from .truth import truth_csv, undo
 
-__all__ = ["Fault", "FaultyLog", "Plan", "make_faults", "read_plan", "truth_csv", "undo"]
+__all__ = ["Fault", "FaultPlan", "FaultyLog", "make_faults", "read_plan", "truth_csv", "undo"]

@@ -19,14 +19,14 @@ from itertools import groupby
 import numpy as np
 
 from ..formats.log import Change, Channel, Log, SensorFacts, Value
-from .plan import Fault, Plan, Range
+from .plan import Fault, FaultPlan, Range
 
 DAY_S = 86400.0
 Span = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Row:
+class FaultyRow:
     """A row of the faulty log, or one that is missing from it: its `change` in the faulty log; its
     index in the log without faults, `origin` (None: it was added); the `faults` that changed it;
     `is_first`: it is the initial state of its field."""
@@ -41,12 +41,12 @@ class Row:
         channel = self.change.channel
         return self.change.time, channel.sensor.name, channel.field
 
-    def with_fault(self, fault: str, time: int | None = None) -> Row:
+    def with_fault(self, fault: str, time: int | None = None) -> FaultyRow:
         """The row with one more fault, and at another `time` (microseconds) if one is given."""
         change = self.change
         if time is not None:
             change = Change(time, change.channel, change.value, change.frame)
-        return Row(change, self.origin, (*self.faults, fault), self.is_first)
+        return FaultyRow(change, self.origin, (*self.faults, fault), self.is_first)
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class FaultyLog:
 
     log: Log
     clean: Log
-    rows: list[Row]
-    missing: list[Row]
+    rows: list[FaultyRow]
+    missing: list[FaultyRow]
     drawn: list[DrawnFault]
 
 
@@ -76,12 +76,12 @@ class _Sensor:
     """One sensor's rows while the faults are added one by one."""
 
     facts: SensorFacts
-    rows: list[Row]
+    rows: list[FaultyRow]
     seed: int
     span: Span
     frame_at: Callable[[int], float]
     table: int = 0
-    missing: list[Row] = field(default_factory=list)
+    missing: list[FaultyRow] = field(default_factory=list)
     drawn: list[DrawnFault] = field(default_factory=list)
 
     def generator(self, fault: str) -> np.random.Generator:
@@ -92,27 +92,27 @@ class _Sensor:
     def note(self, fault: str, time: int, text: str) -> None:
         self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
-    def messages(self) -> Iterator[list[Row]]:
+    def messages(self) -> Iterator[list[FaultyRow]]:
         """The rows of each time, without the initial states."""
         later = [row for row in self.rows if not row.is_first]
         return (list(rows) for _, rows in groupby(later, key=lambda row: row.change.time))
 
-    def replace_messages(self, rows: Iterable[Row]) -> None:
+    def replace_messages(self, rows: Iterable[FaultyRow]) -> None:
         """Replaces all rows except the initial states."""
         first = [row for row in self.rows if row.is_first]
         self.rows = sorted([*first, *rows], key=lambda row: row.key)
 
 
-def make_faults(log: Log, plan: Plan) -> FaultyLog:
+def make_faults(log: Log, plan: FaultPlan) -> FaultyLog:
     """The log with the plan's faults."""
     first = {id(change) for change in log.initial().values()}
-    of: dict[SensorFacts, list[Row]] = defaultdict(list)
+    of: dict[SensorFacts, list[FaultyRow]] = defaultdict(list)
     for index, change in enumerate(log.changes):
-        of[change.channel.sensor].append(Row(change, index, (), id(change) in first))
+        of[change.channel.sensor].append(FaultyRow(change, index, (), id(change) in first))
     span = (log.changes[0].time, log.changes[-1].time) if log.changes else (0, 0)
-    same: list[Row] = []
-    other: list[Row] = []
-    missing: list[Row] = []
+    same: list[FaultyRow] = []
+    other: list[FaultyRow] = []
+    missing: list[FaultyRow] = []
     drawn: list[DrawnFault] = []
     frame_at = _frames(log)
     for sensor, rows in of.items():
@@ -137,7 +137,11 @@ def _frames(log: Log) -> Callable[[int], float]:
 
 
 def _faults_of(
-    sensor: SensorFacts, rows: list[Row], plan: Plan, span: Span, frame_at: Callable[[int], float]
+    sensor: SensorFacts,
+    rows: list[FaultyRow],
+    plan: FaultPlan,
+    span: Span,
+    frame_at: Callable[[int], float],
 ) -> _Sensor:
     done = _Sensor(sensor, rows, plan.seed, span, frame_at)
     for done.table, fault in enumerate(plan.faults):
@@ -206,12 +210,12 @@ def _force(
     """Holds a field at a value (None: at its last one) during the spans, which are in order and do
     not overlap; at the end of each span the field returns to the sensed value."""
     rows = [row for row in sensor.rows if row.change.channel is channel]
-    out: list[Row] = []
+    out: list[FaultyRow] = []
     at = 0
 
     def add(time: int, added: Value, is_first: bool = False) -> None:
         change = Change(time, channel, added, sensor.frame_at(time))
-        out.append(Row(change, None, (fault,), is_first))
+        out.append(FaultyRow(change, None, (fault,), is_first))
 
     for begin, end in spans:
         while at < len(rows) and rows[at].change.time < begin:
@@ -248,7 +252,7 @@ def _battery(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _drop(sensor: _Sensor, fault: str, is_dropped: Callable[[int], bool]) -> None:
-    left: list[Row] = []
+    left: list[FaultyRow] = []
     for rows in sensor.messages():
         if is_dropped(rows[0].change.time):
             sensor.missing += [row.with_fault(fault) for row in rows]
@@ -298,7 +302,7 @@ def _late(sensor: _Sensor, fault: Fault) -> None:
 def _doubled(sensor: _Sensor, fault: Fault) -> None:
     if fault.doubled:
         rng = sensor.generator("doubled")
-        out: list[Row] = []
+        out: list[FaultyRow] = []
         for rows in sensor.messages():
             out += rows
             is_doubled, after = rng.random() < fault.doubled, rng.uniform(*fault.doubled_after)

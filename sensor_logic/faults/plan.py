@@ -92,7 +92,7 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class Plan:
+class FaultPlan:
     """A faults file. `places`: file and line of each fault's sensors, for messages."""
 
     seed: int
@@ -115,7 +115,7 @@ def _matches(name: str, pattern: str) -> bool:
     return name == pattern or fnmatchcase(name, pattern)
 
 
-def read_plan(path: Path) -> Plan:
+def read_plan(path: Path) -> FaultPlan:
     """Reads a faults file. Raises SourceError, which names file and line, or OSError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -135,7 +135,9 @@ def read_plan(path: Path) -> Plan:
     if not (isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables)):
         raise SourceError(f"{path} has no table [[fault]]")
     faults = tuple(_fault(where, number, table) for number, table in enumerate(tables))
-    return Plan(seed, faults, tuple(where.of("sensors", number) for number in range(len(tables))))
+    return FaultPlan(
+        seed, faults, tuple(where.of("sensors", number) for number in range(len(tables)))
+    )
 
 
 class _Places:

@@ -17,7 +17,7 @@ from datetime import datetime
 from pathlib import Path
 
 from . import key
-from .log import Activity, Change, Channel, Log, titles
+from .log import Change, Channel, Log, LoggedActivity, titles
 from .names import camel, label, unique
 from .read import ParsedLog
 from .written import FormatFiles
@@ -139,7 +139,7 @@ def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[
     return found, notes
 
 
-def _label(log: Log, activity: Activity) -> str:
+def _label(log: Log, activity: LoggedActivity) -> str:
     """An activity's label, with the person's name where there are several: `R1_Sleeping`."""
     name = label(activity.activity)
     return f"{label(activity.person)}_{name}" if len(log.people) > 1 else name
@@ -151,7 +151,7 @@ class _Inside:
     def __init__(self, log: Log) -> None:
         self.log = log
         self.coming = sorted(log.activities, key=lambda activity: activity.start, reverse=True)
-        self.present: list[Activity] = []
+        self.present: list[LoggedActivity] = []
 
     def at(self, time: int) -> str:
         while self.coming and self.coming[-1].start <= time:

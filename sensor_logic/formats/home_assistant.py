@@ -51,7 +51,7 @@ class Message(NamedTuple):
     payload: str
 
 
-class Home:
+class HomeMessages:
     """The MQTT messages of a home's sensors; their topics are all below `topic`."""
 
     def __init__(
@@ -148,7 +148,7 @@ def is_config_of(topic: str, message: Message) -> bool:
 
 def write(log: Log) -> FormatFiles:
     """Discovery and "online", then every state change, and "offline" at the end."""
-    home = Home(log.channels, version=log.about.get("versions.angen_sensors", "unknown"))
+    home = HomeMessages(log.channels, version=log.about.get("versions.angen_sensors", "unknown"))
     messages = [(0, message) for message in (*home.discovery(), home.status(ONLINE))]
     for change in log.changes:
         messages.append((change.time, home.state(change.channel, change.value)))

@@ -20,7 +20,7 @@ WORDS = {"ON": "1", "OFF": "0", "OPEN": "1", "CLOSE": "0", "CLOSED": "0"}
 NUMBERED = {"M": "motion", "MA": "motion", "D": "opening", "I": "occupancy", "L": "light"}
 
 
-class Entry(NamedTuple):
+class KeyRow(NamedTuple):
     """A row of the table: the sensor and field of an identifier in the log."""
 
     sensor: str
@@ -73,25 +73,26 @@ def read_rows(
     return found
 
 
-def _change(time: datetime, entry: Entry, text: str) -> DatedChange:
+def _change(time: datetime, entry: KeyRow, text: str) -> DatedChange:
     value = WORDS.get(text.upper(), text)
     return DatedChange(time, entry.sensor, entry.kind, entry.field, value)
 
 
-def _read_table(table: Path) -> dict[str, Entry]:
+def _read_table(table: Path) -> dict[str, KeyRow]:
     if not table.is_file():
         return {}
     with open(table, newline="", encoding="utf-8-sig") as file:
         return {
-            row["id"]: Entry(*(row[name] for name in Entry._fields)) for row in csv.DictReader(file)
+            row["id"]: KeyRow(*(row[name] for name in KeyRow._fields))
+            for row in csv.DictReader(file)
         }
 
 
-def _guessed(name: str, text: str) -> Entry:
+def _guessed(name: str, text: str) -> KeyRow:
     letters = re.fullmatch(r"([A-Z]+)\d+", name)
     is_door = text.upper() not in {"ON", "OFF"} or name.lower().endswith("door")
     quantity = "opening" if is_door else "motion"
     if letters and letters[1] in NUMBERED:
         quantity = NUMBERED[letters[1]]
     kind, field = field_of(quantity)
-    return Entry(name, field, kind, "", "")
+    return KeyRow(name, field, kind, "", "")

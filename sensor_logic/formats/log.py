@@ -57,7 +57,7 @@ class Change:
 
 
 @dataclass(frozen=True, order=True)
-class Activity:
+class LoggedActivity:
     """An activity of a person; times in whole microseconds since the log's start."""
 
     start: int
@@ -77,7 +77,7 @@ class Log:
 
     changes: tuple[Change, ...]
     start: datetime = DEFAULT_START
-    activities: tuple[Activity, ...] = ()
+    activities: tuple[LoggedActivity, ...] = ()
     about: Mapping[str, str] = field(default_factory=dict)
     samples: Recording | None = None
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..log.event_log import format_value
-from .log import Activity, Change, Log, SensorFacts
+from .log import Change, Log, LoggedActivity, SensorFacts
 from .read import DatedChange, ParsedLog, value_text
 from .written import FormatFiles
 
@@ -124,7 +124,7 @@ def _activities(log: Log, number: int) -> list[tuple[int, dict[str, Any]]]:
     return found
 
 
-def _who_and_where(activity: Activity) -> list[dict[str, str]]:
+def _who_and_where(activity: LoggedActivity) -> list[dict[str, str]]:
     found = []
     if activity.person:
         found.append(_relation(f"person:{activity.person}", "done by"))

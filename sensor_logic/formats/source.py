@@ -16,7 +16,7 @@ from ..kinds import KINDS
 from ..log.event_log import HEADER, Event, read_events
 from ..log.start import COLUMN, parse_start
 from ..recording.tracks import Recording
-from .log import DEFAULT_START, Activity, Change, Channel, Log, SensorFacts, Value
+from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, Value
 
 _UTC = UTC
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
@@ -33,7 +33,7 @@ def make_log(
     events: Iterable[Event],
     sensors: Mapping[str, SensorFacts] | None = None,
     start: datetime = DEFAULT_START,
-    activities: Iterable[Activity] = (),
+    activities: Iterable[LoggedActivity] = (),
     about: Mapping[str, str] | None = None,
     samples: Recording | None = None,
 ) -> Log:
@@ -207,7 +207,7 @@ def start_of(text: str) -> datetime | None:
         raise SourceError(str(error)) from None
 
 
-def read_activities(path: Path, start: datetime) -> list[Activity]:
+def read_activities(path: Path, start: datetime) -> list[LoggedActivity]:
     """The rows of an `activities.csv`: start, end, person, activity, room.
 
     Raises SourceError, OSError.
@@ -224,7 +224,7 @@ def read_activities(path: Path, start: datetime) -> list[Activity]:
     return sorted(found)
 
 
-def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> Activity:
+def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> LoggedActivity:
     try:
         begin, end, person, activity, room = row
         first, last = (since(start, datetime.fromisoformat(text)) for text in (begin, end))
@@ -232,7 +232,7 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> A
         raise SourceError(f"{path}: line {number} is not an activity") from None
     if last < first:
         raise SourceError(f"{path}: line {number}: '{activity}' ends before it begins")
-    return Activity(first, last, person, activity, room)
+    return LoggedActivity(first, last, person, activity, room)
 
 
 def since(start: datetime, time: datetime) -> int:

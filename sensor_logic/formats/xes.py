@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 from ..log.event_log import format_value
-from .log import Activity, Change, Log
+from .log import Change, Log, LoggedActivity
 from .read import DatedChange, ParsedLog
 from .written import FormatFiles
 
@@ -47,7 +47,7 @@ def write(log: Log) -> FormatFiles:
         days[_day(log, change.time)].append(change)
     for day, changes in days.items():
         parts += _trace(f"sensors {day}", "sensors", [_change(log, c) for c in changes])
-    lives: dict[tuple[str, str], list[Activity]] = defaultdict(list)
+    lives: dict[tuple[str, str], list[LoggedActivity]] = defaultdict(list)
     for activity in log.activities:
         lives[activity.person, _day(log, activity.start)].append(activity)
     for (person, day), activities in sorted(lives.items()):
@@ -86,7 +86,7 @@ def _change(log: Log, change: Change) -> str:
     )
 
 
-def _activity_events(log: Log, activities: list[Activity]) -> Iterator[str]:
+def _activity_events(log: Log, activities: list[LoggedActivity]) -> Iterator[str]:
     marks = [(a.start, "start", a) for a in activities] + [
         (a.end, "complete", a) for a in activities
     ]

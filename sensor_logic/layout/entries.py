@@ -125,7 +125,7 @@ KEYS: dict[str, Callable[[Any], str]] = {
 
 
 @dataclass(frozen=True)
-class Entry:
+class LayoutEntry:
     """A sensor in a layout: the `values` of its KEYS, and the `lines` where they stand."""
 
     file: str
@@ -183,7 +183,7 @@ def _of_type(default: Any, spec: Spec, value: Any) -> str:
     return _number(value) if isinstance(default, float) else _text(value)
 
 
-def read_layout(path: Path) -> list[Entry]:
+def read_layout(path: Path) -> list[LayoutEntry]:
     """The sensors in a layout file, each checked by itself. Raises LayoutError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -213,15 +213,15 @@ def read_layout(path: Path) -> list[Entry]:
     for key, line in lines.items():
         if key[:depth] == top and len(key) > depth:
             own[int(key[depth])][key[depth + 1 :]] = line
-    entries = [_checked(Entry(path.name, *pair)) for pair in zip(found, own, strict=True)]
+    entries = [_checked(LayoutEntry(path.name, *pair)) for pair in zip(found, own, strict=True)]
     _check_names(entries)
     return entries
 
 
-def _checked(entry: Entry) -> Entry:
+def _checked(entry: LayoutEntry) -> LayoutEntry:
     """The entry, after checking it by itself. Raises LayoutError."""
     if not isinstance(entry.values, dict):
-        raise Entry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
+        raise LayoutEntry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():
         if key not in KEYS:
             raise entry.error(f"'{key}' is unknown: {hint(key, KEYS)}", key)
@@ -241,9 +241,9 @@ def _checked(entry: Entry) -> Entry:
     return entry
 
 
-def _check_names(entries: Iterable[Entry]) -> None:
+def _check_names(entries: Iterable[LayoutEntry]) -> None:
     """Raises LayoutError where two entries have the same sensor."""
-    seen: dict[tuple[str, str], Entry] = {}
+    seen: dict[tuple[str, str], LayoutEntry] = {}
     for entry in entries:
         key = entry.name, entry.values.get("library", "")
         if key in seen:

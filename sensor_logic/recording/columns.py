@@ -30,7 +30,7 @@ Index = NDArray[np.int64]
 Values = NDArray[Any]
 
 
-class Grid(NamedTuple):
+class EvenSpacing(NamedTuple):
     """The numbers `offset` + m × `spacing`, for whole m."""
 
     offset: int
@@ -68,7 +68,9 @@ class Column(Sequence[Any]):
     """Values of one type (bool, int, float or str); booleans are stored as 0 and 1, texts as
     indices into `texts`. `grid`: the grid on which floats usually are."""
 
-    def __init__(self, of: type, values: Iterable[Any] = (), grid: Grid | None = None) -> None:
+    def __init__(
+        self, of: type, values: Iterable[Any] = (), grid: EvenSpacing | None = None
+    ) -> None:
         self.type = of
         self._grid = grid
         self._code = CODES[of]
@@ -220,7 +222,7 @@ def _same(one: Values, other: Values) -> bool:
     return one.tobytes() == other.tobytes()
 
 
-def _packed_on(grid: Grid | None, values: Values) -> _Packed | None:
+def _packed_on(grid: EvenSpacing | None, values: Values) -> _Packed | None:
     """The values as differences of grid steps; None where they are not on the grid."""
     steps = grid.steps(values) if grid is not None else None
     if steps is None:

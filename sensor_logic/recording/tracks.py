@@ -15,7 +15,7 @@ from ..clock import Clock
 from ..kind import Field, Kind
 from ..kinds import KINDS
 from ..model import Reading
-from .columns import Column, Grid
+from .columns import Column, EvenSpacing
 
 
 @dataclass(eq=False)
@@ -36,8 +36,8 @@ class Track:
     def __post_init__(self) -> None:
         frames = times = None
         if self.clock is not None:
-            frames = Grid(self.clock.frame_start, Fraction(1, self.clock.substeps))
-            times = Grid(0, 1 / self.clock.steps_per_second)
+            frames = EvenSpacing(self.clock.frame_start, Fraction(1, self.clock.substeps))
+            times = EvenSpacing(0, 1 / self.clock.steps_per_second)
         self.frames, self.times = Column(float, grid=frames), Column(float, grid=times)
         self.active, self.value = Column(bool), Column(float)
         self.columns = {f.name: Column(f.type) for f in self.kind.samples}

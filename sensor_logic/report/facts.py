@@ -12,7 +12,7 @@ from .sections import Line
 
 
 @dataclass(frozen=True)
-class SensorFacts:
+class ReportedSensor:
     """A sensor of the run: `period` (s) between its updates; `settings` are those that differ from
     the defaults, as (name, value with unit)."""
 
@@ -24,7 +24,7 @@ class SensorFacts:
 
 
 @dataclass(frozen=True)
-class Shape:
+class PlanShape:
     """The lines of a solid in the plan; `top` (m): its highest point at or below the cut.
 
     `role`: "wall": cut and thin; "solid": cut; "low": below the cut, drawn from above; "floor": at
@@ -55,14 +55,14 @@ class SensorInPlan:
 
 
 @dataclass(frozen=True)
-class Storey:
+class PlanStorey:
     """A storey of the home: heights in m of its floor and of the cut; `view` (2, 2): two corners of
     the area that the plan shows."""
 
     floor: float
     cut: float
     view: Array
-    shapes: tuple[Shape, ...]
+    shapes: tuple[PlanShape, ...]
     sensors: tuple[SensorInPlan, ...]
 
 
@@ -73,9 +73,9 @@ class Report:
 
     title: str
     facts: tuple[tuple[str, str], ...]
-    sensors: tuple[SensorFacts, ...]
+    sensors: tuple[ReportedSensor, ...]
     recording: Recording
-    storeys: tuple[Storey, ...] = ()
+    storeys: tuple[PlanStorey, ...] = ()
     plan_frame: int = 0
     made_by: str = ""
 
@@ -88,7 +88,7 @@ class Report:
         last = clock.first_step(max(self.recording.frame_end, self.recording.frame_start) + 1)
         return clock.step_time(first), clock.step_time(last)
 
-    def ordered(self) -> tuple[SensorFacts, ...]:
+    def ordered(self) -> tuple[ReportedSensor, ...]:
         """The sensors in the order of their numbers, from 1: by room, those without a room last."""
         return tuple(
             sorted(self.sensors, key=lambda s: (s.room == "", _natural(s.room), _natural(s.name)))

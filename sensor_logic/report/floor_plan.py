@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..model import Array
-from .facts import SensorInPlan, Shape, Storey
+from .facts import PlanShape, PlanStorey, SensorInPlan
 from .labels import spread
 from .sections import Line, joined, simplified
 from .svg import coordinate, shown_number, ticks
@@ -50,7 +50,7 @@ class Frame:
 
 
 def floor_plan(
-    storey: Storey, numbers: Mapping[str, int], kinds: Mapping[str, str], name: str
+    storey: PlanStorey, numbers: Mapping[str, int], kinds: Mapping[str, str], name: str
 ) -> tuple[str, float]:
     """The plan as SVG, and its height in px; `numbers` and `kinds` by sensor name; `name` prefixes
     the ids in the SVG."""
@@ -120,7 +120,7 @@ def _scale_bar(frame: Frame) -> str:
     )
 
 
-def _shapes(frame: Frame, shapes: Sequence[Shape]) -> list[str]:
+def _shapes(frame: Frame, shapes: Sequence[PlanShape]) -> list[str]:
     drawn: list[tuple[int, float, float, int, str]] = []
     for shape in shapes:
         for style, lines in _styles(shape):
@@ -146,7 +146,7 @@ def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
     return found
 
 
-def _styles(shape: Shape) -> list[tuple[str, Sequence[Line]]]:
+def _styles(shape: PlanShape) -> list[tuple[str, Sequence[Line]]]:
     """Pairs of a style and the lines drawn in it; only closed lines are filled."""
     if shape.role != "wall":
         closed = [line for line in shape.lines if line.closed]

@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..kinds import KINDS
-from .facts import Report, SensorFacts, Storey
+from .facts import PlanStorey, Report, ReportedSensor
 from .figures import Figures, figures
 from .floor_plan import floor_plan
 from .svg import safe, shown_number
 from .theme import INKS, plain_style, style
 from .timeline import LEGEND_HEIGHT, WIDTH, legend, timeline
 
-Numbered = list[tuple[int, SensorFacts]]
+Numbered = list[tuple[int, ReportedSensor]]
 # Rows that fit on a sheet of paper.
 ROWS = 40
 HEADER = ("no.", "sensor", "kind", "room", "height m") + (
@@ -147,7 +147,7 @@ def _plans(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:
         yield heading, _about(report, storey), (drawing, height, heading)
 
 
-def _about(report: Report, storey: Storey) -> str:
+def _about(report: Report, storey: PlanStorey) -> str:
     above = storey.cut - storey.floor
     return (
         f"Frame {report.plan_frame}; cut {above:.2f} m above the floor at z = "
@@ -178,7 +178,9 @@ def _aligned(column: int) -> str:
     return ' class="n"' if column >= FIGURES_FROM else ""
 
 
-def _table_row(number: int, sensor: SensorFacts, height: float | None, seen: Figures | None) -> str:
+def _table_row(
+    number: int, sensor: ReportedSensor, height: float | None, seen: Figures | None
+) -> str:
     kind = KINDS[sensor.kind_name]
     cells = [str(number), sensor.name, kind.label, sensor.room or "–"]
     cells.append("–" if height is None else f"{height:.2f}".replace("-", "−"))

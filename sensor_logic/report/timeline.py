@@ -11,7 +11,7 @@ import numpy as np
 from ..kinds import KINDS
 from ..recording.tracks import Track
 from . import time_axis
-from .facts import Report, SensorFacts
+from .facts import Report, ReportedSensor
 from .series import ROUNDING, Columns, columns, runs
 from .svg import coordinate, fitting, place, safe, text_width
 from .theme import hue, mark
@@ -31,7 +31,7 @@ LEGEND_HEIGHT = 48.0
 
 
 def timeline(
-    report: Report, numbered: Sequence[tuple[int, SensorFacts]], name: str
+    report: Report, numbered: Sequence[tuple[int, ReportedSensor]], name: str
 ) -> tuple[str, float]:
     """The rows of these sensors as SVG, and the height in px; `name` prefixes the ids in the
     SVG."""
@@ -89,7 +89,7 @@ def _grid(first: float, last: float, bottom: float) -> list[str]:
 
 
 def _row(
-    report: Report, number: int, sensor: SensorFacts, top: float, name: str, rooms: bool
+    report: Report, number: int, sensor: ReportedSensor, top: float, name: str, rooms: bool
 ) -> list[str]:
     at_mark, at_name = (MARK, NAME) if rooms else (12.0, 28.0)
     shown = fitting(sensor.name, LEFT - at_name - 12, 12)

@@ -40,7 +40,7 @@ class Switch:
 
 
 @dataclass(frozen=True)
-class Done:
+class ActedActivity:
     """An activity as it was acted, from when the way to its first step began; `place` is that of
     its places where most of it was done."""
 
@@ -72,7 +72,7 @@ class Acted:
     swings: Mapping[str, list[Swung]] = field(default_factory=dict)
     switches: list[Switch] = field(default_factory=list)
     holds: Mapping[str, list[Hold]] = field(default_factory=dict)
-    activities: list[Done] = field(default_factory=list)
+    activities: list[ActedActivity] = field(default_factory=list)
     where: list[Stay] = field(default_factory=list)
     sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
 

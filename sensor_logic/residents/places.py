@@ -134,7 +134,7 @@ class Door:
 
 
 @dataclass(frozen=True, eq=False)
-class Lamp:
+class LampPlace:
     """`object` is what shines; `at` (3,) is its switch, or the lamp itself where it has none.
     Where one stands to switch it is the place of the same name."""
 
@@ -165,7 +165,7 @@ class Places:
 
     places: Mapping[str, Place]
     doors: Mapping[str, Door]
-    lamps: Mapping[str, Lamp]
+    lamps: Mapping[str, LampPlace]
     storeys: tuple[Storey, ...] = ()
     problems: tuple[str, ...] = ()
 

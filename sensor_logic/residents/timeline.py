@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..model import Array
-from .body.pose import Pose
+from .body.pose import BodyPose as Pose
 from .body.turns import ease
 
 

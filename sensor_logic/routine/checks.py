@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .routine import DAY, Entry, Plan, Routine, RoutineError
+from .routine import DAY, FixedPoint, FixedPoints, Routine, RoutineError
 
 
 def check(routine: Routine, name: str) -> None:
@@ -24,14 +24,14 @@ def check(routine: Routine, name: str) -> None:
                         raise RoutineError(_twice(person, entry, other, at))
 
 
-def _days_together(plans: list[Plan]) -> Iterator[tuple[list[Entry], list[Entry]]]:
+def _days_together(plans: list[FixedPoints]) -> Iterator[tuple[list[FixedPoint], list[FixedPoint]]]:
     """What is certain on each sort of day, and on the one after it."""
     for month in range(1, 13):
         for weekday in range(7):
             yield _certain(plans, weekday, month), _certain(plans, (weekday + 1) % 7, month)
 
 
-def _certain(plans: list[Plan], weekday: int, month: int) -> list[Entry]:
+def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
     # Plans for some dates only may take turns: those are not compared with others.
     always = [plan for plan in plans if plan.days.first.year == 1 and plan.days.last.year == 9999]
     return [
@@ -43,7 +43,7 @@ def _certain(plans: list[Plan], weekday: int, month: int) -> list[Entry]:
     ]
 
 
-def _end(entry: Entry) -> float:
+def _end(entry: FixedPoint) -> float:
     if entry.until is not None:
         return entry.until
     return entry.at + (entry.lasts or 0.0)
@@ -54,7 +54,7 @@ def _clock(seconds: float) -> str:
     return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
-def _twice(person: str, entry: Entry, other: Entry, at: float) -> str:
+def _twice(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
     lasting = f"{entry.activity!r} from {_clock(entry.at)} lasts until {_clock(_end(entry))}"
     if _end(entry) - entry.at > DAY:
         lasting = f"{entry.activity!r} lasts {(_end(entry) - entry.at) / 3600:.0f} hours"

@@ -14,19 +14,19 @@ from .routine import (
     SEASONS,
     WEEKDAYS,
     Absence,
-    Activity,
-    Choice,
-    Days,
-    Entry,
+    Calendar,
     Filler,
+    FixedPoint,
+    FixedPoints,
     Interruption,
     Meanwhile,
+    Pastime,
     Person,
-    Plan,
     Routine,
+    RoutineActivity,
     RoutineError,
 )  # fmt: skip
-from .table import Table, number, suggestion, text, texts
+from .table import TomlTable, number, suggestion, text, texts
 from .times import seconds, time_of_day
 
 SCHEMA = 1
@@ -41,7 +41,7 @@ def read(content: str, name: str) -> Routine:
         values = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise RoutineError(f"{name}: {error}") from None
-    top = Table(name, content, values)
+    top = TomlTable(name, content, values)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
         raise top.error(f"this version reads schema = {SCHEMA}", "schema")
     activities = {key: _activity(key, table) for key, table in top.named("activity")}
@@ -64,7 +64,7 @@ def read(content: str, name: str) -> Routine:
     return found
 
 
-def _activity(name: str, table: Table) -> Activity:
+def _activity(name: str, table: TomlTable) -> RoutineActivity:
     meanwhile = []
     for row in table.tables("while"):
         varies = row.take("varies", number(0, 3), VARIES)
@@ -78,14 +78,14 @@ def _activity(name: str, table: Table) -> Activity:
         labels[vocabulary] = text(label)
     do = table.take("do", texts)
     where = tuple(table.where("do", number) for number in range(len(do)))
-    found = Activity(name, do, tuple(meanwhile), labels, where)
+    found = RoutineActivity(name, do, tuple(meanwhile), labels, where)
     if not found.do:
         raise table.error("an activity has at least one step", "do")
     table.finish()
     return found
 
 
-def _person(name: str, table: Table, activities: set[str]) -> Person:
+def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
     visitor = table.take("visitor", _flag, False)
     resident = table.take("resident", text, name)
     if not visitor and "begins" not in table.values:
@@ -95,16 +95,16 @@ def _person(name: str, table: Table, activities: set[str]) -> Person:
     return Person(name, resident, visitor, begins)
 
 
-def _days(table: Table) -> Days:
+def _days(table: TomlTable) -> Calendar:
     weekdays = table.take("on", _weekdays, frozenset(range(7)))
     months = table.take("season", _months, frozenset(range(1, 13)))
     first, last = table.take("from", _date, date.min), table.take("to", _date, date.max)
     if last < first:
         raise table.error("'to' is before 'from'", "to")
-    return Days(weekdays, months, first, last)
+    return Calendar(weekdays, months, first, last)
 
 
-def _plan(table: Table, persons: Any, activities: set[str]) -> Plan:
+def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     person = table.one_of("person", persons)
     days = _days(table)
     entries = []
@@ -117,7 +117,7 @@ def _plan(table: Table, persons: Any, activities: set[str]) -> Plan:
         if until is not None and until <= at:
             until += DAY
         entries.append(
-            Entry(
+            FixedPoint(
                 row.one_of("activity", activities),
                 at,
                 row.take("spread", seconds, 0.0),
@@ -130,10 +130,10 @@ def _plan(table: Table, persons: Any, activities: set[str]) -> Plan:
         )
         row.finish()
     table.finish()
-    return Plan(person, days, tuple(entries))
+    return FixedPoints(person, days, tuple(entries))
 
 
-def _filler(table: Table, persons: Any, activities: set[str]) -> Filler:
+def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
     person, days = table.one_of("person", persons), _days(table)
     begins, ends = table.take("between", _between)
     choices = []
@@ -142,7 +142,7 @@ def _filler(table: Table, persons: Any, activities: set[str]) -> Filler:
             raise row.error(f"{name!r} is not known; {suggestion(name, activities)}")
         weight = row.take("weight", number(0, 1e6))
         varies = row.take("varies", number(0, 3), VARIES)
-        choices.append(Choice(name, weight, row.take("lasts", _positive), varies))
+        choices.append(Pastime(name, weight, row.take("lasts", _positive), varies))
         row.finish()
     if sum(choice.weight for choice in choices) <= 0:
         raise table.error("there is nothing to choose: give some activity a weight above 0")
@@ -150,7 +150,7 @@ def _filler(table: Table, persons: Any, activities: set[str]) -> Filler:
     return Filler(person, days, begins, ends, tuple(choices))
 
 
-def _interruption(table: Table, persons: Any, activities: set[str]) -> Interruption:
+def _interruption(table: TomlTable, persons: Any, activities: set[str]) -> Interruption:
     found = Interruption(
         table.one_of("person", persons),
         table.one_of("during", activities),
@@ -163,7 +163,7 @@ def _interruption(table: Table, persons: Any, activities: set[str]) -> Interrupt
     return found
 
 
-def _absence(table: Table, persons: Any) -> Absence:
+def _absence(table: TomlTable, persons: Any) -> Absence:
     person = table.one_of("person", persons)
     begins, ends = table.take("from", _moment), table.take("to", _moment)
     if ends <= begins:

@@ -39,7 +39,7 @@ class Meanwhile:
 
 
 @dataclass(frozen=True)
-class Activity:
+class RoutineActivity:
     """Steps in order, what is repeated while the last of them lasts, and what other data sets call
     the activity. `where` each step stands in the file."""
 
@@ -51,7 +51,7 @@ class Activity:
 
 
 @dataclass(frozen=True)
-class Days:
+class Calendar:
     """On which days something holds: weekdays (0 is Monday), months, and dates, both included."""
 
     weekdays: frozenset[int] = frozenset(range(7))
@@ -68,7 +68,7 @@ class Days:
 
 
 @dataclass(frozen=True)
-class Entry:
+class FixedPoint:
     """A fixed point of a person's day: `at` a time of day, normally distributed with the standard
     deviation `spread`; it `lasts` a log-normal time of that median, or `until` a time of day (past
     midnight: above 24 h). `where` it stands in the file."""
@@ -84,14 +84,14 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Plan:
+class FixedPoints:
     person: str
-    days: Days
-    entries: tuple[Entry, ...]
+    days: Calendar
+    entries: tuple[FixedPoint, ...]
 
 
 @dataclass(frozen=True)
-class Choice:
+class Pastime:
     """What fills time: its weight beside the others, and how long it lasts (median, log-normal)."""
 
     activity: str
@@ -105,10 +105,10 @@ class Filler:
     """What a person does between the fixed points, from one time of day to another."""
 
     person: str
-    days: Days
+    days: Calendar
     begins: float
     ends: float
-    choices: tuple[Choice, ...]
+    choices: tuple[Pastime, ...]
 
 
 @dataclass(frozen=True)
@@ -144,8 +144,8 @@ class Person:
 @dataclass(frozen=True)
 class Routine:
     persons: Mapping[str, Person]
-    activities: Mapping[str, Activity]
-    plans: tuple[Plan, ...]
+    activities: Mapping[str, RoutineActivity]
+    plans: tuple[FixedPoints, ...]
     fillers: tuple[Filler, ...]
     interruptions: tuple[Interruption, ...]
     absences: tuple[Absence, ...]

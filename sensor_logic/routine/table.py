@@ -23,7 +23,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"known: {', '.join(map(repr, names[:20]))}" if names else "there is none"
 
 
-class Table:
+class TomlTable:
     """A table of the file `name` with that `text`; `path` leads to it."""
 
     def __init__(self, name: str, text: str, values: Any, path: tuple[str | int, ...] = ()) -> None:
@@ -67,18 +67,18 @@ class Table:
 
         return self.take(key, read, default)
 
-    def tables(self, key: str) -> Iterator[Table]:
+    def tables(self, key: str) -> Iterator[TomlTable]:
         """The tables in an array."""
         found = self.take(key, _array, [])
         for number, values in enumerate(found):
-            yield Table(self.name, self.text, values, (*self.path, key, number))
+            yield TomlTable(self.name, self.text, values, (*self.path, key, number))
 
-    def named(self, key: str) -> Iterator[tuple[str, Table]]:
+    def named(self, key: str) -> Iterator[tuple[str, TomlTable]]:
         """The tables below a table, by name."""
         self._taken.add(key)
-        below = Table(self.name, self.text, self.values.get(key, {}), (*self.path, key))
+        below = TomlTable(self.name, self.text, self.values.get(key, {}), (*self.path, key))
         for name, values in below.values.items():
-            yield name, Table(self.name, self.text, values, (*below.path, name))
+            yield name, TomlTable(self.name, self.text, values, (*below.path, name))
 
     def finish(self) -> None:
         """Raises RoutineError where there is a key that nothing took."""

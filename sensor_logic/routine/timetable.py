@@ -14,7 +14,7 @@ from datetime import date, datetime, time, timedelta
 from math import inf
 
 from .draws import Stream
-from .routine import AWAY, DAY, Entry, Interruption, Person, Routine, Segment
+from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
 
 # The shortest stretch of an activity, s: less than that nobody begins.
 SHORTEST = 30.0
@@ -88,7 +88,7 @@ def _points(routine: Routine, person: Person, first: date, day: int, seed: int) 
     return sorted(found, key=lambda point: point.start)
 
 
-def _point(entry: Entry, name: str, midnight: float, stream: Stream) -> _Point:
+def _point(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _Point:
     start = midnight + entry.at + entry.spread * stream.normal()
     if entry.until is not None:
         end = midnight + entry.until + entry.spread * stream.normal()

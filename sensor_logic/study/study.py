@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..routine.routine import RoutineError
-from ..routine.table import Table, number, suggestion, text, texts
+from ..routine.table import TomlTable as Table
+from ..routine.table import number, suggestion, text, texts
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")

@@ -20,7 +20,7 @@ TABLES = ("events.csv", "activities.csv", "people.csv")
 Span = tuple[float, float]
 
 
-class Event(NamedTuple):
+class CausedEvent(NamedTuple):
     """A row of events.csv; `time_s` since the first row's midnight."""
 
     time_s: float
@@ -64,7 +64,7 @@ class Lived:
     """What a user's own function gets as `recording` of days, and the truth beside it; it ended
     `days` whole days after its first midnight."""
 
-    events: tuple[Event, ...]
+    events: tuple[CausedEvent, ...]
     truth: Truth
     days: int
 
@@ -91,7 +91,7 @@ def read(tables: Mapping[str, str], days: int) -> Lived:
     done = values("activities.csv", "start", "end", "person", "activity", "room")
     where = values("people.csv", "time", "person", "room", "posture")
     truth = Truth(tuple(Activity(*row) for row in done), tuple(Where(*row) for row in where))
-    return Lived(tuple(Event(*row) for row in told), truth, days)
+    return Lived(tuple(CausedEvent(*row) for row in told), truth, days)
 
 
 def _rows(name: str, text: str) -> Iterator[dict[str, Any]]:

@@ -164,8 +164,8 @@ def acted(seed: int, ways: int = 12, day: float = 86_400.0) -> Any:
     switches += [module.Switch(start + 0.5, name, bool(random.integers(2)), "anna")
                  for start, name in zip(starts[1::2].tolist(), names, strict=True)]  # fmt: skip
     ends = [*starts.tolist(), day]
-    done = [module.Done(0.0, starts[0], "anna", "Rest", "chair")]
-    done += [module.Done(a, b, "anna", f"Go {n % 3}", "chair")
+    done = [module.ActedActivity(0.0, starts[0], "anna", "Rest", "chair")]
+    done += [module.ActedActivity(a, b, "anna", f"Go {n % 3}", "chair")
              for n, (a, b) in enumerate(pairwise(ends))]  # fmt: skip
     stays, now = [], -200.0
     for start, last in zip(starts.tolist(), lasts.tolist(), strict=True):

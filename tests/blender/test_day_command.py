@@ -204,7 +204,7 @@ def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[
     routine = home.parent / "week.toml"
     made = list(opened.days(routine, "2026-03-02", seed=1, progress=told.append))
     assert told == sorted(told) and told[-1] == 1.0
-    files = rows_of.Days.of(made).files()
+    files = rows_of.DayRows.of(made).files()
     for name, text in files.items():
         assert (home.parent / "out" / name).read_bytes() == text.encode()
     error = addon_part("angen_addon.api.error").AngenError

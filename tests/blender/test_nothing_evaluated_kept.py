@@ -118,7 +118,7 @@ def test_a_plan_and_an_explanation_keep_nothing_evaluated(home, addon_part):
     explain = addon_part("angen_addon.explain").explain
     for sensor in home.sensors():
         assert evaluated(explain(home.scene, sensor, recording, 3)) == []
-    plan = addon_part("angen_addon.scene.home").Home(home.update())
+    plan = addon_part("angen_addon.scene.home").EvaluatedHome(home.update())
     assert len(list(plan.surfaces(plan.caster.solids.version > 0))) > 10
     assert evaluated(plan) == []
 

@@ -257,7 +257,7 @@ class Window:
 @pytest.fixture
 def modal(addon_part: Any) -> Any:
     """What both operators share, on stages that end by themselves; its results are listed."""
-    stage = addon_part("angen_addon.coverage.maps").Stage
+    stage = addon_part("angen_addon.coverage.maps").MapProgress
 
     class Work(addon_part("operators.coverage").Staged):
         bl_label = "Work"
@@ -307,7 +307,7 @@ def test_escape_keeps_what_a_search_has(modal: Any, addon_part: Any, monkeypatch
     def search(context: Any) -> Any:
         with suppress(maps.Enough):
             while True:
-                yield maps.Stage(0.5, "looking")
+                yield maps.MapProgress(0.5, "looking")
         yield "best so far"
 
     monkeypatch.setattr(modal, "_begin", search)

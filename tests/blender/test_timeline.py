@@ -96,7 +96,9 @@ def test_spans_agree_with_the_track_at_every_frame(addon_part, made, seed):
 
 
 def view(addon_part, **changed):
-    made = addon_part("angen_addon.view.timeline.layout").View(400, 10.0, 300.0, 1.0, 1.0, 101.0)
+    made = addon_part("angen_addon.view.timeline.layout").TimelineRegion(
+        400, 10.0, 300.0, 1.0, 1.0, 101.0
+    )
     return made._replace(**changed)
 
 
@@ -107,7 +109,7 @@ def drawn(addon_part):
 
     def make(spans, kind="PIR", room="hall", name="sensor", uid=1, frames=(), values=()):
         starts, ends, states = (np.array(column, float) for column in zip(*spans, strict=True))
-        row = history.Row(
+        row = history.HistoryRow(
             name, room, uid, kind, history.Spans(starts, ends, states.astype(np.int8)),
             np.array(frames, float), np.array(values, float),
             max(values, default=1.0),

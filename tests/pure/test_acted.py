@@ -4,7 +4,7 @@
 import numpy as np
 
 from sensor_logic.residents.acted import Acted, Switch, Swung
-from sensor_logic.residents.body.pose import Pose
+from sensor_logic.residents.body.pose import BodyPose
 from sensor_logic.residents.timeline import Clip, Hold, Timeline
 
 
@@ -14,7 +14,7 @@ def body(*moves: tuple[float, float], away: tuple[tuple[float, float], ...] = ()
     return Timeline([*clips, *(Clip(*one, standing, still=True, away=True) for one in away)])
 
 
-def standing(times: np.ndarray) -> Pose:
+def standing(times: np.ndarray) -> BodyPose:
     raise AssertionError("nobody asks for the pose")
 
 

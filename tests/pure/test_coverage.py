@@ -264,11 +264,11 @@ def test_the_picture_is_xml_and_escapes_names(small):
     from dataclasses import replace
     from xml.etree import ElementTree
 
-    from sensor_logic.report.facts import SensorInPlan, Storey
+    from sensor_logic.report.facts import PlanStorey, SensorInPlan
 
     named = replace(small, sensors=("<one>", "two & a half"))
     placed = tuple(SensorInPlan(n, np.zeros(2), np.array([1.0, 0.0]), 2.0) for n in named.sensors)
-    storey = Storey(0.0, 1.1, np.array([[0.0, 0.0], [4.0, 1.0]]), (), placed)
+    storey = PlanStorey(0.0, 1.1, np.array([[0.0, 0.0], [4.0, 1.0]]), (), placed)
     text = picture.svg(named, [storey], "A <title>")
     assert ElementTree.fromstring(text).tag.endswith("svg")
     assert "&lt;one&gt;" in text and "two &amp; a half" in text

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from sensor_logic.days.cuts import stretches
-from sensor_logic.days.rows import DAY_US, Day, Days, Happening, toml
+from sensor_logic.days.rows import DAY_US, Day, DayRows, Happening, toml
 from sensor_logic.days.sun import Site, direction, position, skylight, sunlight
-from sensor_logic.days.truth import Where, activities, people
-from sensor_logic.formats.log import Activity
-from sensor_logic.residents.acted import AWAY, SITTING, WALKING, Acted, Done, Stay
+from sensor_logic.days.truth import Whereabouts, activities, people
+from sensor_logic.formats.log import LoggedActivity
+from sensor_logic.residents.acted import AWAY, SITTING, WALKING, Acted, ActedActivity, Stay
 
 D = math.radians
 
@@ -98,8 +98,8 @@ class Body:
 ACTED = Acted(
     {"anna": Body()},
     activities=[
-        Done(-50.0, 100.0, "anna", "Rest", "Sofa"),
-        Done(100.0, 90_000.0, "anna", "Walk", ""),
+        ActedActivity(-50.0, 100.0, "anna", "Rest", "Sofa"),
+        ActedActivity(100.0, 90_000.0, "anna", "Walk", ""),
     ],
     where=[
         Stay(-200.0, 100.0, "anna", "Sofa", SITTING),
@@ -113,8 +113,8 @@ ACTED = Acted(
 def test_the_truth_of_a_day_ends_with_it_and_tells_each_minute_of_movement() -> None:
     rooms = {"Sofa": "living"}
     assert activities(ACTED, lambda place: rooms.get(place, "")) == [
-        Activity(0, 100_000_000, "anna", "Rest", "living"),
-        Activity(100_000_000, DAY_US, "anna", "Walk", ""),
+        LoggedActivity(0, 100_000_000, "anna", "Rest", "living"),
+        LoggedActivity(100_000_000, DAY_US, "anna", "Walk", ""),
     ]
     found = people(ACTED, lambda at: "living" if at[0] < 31.0 else "hall")
     told = [(w.time / 1e6, w.room, w.at and w.at[0], w.posture) for w in found]
@@ -130,10 +130,10 @@ def test_the_truth_of_a_day_ends_with_it_and_tells_each_minute_of_movement() -> 
 
 def day(number: int, begins: str, *events: Happening) -> Day:
     first = Happening(0, "pir", "PIR", "moved", begins)
-    rest = Activity(DAY_US - 10, DAY_US, "anna", "Sleep", "bedroom")
-    early = Activity(0, 20, "anna", "Sleep", "bedroom")
+    rest = LoggedActivity(DAY_US - 10, DAY_US, "anna", "Sleep", "bedroom")
+    early = LoggedActivity(0, 20, "anna", "Sleep", "bedroom")
     at = (1.0, -0.0, 0.9)
-    where = (Where(0, "anna", "bedroom", at, "lying"),)
+    where = (Whereabouts(0, "anna", "bedroom", at, "lying"),)
     return Day(date(2026, 3, 2 + number), (first, *events), (early, rest), where)
 
 
@@ -145,7 +145,7 @@ DAYS = [
 
 
 def test_days_become_tables_without_a_seam_at_midnight() -> None:
-    files = Days.of(DAYS).files()
+    files = DayRows.of(DAYS).files()
     rows = {name: list(csv.reader(io.StringIO(text))) for name, text in files.items()}
     assert rows["events.csv"] == [
         ["time", "sensor", "kind", "field", "value", "person", "because"],
@@ -167,7 +167,7 @@ def test_days_become_tables_without_a_seam_at_midnight() -> None:
 
 
 def test_labels_go_into_the_log_of_other_formats() -> None:
-    log = Days.of(DAYS).log({}, {"home": "home.blend"}, {"Sleep": "Sleeping"})
+    log = DayRows.of(DAYS).log({}, {"home": "home.blend"}, {"Sleep": "Sleeping"})
     assert {activity.activity for activity in log.activities} == {"Sleeping"}
     assert log.start == datetime(2026, 3, 2) and log.changes[1].time == 1_500_000
 

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensor_logic.faults import Fault, Plan, make_faults, read_plan, truth_csv, undo
+from sensor_logic.faults import Fault, FaultPlan, make_faults, read_plan, truth_csv, undo
 from sensor_logic.formats.source import SourceError, make_log
 from sensor_logic.log.event_log import Event, read_events, rows_csv
 
@@ -45,7 +45,7 @@ def blinking(sensor: str = "Hall 2", count: int = 2000, every: float = 10.0) -> 
 
 @pytest.fixture
 def plan(tmp_path):
-    def read(text: str) -> Plan:
+    def read(text: str) -> FaultPlan:
         path = tmp_path / "faults.toml"
         path.write_text(text, encoding="utf-8")
         return read_plan(path)

@@ -77,7 +77,7 @@ def test_turning(axis):
 
 def test_inertia_turns_with_the_body():
     """A rod along its own x that lies along y is easy to turn about y."""
-    moved = motion.Motion(np.zeros(3), np.zeros(3), np.zeros(3), np.array((0, 1.0, 0)), 0.0)
+    moved = motion.RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3), np.array((0, 1.0, 0)), 0.0)
     lying = pose(axis=(0, 0, 1), angle=math.pi / 2)
     need = motion.wrench(moved, lying, 1.0, np.array((0.01, 1.0, 1.0)), np.zeros(3))
     assert need[3:] == pytest.approx((0, 0.01, 0), abs=1e-12)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from angen_addon.output.mqtt.pace import SLICE_S, Pace
-from sensor_logic.formats.home_assistant import Home, payload
+from sensor_logic.formats.home_assistant import HomeMessages, payload
 from sensor_logic.formats.log import Channel, SensorFacts
 from sensor_logic.formats.source import make_log
 from sensor_logic.kinds import KINDS
@@ -98,7 +98,7 @@ CLASSES = {
 
 def test_every_field_has_its_class_and_unit() -> None:
     rows = [Event(0.0, kind, field, 1.0, kind, "0") for kind, field in CLASSES]
-    home = Home(make_log(sorted(rows)).channels, "flat")
+    home = HomeMessages(make_log(sorted(rows)).channels, "flat")
     found = {}
     for topic, text in home.discovery():
         config = json.loads(text)

@@ -11,7 +11,7 @@ import pytest
 from sensor_logic.clock import Clock, Schedule
 from sensor_logic.log.event_log import samples_csv
 from sensor_logic.model import Reading
-from sensor_logic.recording.columns import CHUNK, Column, Grid
+from sensor_logic.recording.columns import CHUNK, Column, EvenSpacing
 from sensor_logic.recording.tracks import Recording, Track
 from sensor_logic.recording.writer import from_bytes, to_bytes
 
@@ -96,7 +96,7 @@ def test_times_of_a_clock_take_next_to_nothing_and_are_found(clock, rate):
 
 def test_what_a_grid_does_not_hold_is_kept_as_it_is():
     values = RNG.normal(size=MANY) * 1e200
-    assert np.array_equal(np.asarray(Column(float, values, Grid(1, Fraction(1, 3)))), values)
+    assert np.array_equal(np.asarray(Column(float, values, EvenSpacing(1, Fraction(1, 3)))), values)
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from sensor_logic.kinds import KINDS
 from sensor_logic.recording.columns import Column
 from sensor_logic.recording.tracks import Recording, Track
 from sensor_logic.report import page
-from sensor_logic.report.facts import Report, SensorFacts, SensorInPlan, Shape, Storey
+from sensor_logic.report.facts import PlanShape, PlanStorey, Report, ReportedSensor, SensorInPlan
 from sensor_logic.report.sections import Line
 from sensor_logic.report.svg import fitting, safe, text_width, ticks
 from sensor_logic.report.theme import HUES, INKS, hue, plain_style, style
@@ -50,7 +50,7 @@ def report(tracks: list[Track], seconds: float, rooms: Any = None, **facts: Any)
     recording = Recording({t.sensor: t for t in tracks}, Clock(1, 24), 1, round(seconds * 24))
     named = rooms or itertools.repeat("")
     sensors = tuple(
-        SensorFacts(t.sensor, t.kind_name, room, float(np.diff(t.times).min()))
+        ReportedSensor(t.sensor, t.kind_name, room, float(np.diff(t.times).min()))
         for t, room in zip(tracks, named, strict=False)
     )
     return Report("home", (("File", "a.blend"),), sensors, recording, **facts)
@@ -69,8 +69,11 @@ def home(names: tuple[str, ...] = ("Hall", "Door", "Sofa", "Lamp"), room: str = 
             zip(names, [((SQUARE,),), ((), (SQUARE[:2],)), ((), (), SQUARE / 9), ()], strict=True)
         )
     )
-    shapes = (Shape("wall", (Line(SQUARE, True),), 1.1), Shape("low", (Line(SQUARE / 2, True),), 1))
-    storey = Storey(0.0, 1.1, np.array([(-1.0, -1.0), (6.0, 5.0)]), shapes, placed)
+    shapes = (
+        PlanShape("wall", (Line(SQUARE, True),), 1.1),
+        PlanShape("low", (Line(SQUARE / 2, True),), 1),
+    )
+    storey = PlanStorey(0.0, 1.1, np.array([(-1.0, -1.0), (6.0, 5.0)]), shapes, placed)
     return report(tracks, 20.0, [room] * 4, storeys=(storey,), plan_frame=1)
 
 
@@ -149,7 +152,7 @@ def test_what_was_not_simulated_and_what_is_not_valid_look_different() -> None:
     ]
     tracks[0].columns["valid"] = Column(bool, np.arange(10) != 2)
     made = report(tracks, 10.0)
-    made = replace(made, sensors=(*made.sensors, SensorFacts("off", "PIR", "", 1.0)))
+    made = replace(made, sensors=(*made.sensors, ReportedSensor("off", "PIR", "", 1.0)))
     drawn = [
         (e.get("fill"), float(e.get("x", "nan")), float(e.get("width", "nan")))
         for e in parsed(page.svg(made)).iter(f"{SVG}rect")
@@ -185,12 +188,12 @@ def test_a_day_of_500_busy_sensors_is_small() -> None:
     )
     view = np.array([(-4.0, -4.0), (64.0, 64.0)])
     leaves = tuple(
-        Shape("low", (Line(SQUARE * s + at, True),), 1.0)
+        PlanShape("low", (Line(SQUARE * s + at, True),), 1.0)
         for s, at in zip(random.uniform(0.1, 0.4, 6_000), random.uniform(0, 60, (6_000, 2)),
                          strict=True)
     )  # fmt: skip
     rooms = [f"room {i // 7}" for i in range(500)]
-    storey = Storey(0.0, 1.1, view, leaves, placed)
+    storey = PlanStorey(0.0, 1.1, view, leaves, placed)
     made = report(tracks, 86_400.0, rooms, storeys=(storey,))
     text = page.html(made)
     assert len(text.encode()) < 3_000_000

@@ -13,7 +13,7 @@ from ....sensor_logic.formats.home_assistant import (
     CONFIGS,
     OFFLINE,
     ONLINE,
-    Home,
+    HomeMessages,
     Message,
     is_config_of,
 )
@@ -30,7 +30,9 @@ class Player:
     """Announces the sensors of `home` to the broker, publishes their changes and leaves them
     "unavailable". Calls `check` often, which may raise to end it."""
 
-    def __init__(self, link: Link, home: Home, speed: float, check: Callable[[], None]) -> None:
+    def __init__(
+        self, link: Link, home: HomeMessages, speed: float, check: Callable[[], None]
+    ) -> None:
         self.pace = Pace(speed, self.idle)
         self.late_s = 0.0
         self._link, self._home, self._check = link, home, check

@@ -8,7 +8,7 @@ import queue
 import threading
 from collections.abc import Iterator, Sequence
 
-from ....sensor_logic.formats.home_assistant import OFFLINE, TOPIC, Home
+from ....sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages
 from ....sensor_logic.formats.log import Change
 from ....sensor_logic.formats.source import channel_of, make_log
 from ....sensor_logic.log.event_log import NewEvents
@@ -53,7 +53,7 @@ class Sending:
             for published in sensor.kind.events
             if is_chosen(sensor.parameters, published.used_when)
         ]
-        home = Home(channels, options.topic or TOPIC, extension_version())
+        home = HomeMessages(channels, options.topic or TOPIC, extension_version())
         speed = 1.0 if options.speed is None else options.speed
         self._player = Player(Link(address, home.status(OFFLINE)), home, speed, self._check)
 

@@ -19,9 +19,9 @@ from ....sensor_logic.residents.reach import Unreached, unreached
 from ....sensor_logic.wording import named
 from ...doctor.doors import leaves
 from ...doctor.examined import Examined
-from .floor import Ground
+from .floor import WalkedStorey
 from .marks import LABELS, NONE
-from .read import Reading
+from .read import HomeMarks
 
 # m above the floor: what is met there is named.
 HIP_M = 1.0
@@ -53,7 +53,7 @@ class Checked:
 
 def check_places(depsgraph: Any) -> Checked:
     """Raises PlaceError."""
-    reading = Reading(depsgraph)
+    reading = HomeMarks(depsgraph)
     lost = unreached(reading.places)
     between = {}
     for one in lost:
@@ -71,7 +71,7 @@ def _shut(depsgraph: Any) -> tuple[str, ...]:
     return tuple(sorted(found))
 
 
-def _between(ground: Ground, rows: NDArray[np.intp], lost: Unreached) -> str:
+def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> str:
     """The name of what a ray meets from as far as one gets to the place; empty: nothing."""
     home = ground.home
     level = ground.storey.height + HIP_M

@@ -30,7 +30,7 @@ from ...coverage.cells import (
 from ...coverage.floor import storeys_of
 from ...coverage.rooms import labels_of, volumes
 from ...scene.bearers import candidates
-from ...scene.home import Home
+from ...scene.home import EvaluatedHome
 from ...scene.rays.solids import Solid
 from ...scene.sensors import SensorError, all_sensors
 from ..settings import is_resident, residents_in
@@ -60,20 +60,20 @@ class TooFar(Exception):
 
 
 @dataclass(frozen=True)
-class Ground:
+class WalkedStorey:
     """A storey as residents walk on it: `home` without what they pass or are, and the number
     (nx, ny) of the cells that a body gets to from one another, 0 where it does not fit; `main` is
     the number that most marks are at. `doorways` (k, 2) are points along shut leaves, where nobody
     stays."""
 
     storey: Storey
-    home: Home
+    home: EvaluatedHome
     part: NDArray[np.int64]
     main: int
     doorways: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
-def walked(home: Home, leaves: Sequence[Any]) -> Home:
+def walked(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
     """The home as it is for who walks: without the leaves of doors and what hangs on them, and
     without residents and what they push."""
     frames = [r.angen_resident.walking_frame for r in residents_in(home.depsgraph.scene)]
@@ -95,8 +95,12 @@ def _lives(obj: Any) -> bool:
 
 
 def grounds(
-    home: Home, walk: Home, marks: Array, names: Sequence[str], things: NDArray[np.intp]
-) -> list[Ground]:
+    home: EvaluatedHome,
+    walk: EvaluatedHome,
+    marks: Array,
+    names: Sequence[str],
+    things: NDArray[np.intp],
+) -> list[WalkedStorey]:
     """The storeys below points (n, 3) m of the marks of these names, the lowest first; `things`
     (k,) are the rows of solids that are no floor. Raises PlaceError."""
     rows = set(things.tolist())
@@ -121,7 +125,7 @@ def under(heights: Sequence[float], z: float) -> int:
     return below[-1] if below else 0
 
 
-def _heights(home: Home, marks: Array) -> list[float]:
+def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
     """The heights (m) of the floors: what most rays around the marks meet. Raises PlaceError."""
     turns = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
     ring = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(DIRECTIONS)])
@@ -148,7 +152,7 @@ def _heights(home: Home, marks: Array) -> list[float]:
     return [float(np.median(met[np.abs(met - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
 
 
-def _ground(home: Home, walk: Home, height: float, marks: Array) -> Ground:
+def _ground(home: EvaluatedHome, walk: EvaluatedHome, height: float, marks: Array) -> WalkedStorey:
     grid = _grid(height, marks)
     over = finished(floors(walk, grid, OVER_M)).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
@@ -167,7 +171,7 @@ def _ground(home: Home, walk: Home, height: float, marks: Array) -> Ground:
     floor = Floor(grid.low, grid.size, free)
     number, names = _rooms(home, grid, height)
     part = parts(floor, BODY_M)
-    return Ground(Storey(height, floor, number, names), walk, part, _main(floor, part, marks))
+    return WalkedStorey(Storey(height, floor, number, names), walk, part, _main(floor, part, marks))
 
 
 def _grid(height: float, marks: Array) -> Grid:
@@ -206,7 +210,9 @@ def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
     return found
 
 
-def _rooms(home: Home, grid: Grid, height: float) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+def _rooms(
+    home: EvaluatedHome, grid: Grid, height: float
+) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """The room (nx, ny) of each cell, and their names; as sensors and marks of rooms tell."""
     view_layer = home.depsgraph.view_layer
     marked = volumes(home)

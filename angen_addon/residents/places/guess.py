@@ -11,7 +11,7 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DOOR, LIE, SIT
 from ...coverage.cells import finished, free_ways
 from ...scene.door_motion import DoorError
-from ...scene.home import Home
+from ...scene.home import EvaluatedHome
 from ...scene.sensors import unit_scale
 from .leaves import keyed_angle, keyed_slide, leaf_of
 from .marked_object import MarkedObject
@@ -36,14 +36,14 @@ def guess(obj: Any, depsgraph: Any) -> None:
         if slide := keyed_slide(leaf):
             mark.slide = slide * unit_scale(depsgraph.scene)
     elif mark.use in FACING:
-        home = Home(depsgraph)
+        home = EvaluatedHome(depsgraph)
         marked = MarkedObject(home, obj)
         look = _look(home, marked, mark.use)
         if look is not None:
             set_look(obj, marked.matrix, look)
 
 
-def _look(home: Home, marked: MarkedObject, use: str) -> Array | None:
+def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
     """(2,): where it faces; None where its front is as good as any."""
     axes = np.array(marked.matrix)[:2, :2].T
     sizes = np.linalg.norm(axes, axis=1)
@@ -81,7 +81,7 @@ def _top_at(marked: MarkedObject, way: Array) -> float:
     return float(np.nanmax(heights)) if np.isfinite(heights).any() else 0.0
 
 
-def _free(home: Home, marked: MarkedObject, way: Array) -> float:
+def _free(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
     """m: how far there is room beyond its end along a way."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])

@@ -11,7 +11,7 @@ from mathutils import Vector
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DRAWER, Door
 from ...scene.door_motion import DoorError, Leaf, leaves_of, shutting_of
-from ...scene.home import Home
+from ...scene.home import EvaluatedHome
 from .marked_object import MarkedObject
 from .marks import look_of
 
@@ -44,7 +44,7 @@ def turns_by(leaf: Leaf, angle: float) -> float:
     return angle if leaf.up.cross(leaf.edge).dot(leaf.out) > 0.0 else -angle
 
 
-def door_of(home: Home, obj: Any, floor: float, room: str, number: int) -> Door:
+def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int) -> Door:
     """The door of a marked leaf on a storey whose floor is at a height in m. Raises DoorError."""
     if obj.angen_place.use == DRAWER:
         return _drawer(home, obj, room, number)
@@ -98,7 +98,7 @@ def _handle(low: Array, high: Array, floor: float) -> Array:
     return np.array([high[0] - inset, (low[1] + high[1]) / 2.0, at])
 
 
-def _drawer(home: Home, obj: Any, room: str, number: int) -> Door:
+def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
     """It comes out towards who looks at it."""
     marked = MarkedObject(home, obj)
     if not marked.solid:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....sensor_logic.model import Array
 from ...coverage.cells import finished, free_ways
-from ...scene.home import Home
+from ...scene.home import EvaluatedHome
 
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -18,7 +18,7 @@ class MarkedObject:
     """`at` (3,) m is the object's origin; `points` (n, 3) m the corners of its surfaces and those
     of its children: none of an empty. `rows` (k,) are their solids."""
 
-    def __init__(self, home: Home, obj: Any) -> None:
+    def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.obj = obj
         self.matrix = obj.evaluated_get(home.depsgraph).matrix_world.copy()
         self.at = np.array(self.matrix.translation) * home.metres

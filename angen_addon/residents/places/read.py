@@ -10,9 +10,18 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ....sensor_logic.model import Array
-from ....sensor_logic.residents.places import DOOR, LAMP, MOVED, STAND, Door, Lamp, Place, Places
+from ....sensor_logic.residents.places import (
+    DOOR,
+    LAMP,
+    MOVED,
+    STAND,
+    Door,
+    LampPlace,
+    Place,
+    Places,
+)
 from ...scene.door_motion import DoorError
-from ...scene.home import Home
+from ...scene.home import EvaluatedHome
 from ...scene.rooms import room_of
 from .floor import PlaceError, grounds, under, walked
 from .leaves import door_of
@@ -25,10 +34,10 @@ T = TypeVar("T")
 
 def read_places(scene: Any, depsgraph: Any) -> Places:
     """What is marked in the scene as the depsgraph has it evaluated. Raises PlaceError."""
-    return Reading(depsgraph).places
+    return HomeMarks(depsgraph).places
 
 
-class Reading:
+class HomeMarks:
     """The marks of a home, with the grounds that they stand on."""
 
     def __init__(self, depsgraph: Any) -> None:
@@ -38,7 +47,7 @@ class Reading:
                 "nothing is marked: choose what residents do with an object in the panel "
                 "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
             )
-        self.home = Home(depsgraph)
+        self.home = EvaluatedHome(depsgraph)
         self.marked = {obj.name: MarkedObject(self.home, obj) for obj in objects}
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
         points = np.array([_anchor(marked) for marked in self.marked.values()])
@@ -81,7 +90,7 @@ class Reading:
             for of_it in [[line for storey, line in lines if storey == number]]
         ]
 
-    def _stood_at(self, obj: Any, lamps: dict[str, Lamp]) -> bool:
+    def _stood_at(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
         """Whether one stands somewhere for it: not for doors, nor lamps that hang too high."""
         if obj.angen_place.use != LAMP:
             return bool(obj.angen_place.use != DOOR)
@@ -94,12 +103,12 @@ class Reading:
         room = room_of(obj) or storey.room_at(self.marked[obj.name].middle)
         return door_of(self.home, obj, storey.height, room, number)
 
-    def _lamp(self, obj: Any) -> Lamp:
+    def _lamp(self, obj: Any) -> LampPlace:
         switch = obj.angen_place.switch
         at: Array = (
             MarkedObject(self.home, switch).middle if switch else self.marked[obj.name].middle
         )
-        return Lamp(obj.name, _light_of(obj).name, at)
+        return LampPlace(obj.name, _light_of(obj).name, at)
 
     def _place(self, obj: Any) -> Place:
         switch = obj.angen_place.switch if obj.angen_place.use == LAMP else None

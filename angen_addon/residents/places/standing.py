@@ -10,7 +10,7 @@ import numpy as np
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, LAMP, LIE, SIT, STAND, Place
 from ...coverage.cells import finished, free_ways
-from .floor import Ground
+from .floor import WalkedStorey
 from .marked_object import MarkedObject
 from .marks import look_of
 
@@ -44,7 +44,7 @@ SHORT_M = 0.12
 
 
 def place_of(
-    marked: MarkedObject, ground: Ground, number: int, target: MarkedObject | None = None
+    marked: MarkedObject, ground: WalkedStorey, number: int, target: MarkedObject | None = None
 ) -> Place:
     """The place of a marked object; `target`: what the hand goes to instead of the object."""
     mark = marked.obj.angen_place
@@ -74,7 +74,7 @@ def place_of(
 
 
 def stand(
-    ground: Ground, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
+    ground: WalkedStorey, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
 ) -> Array:
     """(2,) m: the best place to stand near `ideal` (2,), or at `ring` m from it, with no wall
     between it and `target` (3,); `ideal` itself where there is none."""
@@ -108,7 +108,7 @@ def stand(
     return found
 
 
-def _sees(ground: Ground, marked: MarkedObject, points: Array, target: Array) -> Array:
+def _sees(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
     """(n,): whether nothing but the object is between points (n, 2) and a target, at the height of
     a breast."""
     home = ground.home
@@ -161,7 +161,7 @@ def _bed(marked: MarkedObject, look: Array) -> Array:
 
 
 def _bedside(
-    ground: Ground, marked: MarkedObject, look: Array, target: Array
+    ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
 ) -> tuple[Array, Array]:
     """Where one stands (2,) beside a bed, and where one sits (3,) on its edge."""
     across = np.array([-look[1], look[0]])
@@ -179,7 +179,7 @@ def _bedside(
     return at, target + np.array([*sitting, 0.0])
 
 
-def _edge(ground: Ground, marked: MarkedObject, target: Array, side: Array) -> float:
+def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
     """How far the bed goes from the target to one side, m."""
     if marked.solid:
         return float(marked.reach(side)[1] - target[:2] @ side)
@@ -193,7 +193,7 @@ def _edge(ground: Ground, marked: MarkedObject, target: Array, side: Array) -> f
 
 
 def _used(
-    ground: Ground, marked: MarkedObject, look: Array, away: float, aimless: bool
+    ground: WalkedStorey, marked: MarkedObject, look: Array, away: float, aimless: bool
 ) -> tuple[Array, Array]:
     """Where one stands (2,) and where the hand goes (3,); `aimless`: from any side."""
     floor = ground.storey.height

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....sensor_logic.contact.shapes import perpendiculars
-from ....sensor_logic.contact.world import Ground
+from ....sensor_logic.contact.world import BareSurface
 from ..rays.solids import Solid
 from . import parallel_rays
 from .contact_bodies import Key
@@ -46,7 +46,7 @@ class MissingMass:
                     )
         return ""
 
-    def _ends_above(self, pad: Solid, tolerance: float, ground: Ground) -> bool:
+    def _ends_above(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
         """Whether a weight on an object without a mass would press on the pad."""
         cover = next((s for s in self._solids.solids if s.number == ground.number), None)
         lo, hi = (bound[pad.row] * self._metres for bound in (self._solids.lo, self._solids.hi))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.contact.feet import held_by_pads
 from ....sensor_logic.contact.underside import Samples, clustered, firmness, looks_up, underside
-from ....sensor_logic.contact.world import Ground, Support
+from ....sensor_logic.contact.world import BareSurface, Support
 from ..rays.caster import NOTHING
 from ..rays.solids import Solid, Solids
 from . import parallel_rays
@@ -197,7 +197,7 @@ def _by_support(
         found[key] = found[key] | mask if key in found else mask
         if key == GROUND:
             places, _ = clustered(below[mask], areas[mask])
-            ground.append(Ground(known[number].original.name, number, places))
+            ground.append(BareSurface(known[number].original.name, number, places))
     return [
         Support(key, *clustered(points[mask], areas[mask]), tuple(ground) if key == GROUND else ())
         for key, mask in found.items()

@@ -10,7 +10,7 @@ from operator import is_
 import numpy as np
 from numpy.typing import NDArray
 
-from .changing_shapes import Picture, apex_of, pictures_of
+from .changing_shapes import RayPicture, apex_of, pictures_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -42,7 +42,7 @@ class RayBundle:
         return apex_of(self.origins, self.directions)
 
     @cached_property
-    def pictures(self) -> list[Picture]:
+    def pictures(self) -> list[RayPicture]:
         """What shapes that change are seen in."""
         return pictures_of(self.origins, self.directions, self.apex)
 

@@ -57,7 +57,7 @@ def apex_of(origins: Array, directions: Array) -> Array | None:
 
 
 @dataclass(frozen=True)
-class Hits:
+class FrameHits:
     """What (p,) of some rays meet at some frames, in order of these: the `frame`, the `ray`, how
     `far` it goes, in lengths of its direction, and to which `triangle`."""
 
@@ -66,8 +66,8 @@ class Hits:
     far: Array
     triangle: Index
 
-    def at(self, which: Any) -> Hits:
-        return Hits(self.frame[which], self.ray[which], self.far[which], self.triangle[which])
+    def at(self, which: Any) -> FrameHits:
+        return FrameHits(self.frame[which], self.ray[which], self.far[which], self.triangle[which])
 
 
 def meet(
@@ -77,7 +77,7 @@ def meet(
     inverse: Array,
     rays: RayBundle,
     asked: NDArray[np.bool_],
-) -> Hits:
+) -> FrameHits:
     """The nearest of the triangles `corners` (3, m) that rays (n) meet at each of some frames (k):
     their `points` (k, 3, v) are in the space of a solid whose matrices (k, 4, 4) and their inverses
     are given. `asked` (k, n): which rays may meet it."""
@@ -91,10 +91,12 @@ def meet(
         ways = turned(rays.directions[ray], back)
         far = _lengths(points, frame, corners[:, triangle], starts, ways)
         hit = np.flatnonzero(far < np.inf)
-        found.append(Hits(frame[hit], ray[hit], far[hit], triangle[hit]))
+        found.append(FrameHits(frame[hit], ray[hit], far[hit], triangle[hit]))
     hits = found[0]
     if len(found) > 1:
-        hits = Hits(*(np.concatenate([getattr(h, f.name) for h in found]) for f in fields(Hits)))
+        hits = FrameHits(
+            *(np.concatenate([getattr(h, f.name) for h in found]) for f in fields(FrameHits))
+        )
     hits = hits.at(np.lexsort((hits.triangle, hits.far, hits.ray, hits.frame)))
     which = hits.frame * len(rays.origins) + hits.ray
     return hits.at(np.flatnonzero(which != np.concatenate([[-1], which[:-1]])))
@@ -108,18 +110,18 @@ def turned(vectors: Array, matrix: Array) -> Array:
     return result
 
 
-def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[Picture]:
+def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPicture]:
     """Pictures in which all rays from `origins` (n, 3) along unit vectors (n, 3) are seen; `apex`
     (3,): where their lines all meet, if they do. Rays that go towards it, as those to a lamp do,
     are looked back along too."""
     every = np.arange(len(origins))
     if apex is None:
-        return [Picture(every[i : i + 1], ways[i : i + 1], origins[i]) for i in every.tolist()]
+        return [RayPicture(every[i : i + 1], ways[i : i + 1], origins[i]) for i in every.tolist()]
     ahead = ((origins - apex) * ways).sum(axis=1)
     behind = bool((ahead < -THROUGH * float(np.abs(ahead).max(initial=0.0))).any())
     found = []
     for looks in (ways, -ways) if behind else (ways,):
-        found += [Picture(which, looks[which], apex) for which in _narrow(looks)]
+        found += [RayPicture(which, looks[which], apex) for which in _narrow(looks)]
     return found
 
 
@@ -135,7 +137,7 @@ def _narrow(ways: Array) -> list[Index]:
     return [np.flatnonzero(side == one) for one in np.unique(side).tolist()]
 
 
-class Picture:
+class RayPicture:
     """Those of a bundle's `rays` (n,) that are looked along in the `ways` (n, 3) from an `eye`
     (3,), and the grid of the cells that they are in."""
 
@@ -144,7 +146,7 @@ class Picture:
         self._axes = _axes(ways)
         there = self._axes @ ways.T
         self._places = there[:2] / there[2]
-        self._grid = Grid(self._places)
+        self._grid = RayCells(self._places)
 
     def pairs(self, points: Any, corners: Index, matrix: Array) -> tuple[Index, Index, Index]:
         """Frames, and rays and triangles (p,) that lie in one place of the picture there: no fewer
@@ -197,7 +199,7 @@ def _axes(ways: Array) -> Array:
     return np.stack([right, np.cross(ahead, right), ahead])
 
 
-class Grid:
+class RayCells:
     """The places `rays` (2, n) of rays in a picture, by cells of it."""
 
     def __init__(self, rays: Array) -> None:

@@ -58,7 +58,7 @@ class SolidMotion:
 
 
 @dataclass(frozen=True)
-class Beam:
+class SweptRays:
     """The rays of a sensor at one step, in Blender units: its matrix (4, 4) without scale, and the
     rays as to `RayCaster.cast`."""
 
@@ -116,8 +116,8 @@ class Sweeper:
         sensor: Uid,
         before: SolidsAtStep,
         now: SolidsAtStep,
-        start: Beam,
-        beam: Beam,
+        start: SweptRays,
+        beam: SweptRays,
         tolerance: float,
     ) -> RayCrossings:
         """What the rays met between the steps `before`, when the beam was `start`, and `now`; in

@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from ....panels.readings import Readings
+from ....panels.readings import ReadingTexts
 from ...runtime import state
 from . import labels, refresh
 from .drawn_sensors import DrawnSensors, SensorRow
@@ -41,7 +41,7 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 
 def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
     """What each sensor that this view shows reads, and whether it is selected."""
-    readings, found = Readings(scene), []
+    readings, found = ReadingTexts(scene), []
     for seen in drawn.seen:
         if seen.sensor.handle.visible_in_viewport_get(space):
             selected = seen.selected

@@ -13,7 +13,7 @@ from ...runtime import state
 from ...scene.instances import Uid
 from ...scene.sensors import Sensor
 from .history import HISTORIES, History
-from .layout import CHIP, Colour, Picture, View, Word, labels, strips
+from .layout import CHIP, Colour, TimelinePicture, TimelineRegion, TimelineText, labels, strips
 
 MODES = {"TIMELINE", "DOPESHEET"}
 # Pixels at an interface scale of 1: the scrubbing area, the scroll bar, the row of markers.
@@ -28,9 +28,9 @@ class Painter:
     def __init__(self) -> None:
         self._key: Any = None
         self._batches: list[Any] = []
-        self._words: list[Word] = []
+        self._words: list[TimelineText] = []
 
-    def paint(self, key: Any, make: Callable[[], Picture]) -> None:
+    def paint(self, key: Any, make: Callable[[], TimelinePicture]) -> None:
         """Draws what was made for the same key, or makes it."""
         import gpu
 
@@ -91,7 +91,7 @@ def draw_channels() -> None:
     if not settings.names:
         return
     bottom, top, scale = _between(bpy.context.scene, region)
-    view = View(region.width, bottom, top, scale, 0.0, 1.0)
+    view = TimelineRegion(region.width, bottom, top, scale, 0.0, 1.0)
     key = (history, view, chosen)
     _painter("list").paint(key, lambda: labels(history, view, chosen, ground=True))
 
@@ -123,13 +123,13 @@ def _painter(what: str) -> Painter:
     return _painters.setdefault((bpy.context.region.as_pointer(), what), Painter())
 
 
-def view_of(scene: Any, region: Any) -> View | None:
+def view_of(scene: Any, region: Any) -> TimelineRegion | None:
     """Where in a region rows go; None where it is too small for any."""
     bottom, top, scale = _between(scene, region)
     left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
     if top <= bottom or right <= left:
         return None
-    return View(region.width, bottom, top, scale, left, right)
+    return TimelineRegion(region.width, bottom, top, scale, left, right)
 
 
 def _between(scene: Any, region: Any) -> tuple[float, float, float]:
@@ -141,7 +141,7 @@ def _between(scene: Any, region: Any) -> tuple[float, float, float]:
     return bottom, region.height - SCRUB * scale, scale
 
 
-def _batches(picture: Picture) -> list[Any]:
+def _batches(picture: TimelinePicture) -> list[Any]:
     import gpu
     from gpu_extras.batch import batch_for_shader
 
@@ -164,7 +164,7 @@ def _batches(picture: Picture) -> list[Any]:
     return made
 
 
-def _draw_words(shader: Any, words: list[Word]) -> None:
+def _draw_words(shader: Any, words: list[TimelineText]) -> None:
     import blf
     from gpu_extras.batch import batch_for_shader
 

@@ -32,7 +32,7 @@ class Spans:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class HistoryRow:
     """One sensor: what it is called and its room; `uid`: session uid of its object. `frames`,
     `values`: its curve, for kinds that measure, and `full`: what is drawn as full height; `log`,
     `events`: see events.py."""
@@ -53,7 +53,7 @@ class Row:
 class History:
     """The rows by room and then by kind and name; frames `start` to `end`, where the last ends."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[HistoryRow, ...]
     start: float
     end: float
 
@@ -61,7 +61,7 @@ class History:
         """Some of the rows."""
         return replace(self, rows=tuple(row for row in self.rows if row.uid in uids))
 
-    def row_of(self, uid: Uid) -> Row | None:
+    def row_of(self, uid: Uid) -> HistoryRow | None:
         return next((row for row in self.rows if row.uid == uid), None)
 
 
@@ -74,15 +74,15 @@ def history_of(recording: Recording, sensors: Iterable[Any]) -> History:
     return History(tuple(rows), start, end)
 
 
-def _row(track: Track | None, sensor: Any, start: float, end: float) -> Row:
+def _row(track: Track | None, sensor: Any, start: float, end: float) -> HistoryRow:
     kind = sensor.kind.identifier
     nothing = np.empty(0)
     if track is None or not len(track):
         off = Spans(np.array([start]), np.array([end]), np.array([OFF], np.int8))
-        return Row(sensor.name, sensor.room, sensor.uid, kind, off, nothing, nothing)
+        return HistoryRow(sensor.name, sensor.room, sensor.uid, kind, off, nothing, nothing)
     frames = np.array(track.frames, np.float64)
     curve = sensor.kind.has_analog_reading
-    return Row(
+    return HistoryRow(
         sensor.name,
         sensor.room,
         sensor.uid,

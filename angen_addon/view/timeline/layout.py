@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
 from ...scene.instances import Uid
-from .history import ACTIVE, IDLE, INVALID, OFF, History, Row
+from .history import ACTIVE, IDLE, INVALID, OFF, History, HistoryRow
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float, float]
@@ -46,7 +46,7 @@ LETTER = 11.0
 LEAST_AREA = 0.2
 
 
-class View(NamedTuple):
+class TimelineRegion(NamedTuple):
     """The region in pixels: its width, where rows may be (bottom to top), the interface's scale,
     and the frames at its left and right edge."""
 
@@ -62,7 +62,7 @@ class View(NamedTuple):
         return (frame - self.left) / (self.right - self.left) * self.width
 
 
-class Word(NamedTuple):
+class TimelineText(NamedTuple):
     """A text with its lower left corner, or its lower right one, and the height of its letters."""
 
     x: float
@@ -74,13 +74,13 @@ class Word(NamedTuple):
 
 
 @dataclass
-class Picture:
+class TimelinePicture:
     """`quads`: (x0, y0, x1, y1, colour); `lines`: the same from end to end; `words`, each on a
     ground of its own."""
 
     quads: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
     lines: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
-    words: list[Word] = field(default_factory=list)
+    words: list[TimelineText] = field(default_factory=list)
 
 
 def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -100,12 +100,12 @@ def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDA
 class Placed(NamedTuple):
     """A row with its lower edge and its height."""
 
-    row: Row
+    row: HistoryRow
     y: float
     high: float
 
 
-def place(rows: tuple[Row, ...], view: View) -> list[Placed]:
+def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[Placed]:
     """The rows that fit, from the top down, upwards from the bottom of the view."""
     if not rows:
         return []
@@ -127,9 +127,9 @@ def place(rows: tuple[Row, ...], view: View) -> list[Placed]:
     return placed
 
 
-def strips(history: History, view: View, chosen: frozenset[Uid]) -> Picture:
+def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> TimelinePicture:
     """The rows of a history and their rooms; `chosen`: session uids of sensors that stand out."""
-    picture = Picture()
+    picture = TimelinePicture()
     placed = place(history.rows, view)
     if not placed or view.right <= view.left:
         return picture
@@ -144,13 +144,15 @@ def strips(history: History, view: View, chosen: frozenset[Uid]) -> Picture:
         text = f"{left_out} more: make this editor higher"
         # On the lowest row: above the highest one are the numbers of the frames.
         size = LETTER * view.scale
-        picture.words.append(Word(6 * view.scale, placed[-1].y + size / 2, text, size, DIM))
+        picture.words.append(TimelineText(6 * view.scale, placed[-1].y + size / 2, text, size, DIM))
     return picture
 
 
-def labels(history: History, view: View, chosen: frozenset[Uid], ground: bool) -> Picture:
+def labels(
+    history: History, view: TimelineRegion, chosen: frozenset[Uid], ground: bool
+) -> TimelinePicture:
     """The names of the rows, where these are high enough; `ground`: on one of their own."""
-    picture = Picture()
+    picture = TimelinePicture()
     placed = place(history.rows, view)
     if ground:
         _ground(picture, placed, view, chosen)
@@ -158,11 +160,13 @@ def labels(history: History, view: View, chosen: frozenset[Uid], ground: bool) -
         if high >= LEAST_NAMED * view.scale:
             size = min(LETTER * view.scale, high - 3)
             colour = BRIGHT if row.uid in chosen else WORD
-            picture.words.append(Word(4 * view.scale, y + high / 2, row.name, size, colour))
+            picture.words.append(TimelineText(4 * view.scale, y + high / 2, row.name, size, colour))
     return picture
 
 
-def _ground(picture: Picture, placed: list[Placed], view: View, chosen: frozenset[Uid]) -> None:
+def _ground(
+    picture: TimelinePicture, placed: list[Placed], view: TimelineRegion, chosen: frozenset[Uid]
+) -> None:
     if not placed:
         return
     width = float(view.width)
@@ -178,15 +182,24 @@ def _ground(picture: Picture, placed: list[Placed], view: View, chosen: frozense
             picture.quads.append((0.0, y, width, y + high, CHOSEN))
 
 
-def _room(picture: Picture, view: View, room: str, bottom: float, top: float, high: float) -> None:
+def _room(
+    picture: TimelinePicture,
+    view: TimelineRegion,
+    room: str,
+    bottom: float,
+    top: float,
+    high: float,
+) -> None:
     size = min(LETTER * view.scale, max(top - bottom, high) - 1)
     if room and size >= 7 * view.scale:
         middle = (bottom + top) / 2
-        word = Word(view.width - 6 * view.scale, middle, room, size, DIM, to_the_left=True)
+        word = TimelineText(view.width - 6 * view.scale, middle, room, size, DIM, to_the_left=True)
         picture.words.append(word)
 
 
-def _strip(picture: Picture, view: View, row: Row, y: float, high: float) -> None:
+def _strip(
+    picture: TimelinePicture, view: TimelineRegion, row: HistoryRow, y: float, high: float
+) -> None:
     colour = COLOURS[(KINDS[row.kind].number - 1) % len(COLOURS)]
     spans = row.spans
     x0, x1 = view.x(spans.starts), view.x(spans.ends)
@@ -211,9 +224,9 @@ def _strip(picture: Picture, view: View, row: Row, y: float, high: float) -> Non
 
 
 def _curve(
-    picture: Picture,
-    view: View,
-    row: Row,
+    picture: TimelinePicture,
+    view: TimelineRegion,
+    row: HistoryRow,
     y: float,
     high: float,
     colour: Colour,
@@ -255,7 +268,9 @@ def _curve(
         last = level
 
 
-def _hatch(picture: Picture, x0: float, y0: float, x1: float, y1: float, colour: Colour) -> None:
+def _hatch(
+    picture: TimelinePicture, x0: float, y0: float, x1: float, y1: float, colour: Colour
+) -> None:
     """Diagonal lines, cut at the rectangle, that run on from one rectangle to the next."""
     high = y1 - y0
     begin = math.floor((x0 - high) / HATCH) * HATCH

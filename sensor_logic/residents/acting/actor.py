@@ -27,14 +27,14 @@ from ..body.moves import (
     standing,
     turning_over,
 )
-from ..body.pose import Pose
+from ..body.pose import BodyPose
 from ..body.reach import carrying, drinking, looking_around, reaching
 from ..body.seat import seat_distance
 from ..body.turns import ease
 from ..places import Door, Place
 from ..timeline import Clip, Gesture, Hold, Timeline
 from .ground import dense
-from .home import Home
+from .home import HomeInUse
 from .parking import Parked, frame_of, parked_beside
 from .seats import seat_of
 from .work import hand_on_leaf, hands_at_work
@@ -54,7 +54,7 @@ class Actor:
     """Times are seconds since midnight. `place` is the name of where the person is; empty on the
     way."""
 
-    def __init__(self, name: str, build: Build, home: Home, now: float) -> None:
+    def __init__(self, name: str, build: Build, home: HomeInUse, now: float) -> None:
         self.name, self.build, self.home = name, build, home
         self.now = self.since = now
         self.unseen = build.is_cat
@@ -70,7 +70,7 @@ class Actor:
         self._track: list[tuple[float, float, float]] = []
         self._posed_since = now
         self._seat: Place | None = None
-        self._seated: Pose | None = None
+        self._seated: BodyPose | None = None
         self._side = 0
         self.put_down(np.zeros(2), 0.0, 0)
 
@@ -82,7 +82,7 @@ class Actor:
         self.pose = self._standing()
         self._track.append((self.now, *self.stand.centre))
 
-    def _standing(self) -> Pose:
+    def _standing(self) -> BodyPose:
         return _beside(self.parked, standing(self.stand, self.floor, self._walks_as))
 
     @property
@@ -120,7 +120,7 @@ class Actor:
         self._posed_since = self.now
 
     # --- pieces -------------------------------------------------------------------------------
-    def clip(self, seconds: float, pose: Callable[[Array], Pose]) -> None:
+    def clip(self, seconds: float, pose: Callable[[Array], BodyPose]) -> None:
         self.line.clips.append(Clip(self.now, self.now + seconds, pose))
         self.now += seconds
         self.pose = pose(np.array([seconds]))
@@ -156,7 +156,7 @@ class Actor:
 
     def gesture(
         self, seconds: float, rise: float, fall: float,
-        apply: Callable[[Pose, Array, Array], Pose], begins: float = 0.0,
+        apply: Callable[[BodyPose, Array, Array], BodyPose], begins: float = 0.0,
     ) -> None:  # fmt: skip
         start = self.now + begins
         self.line.gestures.append(Gesture(start, start + seconds, rise, fall, apply))
@@ -389,6 +389,6 @@ def sip(began: float) -> Gesture:
     return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
 
 
-def _beside(parked: Parked | None, pose: Pose) -> Pose:
+def _beside(parked: Parked | None, pose: BodyPose) -> BodyPose:
     """A frame that was left stays where it is."""
     return pose if parked is None else replace(pose, walker=parked.frame[None])

@@ -16,17 +16,17 @@ from ...routine.diary import OTHER
 from ...routine.draws import Stream
 from ...routine.routine import DAY, Routine, RoutineError, Segment
 from ...routine.table import suggestion
-from ..acted import AWAY, STANDING, Acted, Done, Stay
+from ..acted import AWAY, STANDING, Acted, ActedActivity, Stay
 from ..body.build import Build
 from ..places import Places
 from .ground import Ground
-from .home import Home
+from .home import HomeInUse
 from .living import Living
 from .words import Deeds, check_body, read_activities
 
 # How long somebody goes on after midnight with what was begun before, s.
 AFTER = 60.0
-T = TypeVar("T", Done, Stay)
+T = TypeVar("T", ActedActivity, Stay)
 
 
 def act(
@@ -44,7 +44,7 @@ def act(
     where something cannot be done."""
     activities = read_activities(routine, places)
     _check_known(segments, activities, residents, places)
-    home = Home(places, ground or Ground(places))
+    home = HomeInUse(places, ground or Ground(places))
     plans = {person: _plan(segments, person, day, seed) for person in residents}
     _begin_home(home, segments, activities, plans, day)
     left = home.as_left()
@@ -110,7 +110,7 @@ def _before(segments: Sequence[Segment], person: str, day: int) -> list[Segment]
 
 
 def _begin_home(
-    home: Home,
+    home: HomeInUse,
     segments: Sequence[Segment],
     activities: Mapping[str, Deeds],
     plans: Mapping[str, list[tuple[Segment, Stream]]],
@@ -172,7 +172,7 @@ def _together(people: list[tuple[Living, list[tuple[Segment, Stream]]]]) -> None
         living.end()
 
 
-def _acted(home: Home, people: list[Living]) -> Acted:
+def _acted(home: HomeInUse, people: list[Living]) -> Acted:
     stays = [stay for living in people for stay in living.stays]
     done = [
         _placed(one, stays, living.activities.get(one.activity))
@@ -199,7 +199,7 @@ def _of_day(found: list[T]) -> list[T]:
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 
 
-def _placed(done: Done, stays: list[Stay], deeds: Deeds | None) -> Done:
+def _placed(done: ActedActivity, stays: list[Stay], deeds: Deeds | None) -> ActedActivity:
     """With the one of its places where most of it was done; where it was done at none of them, of
     all places."""
     lasting: dict[str, float] = {}

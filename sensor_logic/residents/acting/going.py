@@ -19,9 +19,9 @@ from ..places import LIE, SIT, Door, Place
 from ..ways import NoWay, length
 from .actor import Actor
 from .ground import dense, rounded
-from .home import Home, Someone
+from .home import HomeInUse, Someone
 from .parking import NEAR_M, At, parked_on
-from .words import Step
+from .words import ActivityStep
 
 Taking = Generator[None, None, None]
 # Seconds: how long somebody waits for others to get out of the way before squeezing past; how often
@@ -41,11 +41,11 @@ class GaveUp(Exception):
 
 
 class Going(Actor):
-    def __init__(self, name: str, build: Build, home: Home, now: float) -> None:
+    def __init__(self, name: str, build: Build, home: HomeInUse, now: float) -> None:
         super().__init__(name, build, home, now)
         self._key = ""  # what others cannot have meanwhile
         self.until = math.inf  # when what is being done ends
-        self.step: Step | None = None  # what is being done
+        self.step: ActivityStep | None = None  # what is being done
         # Where one stands and looks, one after the other, who arrives at a place.
         self._ends: list[At] = []
 
@@ -63,7 +63,7 @@ class Going(Actor):
         """Whoever is at a place has it; cats mind each other alone."""
         return f"cat {place.name}" if self.build.is_cat else self.home.key(place)
 
-    def come_to(self, step: Step, place: Place) -> Taking:
+    def come_to(self, step: ActivityStep, place: Place) -> Taking:
         """Standing at a place that nobody else has."""
         key = self.key(place)
         if not self.home.is_free(key, self):
@@ -86,7 +86,7 @@ class Going(Actor):
         self._key = "" if place is None else self.key(place)
         self.home.keep_only(self._key, self)
 
-    def _way(self, step: Step, place: Place, leaves: str, short_of: bool = False) -> Taking:
+    def _way(self, step: ActivityStep, place: Place, leaves: str, short_of: bool = False) -> Taking:
         """To where one stands at a place; `leaves` what is then free for others. `short_of`: to
         where one waits for it."""
         if self.build.is_cat:
@@ -98,7 +98,7 @@ class Going(Actor):
         yield from self.to_point(step, goal, yaw, place.storey, leaves)
 
     def to_point(
-        self, step: Step, goal: Array, yaw: float | None, storey: int, leaves: str = ""
+        self, step: ActivityStep, goal: Array, yaw: float | None, storey: int, leaves: str = ""
     ) -> Taking:
         self.rise()
         for door, side in self._doors_to(step, goal, storey):
@@ -118,7 +118,7 @@ class Going(Actor):
             if self._key == key:
                 self._key = ""
 
-    def _doors_to(self, step: Step, goal: Array, storey: int) -> list[tuple[Door, float]]:
+    def _doors_to(self, step: ActivityStep, goal: Array, storey: int) -> list[tuple[Door, float]]:
         opened = self.home.left_open(self.storey)
         if storey != self.storey:
             raise step.error("it is on another floor, and no stairs are marked")
@@ -132,7 +132,7 @@ class Going(Actor):
             )
         return found
 
-    def _aside(self, step: Step, place: Place) -> tuple[Array, float | None]:
+    def _aside(self, step: ActivityStep, place: Place) -> tuple[Array, float | None]:
         """Where somebody waits for a place: short of the last door on the way or of the place, and
         where no leaf swings; where the person is, if that is nearer."""
         ground, home = self.home.ground, self.home
@@ -159,7 +159,7 @@ class Going(Actor):
                 return point, None
         return start, None
 
-    def _leg(self, step: Step, goal: Array, yaw: float | None) -> Taking:
+    def _leg(self, step: ActivityStep, goal: Array, yaw: float | None) -> Taking:
         """To a point without opening doors, past whoever stands about."""
         yield
         if self.parked is not None and (
@@ -318,7 +318,7 @@ class Going(Actor):
         self.walk(rounded(self.home.ground.floor(self.storey, opened), path), yaw)
         self.be(STANDING)
 
-    def _past_leaves(self, step: Step, goal: Array) -> Array:
+    def _past_leaves(self, step: ActivityStep, goal: Array) -> Array:
         """The way as if no door stood open: a leaf that is in the way is brushed aside."""
         try:
             return self.home.ground.way(self.storey, self.here, goal, self.radius, {})

@@ -53,7 +53,7 @@ class Clash:
 
 
 @dataclass(eq=False)
-class Home:
+class HomeInUse:
     places: Places
     ground: Ground
     openings: dict[str, float] = field(default_factory=dict)

@@ -11,14 +11,14 @@ import numpy as np
 from ...model import Array
 from ...routine.draws import Stream
 from ...routine.routine import DAY, Segment
-from ..acted import AWAY, LYING, SITTING, STANDING, Done
+from ..acted import AWAY, LYING, SITTING, STANDING, ActedActivity
 from ..body.build import Build
 from ..places import Door, Place
 from .actor import LOOK
 from .going import GaveUp, Going, Taking
 from .ground import Spot
-from .home import Home
-from .words import POSTURES, Deeds, Repeated, Step
+from .home import HomeInUse
+from .words import POSTURES, ActivityStep, Deeds, Repeated
 
 # Seconds: how long a step takes that the routine says nothing of, and one that comes too late.
 USUAL, LATE = 10.0, 5.0
@@ -42,11 +42,11 @@ class Living(Going):
     """`activities` are what the names in the segments mean."""
 
     def __init__(
-        self, name: str, build: Build, home: Home, now: float, activities: Mapping[str, Deeds]
+        self, name: str, build: Build, home: HomeInUse, now: float, activities: Mapping[str, Deeds]
     ) -> None:
         super().__init__(name, build, home, now)
         self.activities = activities
-        self.done: list[Done] = []
+        self.done: list[ActedActivity] = []
         self._begun: Begun | None = None
         self._out_by: Door | None = None
 
@@ -95,7 +95,9 @@ class Living(Going):
 
     def _end_activity(self, now: float) -> None:
         if self._begun is not None and now > self._begun.start:
-            self.done.append(Done(self._begun.start, now, self.name, self._begun.activity, ""))
+            self.done.append(
+                ActedActivity(self._begun.start, now, self.name, self._begun.activity, "")
+            )
 
     def _perform(self, deeds: Deeds, segment: Segment, stream: Stream) -> Taking:
         self.step = deeds.steps[0]
@@ -143,7 +145,7 @@ class Living(Going):
             yield from self._do(step, False, stream)
 
     # --- steps --------------------------------------------------------------------------------
-    def _do(self, step: Step, last: bool, stream: Stream) -> Taking:
+    def _do(self, step: ActivityStep, last: bool, stream: Stream) -> Taking:
         self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
             place = self.home.places.places[step.name]
@@ -169,7 +171,7 @@ class Living(Going):
         else:
             self._move_a_little(step, stream)
 
-    def _move_a_little(self, step: Step, stream: Stream) -> None:
+    def _move_a_little(self, step: ActivityStep, stream: Stream) -> None:
         if step.word == "wait":
             self.stay(self.now + min(step.lasts or 0.0, max(self.until - self.now, LATE)))
         elif step.word == "turn over":
@@ -183,7 +185,7 @@ class Living(Going):
         else:
             self._reach(step, self.home.places.places[step.name].target)
 
-    def _reach(self, step: Step, point: Array) -> None:
+    def _reach(self, step: ActivityStep, point: Array) -> None:
         off = float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2])))
         if off > 2 * ARM_WAY:
             raise step.error(
@@ -191,7 +193,7 @@ class Living(Going):
             )
         self.touch(point)
 
-    def _settle(self, step: Step, place: Place) -> Taking:
+    def _settle(self, step: ActivityStep, place: Place) -> Taking:
         """At a place in the posture of the word."""
         posture = POSTURES[step.word]
         if (self.place, self.posture) == (place.name, posture):
@@ -206,7 +208,7 @@ class Living(Going):
             self.stay(self.now + 0.4)
             self.lie(place)
 
-    def _carry(self, step: Step) -> Taking:
+    def _carry(self, step: ActivityStep) -> Taking:
         where = step.at or self.home.things.get(step.name, step.name)
         if step.word == "take" and step.name in self.hands:
             return
@@ -223,7 +225,7 @@ class Living(Going):
             self.put(step.name, place)
             self.home.things[step.name] = where
 
-    def _drink(self, step: Step) -> Taking:
+    def _drink(self, step: ActivityStep) -> Taking:
         """From a cup, which comes back to where it was; who holds it keeps it."""
         held = step.name in self.hands
         if not held:
@@ -236,7 +238,7 @@ class Living(Going):
     def _far(self, point: Array, reach: float = ARM_WAY) -> bool:
         return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2]))) > reach
 
-    def _switch(self, step: Step) -> Taking:
+    def _switch(self, step: ActivityStep) -> Taking:
         lamp = self.home.places.lamps[step.name]
         if self.home.lamps.get(lamp.object) is step.on:
             return
@@ -248,7 +250,7 @@ class Living(Going):
             at = self.touch(lamp.at)
         self.home.switch(lamp.object, step.on, at, self.name)
 
-    def _move(self, step: Step) -> Taking:
+    def _move(self, step: ActivityStep) -> Taking:
         """Opens or closes what a hand moves."""
         door = self.home.places.doors[step.name]
         after = door.open if step.word == "open" else door.closed
@@ -261,7 +263,7 @@ class Living(Going):
         self.move_leaf(door, after)
         self.home.occupy(door, self, self.now)
 
-    def _spot_at(self, door: Door, step: Step) -> Spot | None:
+    def _spot_at(self, door: Door, step: ActivityStep) -> Spot | None:
         """Where to stand to move a leaf without going through it."""
         place = self.home.places.places.get(door.name)
         if place is not None:
@@ -280,7 +282,7 @@ class Living(Going):
         return min(spots, key=trouble)
 
     # --- out and in -----------------------------------------------------------------------------
-    def _leave(self, step: Step) -> Taking:
+    def _leave(self, step: ActivityStep) -> Taking:
         if self.posture == AWAY:
             return
         door, side = self._entrance(step)
@@ -303,7 +305,7 @@ class Living(Going):
         self.be(STANDING)
         yield from self.through(door, -side)
 
-    def _entrance(self, step: Step) -> tuple[Door, float]:
+    def _entrance(self, step: ActivityStep) -> tuple[Door, float]:
         """The nearest way out, and the side of it that is within."""
         ground, opened = self.home.ground, self.home.left_open(self.storey)
         found = []

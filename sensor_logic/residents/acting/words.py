@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from ...routine.routine import AWAY, Activity, Routine, RoutineError
+from ...routine.routine import AWAY, Routine, RoutineActivity, RoutineError
 from ...routine.table import suggestion
 from ...routine.times import seconds
 from ..acted import AWAY as GONE
@@ -46,7 +46,7 @@ BURST = 3.0
 
 
 @dataclass(frozen=True)
-class Step:
+class ActivityStep:
     """A word, the name that it goes with, how long it takes (s, None where that is not told), the
     place that something is put at, and whether a lamp is switched on. `where` it stands."""
 
@@ -61,7 +61,7 @@ class Step:
         return RoutineError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
 
 
-def read_step(text: str, where: str, places: Places) -> Step:
+def read_step(text: str, where: str, places: Places) -> ActivityStep:
     """Raises RoutineError where a word or a name is not known."""
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
@@ -81,7 +81,7 @@ def read_step(text: str, where: str, places: Places) -> Step:
         if state not in ("on", "off"):
             raise RoutineError(f'{where}: {text!r} does not say "on" or "off" at its end')
         on = state == "on"
-    step = Step(word, rest, lasts, at, on, where)
+    step = ActivityStep(word, rest, lasts, at, on, where)
     if kind == _NONE and rest:
         raise step.error(f"{rest!r} means nothing here")
     asked = [(rest, kind)] if kind else []
@@ -98,7 +98,7 @@ def _known(kind: str, places: Places) -> Collection[str]:
     return places.lamps.keys() if kind == _LAMP else places.places.keys()
 
 
-def check_body(step: Step, places: Places, is_cat: bool) -> None:
+def check_body(step: ActivityStep, places: Places, is_cat: bool) -> None:
     """Raises RoutineError where a person or a cat cannot do that."""
     if is_cat and step.word not in _CAT:
         raise step.error(f"a cat does not; it can {', '.join(sorted(_CAT))}")
@@ -114,7 +114,7 @@ class Repeated:
     """Movements while an activity lasts, one of the steps each time; `burst`: how many come soon
     one after the other, on average."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[ActivityStep, ...]
     every: float
     varies: float
     burst: float
@@ -125,7 +125,7 @@ class Deeds:
     """What an activity is made of; the place and posture in which it ends, None where it has
     neither."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[ActivityStep, ...]
     meanwhile: tuple[Repeated, ...]
     place: str | None
     posture: str | None
@@ -136,18 +136,18 @@ class Deeds:
         return {step.name for step in self.all_steps if step.word in POSTURES}
 
     @property
-    def all_steps(self) -> tuple[Step, ...]:
+    def all_steps(self) -> tuple[ActivityStep, ...]:
         return (*self.steps, *(step for one in self.meanwhile for step in one.steps))
 
 
 def read_activities(routine: Routine, places: Places) -> Mapping[str, Deeds]:
     """All of a routine's activities by name, and what it is to be away. Raises RoutineError."""
     found = {name: _deeds(activity, places) for name, activity in routine.activities.items()}
-    found[AWAY] = Deeds((Step("leave", "", None, "", False, AWAY),), (), "", GONE)
+    found[AWAY] = Deeds((ActivityStep("leave", "", None, "", False, AWAY),), (), "", GONE)
     return found
 
 
-def _deeds(activity: Activity, places: Places) -> Deeds:
+def _deeds(activity: RoutineActivity, places: Places) -> Deeds:
     where = activity.where or (activity.name,) * len(activity.do)
     steps = tuple(read_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
     place: str | None = None
@@ -169,7 +169,7 @@ def _deeds(activity: Activity, places: Places) -> Deeds:
     return Deeds(steps, tuple(meanwhile), place, posture)
 
 
-def _check_posture(step: Step, posture: str | None) -> None:
+def _check_posture(step: ActivityStep, posture: str | None) -> None:
     needed = _NEEDS.get(step.word)
     if needed and posture not in needed:
         raise step.error(f"that is done {' or '.join(needed)}; put such a step before it")

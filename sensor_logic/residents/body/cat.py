@@ -14,8 +14,8 @@ import numpy as np
 from ...model import Array
 from .build import Build
 from .cat_skeleton import BACK_HEIGHT, CAT
-from .gait import Stand, Step, near_turn
-from .pose import Arms, Feet, Pose
+from .gait import Footstep, Stand, near_turn
+from .pose import Arms, BodyPose, Feet
 from .turns import X, about_y, about_z, ease, times, turned
 
 _PAWS = tuple((leg.names[3], leg.names[2], side) for leg in CAT.legs for side in "LR")
@@ -34,7 +34,7 @@ _PELVIS = CAT.head["pelvis"]
 def _posture(
     build: Build, middle: Array, yaw: Array, balls: Array, soles: Array, pitch: float = 0.0,
     sink: tuple[float, float] = (0.0, 0.0), bend: tuple[Array, Array, Array] | None = None,
-) -> Pose:  # fmt: skip
+) -> BodyPose:  # fmt: skip
     """A cat over points `middle` (n, 3) on what bears it, its paws at `balls` (n, 4, 3) and turned
     by `soles` (n, 4, 4). `sink` moves the hips forward and down at rest; pitch lifts the chest."""
     scale, count = build.scale, len(yaw)
@@ -45,7 +45,7 @@ def _posture(
     )  # fmt: skip
     spine, look, tail = bend or (np.zeros((count, 3)),) * 3
     turn = times(ahead, about_y(np.full(count, -pitch)))
-    return Pose(
+    return BodyPose(
         build, yaw, middle + turned(ahead, hips * scale), turn, feet, Arms(), spine, look,
         np.concatenate([middle, yaw[:, None]], 1), tail,
     )  # fmt: skip
@@ -64,7 +64,7 @@ _GROUND = _BALLS.copy()
 _TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
 
 
-def standing(stand: Stand, floor: float, build: Build) -> Pose:
+def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
     """On its four paws."""
     middle, yaw = _at(*stand.centre, floor, stand.yaw)
     soles = np.broadcast_to(about_z(yaw)[:, None], (1, 4, 4))
@@ -73,7 +73,7 @@ def standing(stand: Stand, floor: float, build: Build) -> Pose:
     return _posture(build, middle, yaw, balls, soles, bend=(still, still, _TAIL_DOWN))
 
 
-def sitting(stand: Pose, seat: Array) -> Pose:
+def sitting(stand: BodyPose, seat: Array) -> BodyPose:
     """On its haunches at a point, looking along its heading."""
     build, yaw = stand.build, stand.heading[:1]
     middle = np.asarray(seat, float)[None]
@@ -87,7 +87,7 @@ def sitting(stand: Pose, seat: Array) -> Pose:
     return _posture(build, middle, yaw, balls, soles, 0.58, (0.03, BACK_HEIGHT - 0.100), bend)
 
 
-def lying(seated: Pose, bed: Array, yaw: float, side: int = 0) -> Pose:
+def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
     """On its belly; curled to the left (side 1) or the right (-1)."""
     build = seated.build
     x, y, z = map(float, bed)
@@ -104,7 +104,7 @@ def lying(seated: Pose, bed: Array, yaw: float, side: int = 0) -> Pose:
     return _posture(build, middle, heading, balls, soles, 0.0, sink, bend)
 
 
-def going(before: Pose, after: Pose, t: Array) -> Pose:
+def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
     """From one posture (t = 0) to another (1): up or down in a leap where one is higher."""
     s = ease(t)
     pose = before.mixed(after, s)
@@ -117,15 +117,15 @@ def going(before: Pose, after: Pose, t: Array) -> Pose:
     return replace(pose, pelvis=pose.pelvis + whole * lift, feet=feet)
 
 
-def shifted(pose: Pose, _times: Array, weight: Array) -> Pose:
+def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
     """The head raised and turned."""
     w = weight[:, None]
     return replace(pose, look=pose.look + w * (0.0, -0.35, 0.6), tail=pose.tail + w * (0, 0, 0.35))
 
 
-def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Step]:
+def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
     """Points of the way of a cat's middle with its heading there, turns on the spot among them."""
-    found = [Step(0, *start.centre, start.yaw)]
+    found = [Footstep(0, *start.centre, start.yaw)]
 
     def turn(to: float) -> None:
         here = found[-1]
@@ -141,16 +141,16 @@ def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) ->
         bends += near_turn(float(bends[0]), start.yaw) - bends[0]
         turn(float(bends[0]))
         for (x, y), yaw in zip(points, bends, strict=True):
-            found.append(Step(0, float(x), float(y), float(yaw)))
+            found.append(Footstep(0, float(x), float(y), float(yaw)))
     if end_yaw is not None:
         turn(near_turn(end_yaw, found[-1].yaw))
     return found if len(found) > 1 else [found[0]] * 2
 
 
-class Walk:
+class CatWalk:
     """A walk along the points of `footsteps`, at a speed in m/s, on a floor at a height in m."""
 
-    def __init__(self, steps: list[Step], speed: float, floor: float, build: Build) -> None:
+    def __init__(self, steps: list[Footstep], speed: float, floor: float, build: Build) -> None:
         self.build, self.floor, self.speed = build, floor, speed
         way = np.array([(step.x, step.y, step.yaw) for step in steps])
         gaps = np.abs(np.diff(way, axis=0))
@@ -190,7 +190,7 @@ class Walk:
         yaw = np.interp(around, self._along, self._way[:, 2]).mean(-1)
         return np.stack([*xy, yaw], -1)
 
-    def pose(self, seconds: Array) -> Pose:
+    def pose(self, seconds: Array) -> BodyPose:
         """The body so many seconds (n,) after the start of the walk."""
         w = np.clip(np.asarray(seconds, float) / self.duration, 0.0, 1.0) * self.last
         body = self._place(self._body(w))

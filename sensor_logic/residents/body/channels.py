@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from ...model import Array
-from .pose import Pose
+from .pose import BodyPose
 from .solve import Bones, skeleton_of, solve
 from .turns import about_z, back, chained, turned
 
@@ -17,7 +17,7 @@ Channel = tuple[str, int, Array]
 
 
 def channels(
-    pose: Pose, rest: Mapping[str, Array], bones: Bones | None = None
+    pose: BodyPose, rest: Mapping[str, Array], bones: Bones | None = None
 ) -> Iterator[Channel]:
     """Those of an armature object whose bones' axes at rest are `rest` (4,): its location (m) on
     the floor under the pelvis, its heading, the pelvis's height, the bones' turns."""
@@ -38,7 +38,7 @@ def channels(
             yield f'pose.bones["{bone}"].rotation_quaternion', axis, turn[:, axis]
 
 
-def local_turns(pose: Pose, bones: Bones, rest: Mapping[str, Array]) -> dict[str, Array]:
+def local_turns(pose: BodyPose, bones: Bones, rest: Mapping[str, Array]) -> dict[str, Array]:
     """The pose bones' own turns (n, 4), each against its parent, in its bone's axes `rest` (4,).
 
     Of two quaternions for one turn it is that nearer to the one before.

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...model import Array, Index
 from .build import ADULT, Build
-from .pose import Arms, Feet, Pose, held
+from .pose import Arms, BodyPose, Feet, held
 from .skeleton import ANKLE, BALL, HEEL_X, PERSON, SIGN, TOE
 from .solve import SHIN, THIGH
 from .surface import smooth_min, smooth_table
@@ -45,7 +45,7 @@ _PITCH = np.array(
 
 
 @dataclass(frozen=True)
-class Step:
+class Footstep:
     """One foot on the floor: the point under its ankle and the body's yaw there."""
 
     side: int
@@ -58,8 +58,8 @@ class Step:
 class Stand:
     """Both feet on the floor: left, right."""
 
-    left: Step
-    right: Step
+    left: Footstep
+    right: Footstep
 
     @staticmethod
     def at(x: float, y: float, yaw: float, build: Build = ADULT) -> Stand:
@@ -75,9 +75,9 @@ class Stand:
         return (self.left.yaw + self.right.yaw) / 2
 
 
-def _beside(x: float, y: float, yaw: float, side: int, width: float) -> Step:
+def _beside(x: float, y: float, yaw: float, side: int, width: float) -> Footstep:
     w = float(SIGN[side]) * width
-    return Step(side, x - w * sin(yaw), y + w * cos(yaw), yaw)
+    return Footstep(side, x - w * sin(yaw), y + w * cos(yaw), yaw)
 
 
 def near_turn(angle: float, near: float) -> float:
@@ -91,7 +91,7 @@ _Landing = tuple[float, float, float, float]
 
 def footsteps(
     start: Stand, path: Array, end_yaw: float | None, build: Build = ADULT
-) -> list[Step]:  # fmt: skip
+) -> list[Footstep]:  # fmt: skip
     """Steps from a stand along the points of a path (n, 2), with turns on the spot at its ends.
 
     The list starts with the two feet that stand and ends with the two that come to stand.
@@ -169,7 +169,7 @@ class Walk:
     a speed in m/s, on a floor at a height in m."""
 
     def __init__(
-        self, steps: list[Step], speed: float, floor: float, build: Build = ADULT
+        self, steps: list[Footstep], speed: float, floor: float, build: Build = ADULT
     ) -> None:  # fmt: skip
         # steps[0] and steps[1] are the feet −1 and 0.
         self.steps, self.floor, self.build = steps, floor, build
@@ -206,7 +206,7 @@ class Walk:
         full: Array = np.array([0.0, *self.effort[2:], 0.0])
         return self.stride * smooth_table(at, full, phase)
 
-    def pose(self, seconds: Array) -> Pose:
+    def pose(self, seconds: Array) -> BodyPose:
         """The body so many seconds (n,) after the start of the walk."""
         phase = smooth_table(self.clock, self.phases, np.asarray(seconds, float))
         x, y, yaw = np.ascontiguousarray(spline(self.middles, phase + 0.5).T)
@@ -233,7 +233,7 @@ class Walk:
         walker = placed_frame(x, y, yaw, self.floor, self.build)
         arms = _swinging(effort, forth)
         return pushing(
-            Pose(self.build, yaw, pelvis, turn, feet, arms, spine, look, walker)
+            BodyPose(self.build, yaw, pelvis, turn, feet, arms, spine, look, walker)
         )  # fmt: skip
 
     def _feet(self, phase: Array) -> Feet:
@@ -310,7 +310,7 @@ def rolled_foot(
     return ankle, times(flat, tilt), times(flat, toe_tilt), turned(flat, X)
 
 
-def standing(stand: Stand, floor: float, build: Build = ADULT) -> Pose:
+def standing(stand: Stand, floor: float, build: Build = ADULT) -> BodyPose:
     """Both feet flat, arms down; what a walk starts from and ends in. One moment."""
     x, y = stand.centre
     scale = build.scale
@@ -321,7 +321,7 @@ def standing(stand: Stand, floor: float, build: Build = ADULT) -> Pose:
     feet = Feet(ankle, turn, turn, turned(turn, X))
     pelvis = held((x, y, floor + STAND_HEIGHT * scale))
     pelvis[:, 2] = _within_reach(pelvis, about_z(yaw), feet, scale)
-    pose = Pose(
+    pose = BodyPose(
         build, yaw, pelvis, about_z(yaw), feet, Arms(),
         held((0.0, build.stoop, 0.0)), held((0.0, -build.stoop, 0.0)),
         placed_frame(np.array([x]), np.array([y]), yaw, floor, build),

@@ -6,11 +6,11 @@ from __future__ import annotations
 from ...model import Array
 from . import cat, gait, seat
 from .build import Build
-from .gait import Stand, Step
-from .pose import Pose
+from .gait import Footstep, Stand
+from .pose import BodyPose
 
 
-def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Step]:
+def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
     """What `Walk` walks: from a stand along the points of a path (n, 2), with turns on the spot at
     its ends. Two steps are no walk."""
     if build.is_cat:
@@ -19,55 +19,55 @@ def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) ->
 
 
 def Walk(
-    steps: list[Step], speed: float, floor: float, build: Build
-) -> gait.Walk | cat.Walk:  # fmt: skip
+    steps: list[Footstep], speed: float, floor: float, build: Build
+) -> gait.Walk | cat.CatWalk:  # fmt: skip
     if build.is_cat:
-        return cat.Walk(steps, speed, floor, build)
+        return cat.CatWalk(steps, speed, floor, build)
     return gait.Walk(steps, speed, floor, build)
 
 
-def standing(stand: Stand, floor: float, build: Build) -> Pose:
+def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
     if build.is_cat:
         return cat.standing(stand, floor, build)
     return gait.standing(stand, floor, build)
 
 
-def sitting(stand: Pose, at: Array) -> Pose:
+def sitting(stand: BodyPose, at: Array) -> BodyPose:
     """On a seat, from standing before it; a cat on the point itself."""
     if stand.build.is_cat:
         return cat.sitting(stand, at)
     return seat.sitting(stand, at)
 
 
-def sitting_down(stand: Pose, seated: Pose, t: Array) -> Pose:
+def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
     """From standing (t = 0) to sitting (1)."""
     if stand.build.is_cat:
         return cat.going(stand, seated, t)
     return seat.sitting_down(stand, seated, t)
 
 
-def lying(seated: Pose, bed: Array, yaw: float, side: int = 0) -> Pose:
+def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
     """With the hips over a point, the head towards the yaw; side 1: to the left, -1: the right."""
     if seated.build.is_cat:
         return cat.lying(seated, bed, yaw, side)
     return seat.lying(seated, bed, yaw, side)
 
 
-def lying_down(seated: Pose, lying_pose: Pose, t: Array) -> Pose:
+def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
     """From sitting (t = 0) to lying (1)."""
     if seated.build.is_cat:
         return cat.going(seated, lying_pose, t)
     return seat.lying_down(seated, lying_pose, t)
 
 
-def turning_over(before: Pose, after: Pose, t: Array) -> Pose:
+def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
     """From one way of lying (t = 0) to another (1)."""
     if before.build.is_cat:
         return cat.going(before, after, t)
     return seat.turning_over(before, after, t)
 
 
-def shifted(pose: Pose, times: Array, weight: Array) -> Pose:
+def shifted(pose: BodyPose, times: Array, weight: Array) -> BodyPose:
     """A gesture on the spot: the body moves a little."""
     if pose.build.is_cat:
         return cat.shifted(pose, times, weight)

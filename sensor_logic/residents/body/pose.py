@@ -97,7 +97,7 @@ class Arms(Moments):
 
 
 @dataclass(frozen=True)
-class Pose(Moments):
+class BodyPose(Moments):
     """The whole body at n moments; spine and look are (roll to the right, forward pitch, yaw to the
     left), tail those of a cat's tail."""
 
@@ -147,10 +147,10 @@ class Pose(Moments):
         return taken
 
 
-def joined(poses: Sequence[Pose]) -> Pose:
+def joined(poses: Sequence[BodyPose]) -> BodyPose:
     """One pose after the other."""
     even = [pose._even() for pose in poses]
-    result: Pose = _each(*even, do=lambda _name, *arrays: np.concatenate(arrays))
+    result: BodyPose = _each(*even, do=lambda _name, *arrays: np.concatenate(arrays))
     return result
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...model import Array
 from .gait import ANKLE_HEIGHT
-from .pose import Pose
+from .pose import BodyPose
 from .skeleton import FOREARM, SIDES, SIGN, UPPER_ARM
 from .solve import Bones, joint, trunk
 from .turns import about_y, about_z, back, chained, ease, mix, times, turned, unit
@@ -28,7 +28,7 @@ def palm(bones: Bones, side: int, scale: float) -> Array:
     return bones.at[name] + turned(bones.turn[name], scale * (down * PALM + inward * 0.035))
 
 
-def looking(pose: Pose, target: Array, weight: Array) -> Pose:
+def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
     """The head turned towards points (n, 3)."""
     bones = trunk(pose)
     local = turned(back(bones.turn["chest"]), target - bones.at["head"])
@@ -38,14 +38,14 @@ def looking(pose: Pose, target: Array, weight: Array) -> Pose:
     return replace(pose, look=mix(pose.look, np.stack([0 * yaw, pitch, yaw], -1), weight))
 
 
-def looking_around(pose: Pose, since: Array, seconds: float, weight: Array) -> Pose:
+def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) -> BodyPose:
     """To both sides, once in so many seconds."""
     yaw = 0.75 * np.sin(2 * np.pi * since / seconds) * weight
     about = np.stack([0 * yaw, 0 * yaw, yaw], -1)
     return replace(pose, look=pose.look + about, spine=pose.spine + 0.25 * about)
 
 
-def _leaning(pose: Pose, lean: Array, slide: float) -> Pose:
+def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
     """Bent forward; lean 1 is as far as one goes without a step."""
     scale = pose.build.scale
     nothing = np.zeros_like(lean)
@@ -58,7 +58,7 @@ def _leaning(pose: Pose, lean: Array, slide: float) -> Pose:
     )
 
 
-def _crouching(pose: Pose, height: Array, weight: Array) -> Pose:
+def _crouching(pose: BodyPose, height: Array, weight: Array) -> BodyPose:
     """The knees bent by who stands and reaches for what is low; height (n,) m in the world."""
     scale = pose.build.scale
     sole = pose.feet.ankle[..., 2].min(-1) - ANKLE_HEIGHT * scale
@@ -70,8 +70,8 @@ def _crouching(pose: Pose, height: Array, weight: Array) -> Pose:
 
 
 def reaching(
-    pose: Pose, side: int, point: Array, weight: Array, slide: float = -0.03, most: float = 1.0
-) -> Pose:
+    pose: BodyPose, side: int, point: Array, weight: Array, slide: float = -0.03, most: float = 1.0
+) -> BodyPose:
     """The hand drawn to points (n, 3), the body bent (0 … most) only as far as the arm is too
     short. The hips slide forward with that: 0.12 m of who sits."""
     scale, weight = pose.build.scale, np.broadcast_to(weight, len(pose))
@@ -92,13 +92,13 @@ def reaching(
     return _drawn(pose, side, wrist, weight)
 
 
-def _drawn(pose: Pose, side: int, wrist: Array, weight: Array) -> Pose:
+def _drawn(pose: BodyPose, side: int, wrist: Array, weight: Array) -> BodyPose:
     """One wrist drawn to points (n, 3)."""
     arms = pose.arms.mixed(pose.arms.one(side, target=wrist, grip=1.0), weight)
     return replace(pose, arms=arms)
 
 
-def drinking(pose: Pose, side: int, weight: Array) -> Pose:
+def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
     """The hand at the mouth, the head back a little."""
     bones = trunk(pose)
     offset = _MOUTH * (1.0, SIGN[side], 1.0) * pose.build.scale
@@ -107,7 +107,7 @@ def drinking(pose: Pose, side: int, weight: Array) -> Pose:
     return replace(pose, look=pose.look + nod)
 
 
-def carrying(pose: Pose, side: int, weight: Array, beside: float = 0.0) -> Pose:
+def carrying(pose: BodyPose, side: int, weight: Array, beside: float = 0.0) -> BodyPose:
     """The forearm held level; beside: how far out, clear of the leg (rad)."""
     arms = pose.arms
     level = arms.one(
@@ -117,6 +117,6 @@ def carrying(pose: Pose, side: int, weight: Array, beside: float = 0.0) -> Pose:
     return replace(pose, arms=arms.mixed(level, weight))
 
 
-def upright(pose: Pose, tilt: Array) -> Array:
+def upright(pose: BodyPose, tilt: Array) -> Array:
     """How a carried thing is turned (n, 4): with the body, its top tilted back towards the face."""
     return chained(about_z(pose.heading), about_y(-tilt))

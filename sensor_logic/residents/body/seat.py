@@ -14,7 +14,7 @@ import numpy as np
 from ...model import Array
 from .build import Build
 from .gait import HEEL_BEHIND
-from .pose import Arms, Feet, Pose, held
+from .pose import Arms, BodyPose, Feet, held
 from .skeleton import SIGN
 from .solve import SHIN, THIGH
 from .turns import X, about_y, about_z, cross, ease, from_columns, mix, share, times, turned, unit
@@ -32,7 +32,7 @@ def seat_distance(build: Build) -> float:
     return 0.57 * build.scale
 
 
-def sitting(stand: Pose, seat: Array) -> Pose:
+def sitting(stand: BodyPose, seat: Array) -> BodyPose:
     """On the seat, the feet where they stand, the hands on the thighs. Who is too short for the
     seat lets the legs hang."""
     scale = stand.build.scale
@@ -61,7 +61,7 @@ def _hung(ankle: Array, hips: Array, ahead: Array, scale: float) -> Array:
     return mix(ankle, hanging, ease((way - 0.97 * (THIGH + SHIN)) / 0.05))
 
 
-def sitting_down(stand: Pose, seated: Pose, t: Array) -> Pose:
+def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
     """From standing (t = 0) to sitting (1): first the trunk bends, then the hips go back and
     down."""
     s = ease(t)
@@ -78,7 +78,7 @@ def sitting_down(stand: Pose, seated: Pose, t: Array) -> Pose:
                    look=pose.look - bend[:, None] * (0.0, 0.25, 0.0))  # fmt: skip
 
 
-def shifted(pose: Pose, _times: Array, weight: Array) -> Pose:
+def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
     """Hips to the side, trunk the other way."""
     w = weight[:, None]
     aside = turned(about_z(pose.heading), np.array((0.03, 0.05, 0.008)) * pose.build.scale)
@@ -88,7 +88,7 @@ def shifted(pose: Pose, _times: Array, weight: Array) -> Pose:
                    look=pose.look + w * (0.0, 0.08, 0.3))  # fmt: skip
 
 
-def lying(seated: Pose, bed: Array, yaw: float, side: int = 0) -> Pose:
+def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
     """On the back (side 0), the left (1) or the right side (-1), the knees drawn up on a side. The
     yaw (rad) is the way from the feet to the head."""
     up = turned(about_z(yaw), X)
@@ -98,7 +98,7 @@ def lying(seated: Pose, bed: Array, yaw: float, side: int = 0) -> Pose:
     return (_on_back if side == 0 else _on_side)(seated, np.asarray(bed, float), turn, side)
 
 
-def _on_back(seated: Pose, bed: Array, turn: Array, _side: int) -> Pose:
+def _on_back(seated: BodyPose, bed: Array, turn: Array, _side: int) -> BodyPose:
     scale = seated.build.scale
     front, left, up = (turned(turn, axis) for axis in np.eye(3))
     pelvis = bed + PELVIS_OVER_BED * scale * _Z
@@ -116,7 +116,7 @@ def _on_back(seated: Pose, bed: Array, turn: Array, _side: int) -> Pose:
                    spine=held((0.0, 0.02, 0.0)), look=held((0.0, 0.28, 0.10)))  # fmt: skip
 
 
-def _on_side(seated: Pose, bed: Array, turn: Array, side: int) -> Pose:
+def _on_side(seated: BodyPose, bed: Array, turn: Array, side: int) -> BodyPose:
     scale = seated.build.scale
     front, _, up = (turned(turn, axis) for axis in np.eye(3))
     pelvis = bed + PELVIS_ON_SIDE * scale * _Z
@@ -140,7 +140,7 @@ def _on_side(seated: Pose, bed: Array, turn: Array, side: int) -> Pose:
                    look=held((0.12 * side, 0.10, 0.0)))  # fmt: skip
 
 
-def lying_down(seated: Pose, lying_pose: Pose, t: Array) -> Pose:
+def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
     """From the bed's edge (t = 0) to lying (1): a turn on the hips, the legs lifted."""
     s = ease(t)
     a, b, scale = seated.feet, lying_pose.feet, seated.build.scale
@@ -154,7 +154,7 @@ def lying_down(seated: Pose, lying_pose: Pose, t: Array) -> Pose:
     return seated.mixed(middle, s).mixed(middle.mixed(lying_pose, s), s)
 
 
-def turning_over(before: Pose, after: Pose, t: Array) -> Pose:
+def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
     """From one way of lying (t = 0) to another (1), the hips a little lifted and the knees drawn
     up on the way."""
     s = ease(t)

@@ -10,7 +10,7 @@ import numpy as np
 from ...model import Array
 from .build import Build
 from .cat_skeleton import CAT
-from .pose import Pose
+from .pose import BodyPose
 from .skeleton import FOREARM, PERSON, SIDES, SIGN, UPPER_ARM, Leg, Skeleton
 from .turns import (
     about_axis,
@@ -92,13 +92,13 @@ def _bend(angles: Array, share: float) -> Array:
     return chained(about_z(z), about_y(y), about_x(x))
 
 
-def _follow(found: Bones, pose: Pose, bone: str, bend: Array, share: float) -> None:
+def _follow(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
     """A bone that is bent against the one above it."""
     found.at[bone] = joint(found, pose, bone)
     found.turn[bone] = times(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
 
 
-def trunk(pose: Pose, head: bool = True) -> Bones:
+def trunk(pose: BodyPose, head: bool = True) -> Bones:
     """Pelvis, spine and chest; neck and head."""
     pose = pose.take(slice(None))
     found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
@@ -110,7 +110,7 @@ def trunk(pose: Pose, head: bool = True) -> Bones:
     return found
 
 
-def joint(bones: Bones, pose: Pose, bone: str) -> Array:
+def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
     """Where a bone's head is, (n, 3): on the bone above it."""
     skeleton = skeleton_of(pose.build)
     above = skeleton.parent[bone]
@@ -118,7 +118,7 @@ def joint(bones: Bones, pose: Pose, bone: str) -> Array:
     return bones.at[above] + turned(bones.turn[above], offset)
 
 
-def solve(pose: Pose) -> Bones:
+def solve(pose: BodyPose) -> Bones:
     """All bones of the body."""
     pose = pose.take(slice(None))
     bones = trunk(pose)
@@ -132,7 +132,7 @@ def solve(pose: Pose) -> Bones:
     return bones
 
 
-def _both(bones: Bones, pose: Pose, bone: str) -> Array:
+def _both(bones: Bones, pose: BodyPose, bone: str) -> Array:
     """Where the heads of both sides' bones are, (n, 2, 3); it notes them."""
     for side in SIDES:
         bones.at[f"{bone}.{side}"] = joint(bones, pose, f"{bone}.{side}")
@@ -144,7 +144,7 @@ def _turn_both(bones: Bones, bone: str, turn: Array) -> None:
         bones.turn[f"{bone}.{side}"] = turn[:, k]
 
 
-def _solve_legs(pose: Pose, bones: Bones, leg: Leg, first: int) -> None:
+def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
     """A pair of legs to the feet `first` and the next."""
     skeleton, scale = skeleton_of(pose.build), pose.build.scale
     ankle, knee, sole, toes = (
@@ -163,7 +163,7 @@ def _solve_legs(pose: Pose, bones: Bones, leg: Leg, first: int) -> None:
         _turn_both(bones, bone, turn)
 
 
-def _solve_arms(pose: Pose, bones: Bones) -> None:
+def _solve_arms(pose: BodyPose, bones: Bones) -> None:
     arms, chest, scale = pose.arms, bones.turn["chest"][:, None], pose.build.scale
     whole = chained(
         chest,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...model import Array
 from .build import Build
-from .pose import Pose
+from .pose import BodyPose
 from .skeleton import SIGN
 from .turns import about_z, turned
 
@@ -28,7 +28,7 @@ def placed_frame(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> 
     )
 
 
-def pushing(pose: Pose) -> Pose:
+def pushing(pose: BodyPose) -> BodyPose:
     """Both hands on the handles, where one walks with a frame."""
     if not pose.build.frame:
         return pose

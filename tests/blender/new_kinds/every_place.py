@@ -121,7 +121,7 @@ def test_it_is_simulated_kept_and_loaded(world, sensor, kind, tmp_path, addon_pa
     rows = history.history_of(cache.recording(world.scene), world.sensors()).rows
     assert [row.name for row in rows] == ["new"] and list(rows[0].spans.starts) == [1.0, 20.0]
     layout = addon_part("angen_addon.view.timeline.layout")
-    view = layout.View(400, 0.0, 40.0, 1.0, 1.0, 48.0)
+    view = layout.TimelineRegion(400, 0.0, 40.0, 1.0, 1.0, 48.0)
     made = history.history_of(cache.recording(world.scene), world.sensors())
     assert layout.strips(made, view, frozenset()).quads
     assert ops.bake_keyframes() == {"FINISHED"}

@@ -25,7 +25,7 @@ from sensor_logic.residents.places import (
     STAND,
     USE,
     Door,
-    Lamp,
+    LampPlace,
     Place,
     Places,
     Storey,
@@ -109,7 +109,7 @@ def small_home() -> Places:
              np.array([0.1, 0.5, 0.2]), np.array([0.0, 0.25, 0.8]), slides=True),
     ]  # fmt: skip
     switch = np.array([2.9, 3.0, 1.1])
-    lamps = {"Lamp bedroom": Lamp("Lamp bedroom", "Bulb bedroom", switch)}
+    lamps = {"Lamp bedroom": LampPlace("Lamp bedroom", "Bulb bedroom", switch)}
     return Places(places, {door.name: door for door in doors}, lamps, (storey,))
 
 

@@ -82,7 +82,7 @@ class Response:
         return a, np.array([e, t, 0.0, 0.0, 0.0])
 
 
-class Step(NamedTuple):
+class StepMatrices(NamedTuple):
     """The matrices of one time step: x after = `carry` (5, 5) x before + `level` (5,) P before +
     `change` (5,) (P after − P before)."""
 
@@ -111,7 +111,7 @@ def expm(matrix: Array) -> Array:
     return result
 
 
-def step(response: Response, dt: float) -> Step:
+def step(response: Response, dt: float) -> StepMatrices:
     """The matrices of a step of `dt` s in which the power changes linearly."""
     a, b = response.matrices()
     augmented = np.zeros((STATES + 2, STATES + 2))
@@ -119,7 +119,7 @@ def step(response: Response, dt: float) -> Step:
     augmented[:STATES, STATES] = b * dt
     augmented[STATES, STATES + 1] = 1.0
     done = expm(augmented)
-    return Step(done[:STATES, :STATES], done[:STATES, STATES], done[:STATES, STATES + 1])
+    return StepMatrices(done[:STATES, :STATES], done[:STATES, STATES], done[:STATES, STATES + 1])
 
 
 def filtered(response: Response, power: Array, dt: float) -> Array:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +13,8 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.physics.photometry import luminance
 from ..scene.light.closed_forms import shine
-from ..scene.light.direct import Direct
+from ..scene.light.direct import direct_of
 from ..scene.light.faces import face_size
-from ..scene.light.instances import light_housings
 from ..scene.light.lamps import Lamp, lamps_of
 from ..scene.light.shadow_rays import LightRays
 
@@ -51,12 +51,9 @@ class LightParts:
 
 def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> LightParts:
     """The parts of what a sensor reads at the state that the solids were synced to."""
-    direct = Direct(solids)
-    direct.update(depsgraph)
-    scene = depsgraph.scene.original
+    direct = direct_of(solids, depsgraph)
+    rays, scene = direct.rays, depsgraph.scene.original
     view_layer = scene.view_layers[depsgraph.view_layer.name]
-    rays = LightRays(solids)
-    rays.update(depsgraph, light_housings(view_layer))
     places = _places(rays, request, face_size(scene, request.matrix))
     unit = 100.0 * request.exposure / 4.0 if request.method == "FOUR_WALL" else efficacy
     total = unit * float(np.sum(luminance(direct.light(request))))
@@ -65,8 +62,9 @@ def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> L
         light, unshaded = 0.0, 0.0
         blocked: dict[str, float] = {}
         passed: dict[str, float] = {}
-        for place, normal, colour in places:
-            passing, whole = _shine(rays, lamp, place, normal, blocked, passed)
+        for number, (place, normal, colour) in enumerate(places):
+            bundle = request.name, number, lamp.name
+            passing, whole = _shine(rays, bundle, lamp, place, normal, blocked, passed)
             light += unit * float(luminance(colour * passing))
             unshaded += unit * float(luminance(colour * whole))
         blocker, through = _most(blocked), _most(passed)
@@ -91,7 +89,7 @@ def _places(rays: LightRays, request: Any, size: float) -> list[tuple[Array, Arr
     ways = np.array([-z, -x, z, x])
     starts = matrix[:3, 3] + ways * request.clip_start
     reach = np.full(len(ways), request.clip_end - request.clip_start)
-    hits = rays.nearest("walls", starts, ways, reach)
+    hits = rays.nearest((request.name, "walls"), starts, ways, reach)
     found = []
     for i in hits.some:
         normal, colour, _ = hits.surface(i)
@@ -107,6 +105,7 @@ def _most(parts: dict[str, float]) -> str:
 
 def _shine(
     rays: LightRays,
+    bundle: Hashable,
     lamp: Lamp,
     place: Array,
     normal: Array,
@@ -121,17 +120,19 @@ def _shine(
     if not lamp.shadow or not len(parts):
         return whole, whole
     starts, none = np.tile(place, (len(parts), 1)), np.zeros(len(parts))
-    shares = rays.passed("lamp", starts, points, none)
+    shares = rays.passed((bundle, "lamp"), starts, points, none)
     passing = (parts[:, None] * shares).sum(axis=0) * lamp.power
     shaded = np.flatnonzero(shares.min(axis=1) < 1.0)
     if len(shaded):
-        for ray, name, clear in _in_the_way(rays, starts[shaded], points[shaded]):
+        for ray, name, clear in _in_the_way(rays, bundle, starts[shaded], points[shaded]):
             found = passed if clear else blocked
             found[name] = found.get(name, 0.0) + float(parts[shaded[ray]])
     return passing, whole
 
 
-def _in_the_way(rays: LightRays, starts: Array, ends: Array) -> list[tuple[int, str, bool]]:
+def _in_the_way(
+    rays: LightRays, bundle: Hashable, starts: Array, ends: Array
+) -> list[tuple[int, str, bool]]:
     """On each way the first thing that lets no light pass; else the first that can, and that it
     does."""
     ways = ends - starts
@@ -140,10 +141,10 @@ def _in_the_way(rays: LightRays, starts: Array, ends: Array) -> list[tuple[int, 
     found: dict[int, tuple[str, bool]] = {}
     on = np.arange(len(starts))
     begins, left = starts.copy(), lengths.copy()
-    for _ in range(16):
+    for turn in range(16):
         if not len(on):
             break
-        hits = rays.nearest("between", begins[on], ways[on], left[on])
+        hits = rays.nearest((bundle, turn), begins[on], ways[on], left[on])
         going = []
         for row in hits.some:
             ray, name = int(on[row]), rays.solids.name_of(int(hits.met[row]))

@@ -4,17 +4,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 from ....sensor_logic.kind import Field
 from ....sensor_logic.wording import quoted
 from ...explain.facts import Explanation, at_frame, more_needed
 from ...explain.lamps import LampShare, LightParts, light_parts
 from ...explain.replay import Replay
+from ...runtime.probes import Probes
+from ...runtime.time_base import evaluated_depsgraph
 
 LAMPS_SHOWN = 6
 SHADOWED_SHOWN = 3
 # Shares of the whole light below this get no line.
 LITTLE = 1e-3
+_last: WeakKeyDictionary[Probes, dict[str, tuple[tuple[int, int], LightParts | None]]] = (
+    WeakKeyDictionary()
+)
 
 
 @dataclass(frozen=True)
@@ -77,12 +83,17 @@ def explain_light(replay: Replay, index: int) -> Explanation:
 
 
 def _parts(replay: Replay, index: int) -> LightParts | None:
-    pending = replay.take(index)
-    if pending is None:
-        return None
-    depsgraph = replay.go(replay.step(index))
-    efficacy = replay.scene.angen_luminous_efficacy
-    return light_parts(replay.probes.caster.solids, depsgraph, pending.request, efficacy)
+    """Those of an update; the last of each sensor are kept as long as the probes live and nothing
+    but frames changes: the next update asks for them again."""
+    known, sensor = _last.setdefault(replay.probes, {}), replay.sensor.name
+    when = replay.step(index), replay.probes.edits
+    if sensor not in known or known[sensor][0] != when:
+        pending, found = replay.take(index), None
+        if pending is not None:
+            solids, efficacy = replay.probes.caster.solids, replay.scene.angen_luminous_efficacy
+            found = light_parts(solids, evaluated_depsgraph(), pending.request, efficacy)
+        known[sensor] = when, found
+    return known[sensor][1]
 
 
 def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,11 @@ WALLS = 4
 
 class Direct:
     """Follows a scene from update to update; `solids` are those that the other sensors' rays
-    meet. `note`: what is in the scene that this does not model."""
+    meet. `rays` know what of these stands still; `note`: what is in the scene that this does not
+    model."""
 
     def __init__(self, solids: Solids) -> None:
-        self._rays = LightRays(solids)
+        self.rays = LightRays(solids)
         self._listing = -1
         self._scene: Any = None
         self._lamps: list[Any] = []
@@ -52,7 +54,7 @@ class Direct:
         scene = self._scene = depsgraph.scene.original
         view_layer = scene.view_layers[depsgraph.view_layer.name]
         shown = list(shown_objects(view_layer))
-        self._rays.update(depsgraph, light_housings(view_layer))
+        self.rays.update(depsgraph, light_housings(view_layer))
         self._lamps = lamps_of(depsgraph, view_layer)
         self.note = unmodelled(view_layer, [obj.evaluated_get(depsgraph) for obj in shown])
         world = scene.world.evaluated_get(depsgraph) if scene.world else None
@@ -83,18 +85,18 @@ class Direct:
         end, weight, shadow = np.concatenate(ends), np.concatenate(weights), np.concatenate(shadows)
         starts = np.tile(place, (int(shadow.sum()), 1))
         none = np.zeros(len(starts))
-        weight[shadow] *= self._rays.passed((bundle, "direct"), starts, end[shadow], none)
+        weight[shadow] *= self.rays.passed((bundle, "direct"), starts, end[shadow], none)
         return np.asarray(weight.sum(axis=0), np.float64)
 
     def reflected(self, bundle: Hashable, place: Array, normal: Array) -> Array:
         """W/m² (3,) that the room sends back: Φ ρ / (A (1 − ρ)), its area, mean reflectance and
         light estimated with rays from the middle of the air ahead."""
-        ahead = self._rays.nearest(
+        ahead = self.rays.nearest(
             (bundle, "ahead"), place[None], normal[None], np.array([2 * INTO_THE_ROOM])
         )
         middle = place + normal * (float(ahead.ranges[0]) / 2)
         starts, reach = np.tile(middle, (ROOM_RAYS, 1)), np.full(ROOM_RAYS, FAR)
-        hits = self._rays.nearest((bundle, "room"), starts, ROOM_WAYS, reach)
+        hits = self.rays.nearest((bundle, "room"), starts, ROOM_WAYS, reach)
         area, reflecting = 0.0, np.zeros(3)
         spots = []
         for i in hits.some:
@@ -125,7 +127,7 @@ class Direct:
         starts = np.tile(looked, (len(lamps), 1))
         ends = np.repeat([lamp.place for lamp in lamps], count, axis=0)
         short = np.repeat([lamp.radius for lamp in lamps], count)
-        share = self._rays.passed((bundle, "lamps"), starts, ends, short)
+        share = self.rays.passed((bundle, "lamps"), starts, ends, short)
         seen = share.reshape(len(lamps), count, 3).mean(axis=1)
         seen = np.where(seen.max(axis=1, keepdims=True) >= SEEN_SHARE, np.minimum(seen, 1.0), 0.0)
         return np.asarray((seen * [lamp.flux for lamp in lamps]).sum(axis=0), np.float64)
@@ -138,7 +140,7 @@ class Direct:
         ways = np.array([-z, -x, z, x])
         starts = matrix[:3, 3] + ways * request.clip_start
         reach = np.full(WALLS, request.clip_end - request.clip_start)
-        hits = self._rays.nearest((request.name, "walls"), starts, ways, reach)
+        hits = self.rays.nearest((request.name, "walls"), starts, ways, reach)
         found = np.tile(self._sky, (WALLS, 1))
         for i in hits.some:
             length = float(hits.ranges[i])
@@ -148,6 +150,19 @@ class Direct:
             here = self.direct((request.name, i), place, normal)
             found[i] = colour / math.pi * (here + reflected)
         return found
+
+
+# What rays meet that does not move is remembered as long as the solids live.
+_direct: WeakKeyDictionary[Solids, Direct] = WeakKeyDictionary()
+
+
+def direct_of(solids: Solids, depsgraph: Any) -> Direct:
+    """The one of these solids, as they are synced with the depsgraph."""
+    found = _direct.get(solids)
+    if found is None:
+        found = _direct[solids] = Direct(solids)
+    found.update(depsgraph)
+    return found
 
 
 def _cosine_ways(normal: Array) -> Array:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import bpy
 import numpy as np
@@ -21,7 +20,7 @@ from ..rays.solids import Solids
 from . import eevee, engine
 from .cycles import CyclesLight
 from .cycles_scene import Steps, finished
-from .direct import Direct
+from .direct import direct_of
 from .scene import LightScene, quietly
 
 Array = NDArray[np.float64]
@@ -30,7 +29,6 @@ Array = NDArray[np.float64]
 FARTHEST = 100_000.0
 THROUGH_WALLS = "EEVEE lets the world's light through walls"
 BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
-_direct: WeakKeyDictionary[Solids, Direct] = WeakKeyDictionary()
 
 
 class LightError(Exception):
@@ -147,10 +145,7 @@ def measure_direct(
     """
     asked = sorted(requests, key=lambda request: request.name)
     _check(depsgraph.scene, asked)
-    direct = _direct.get(solids)
-    if direct is None:
-        direct = _direct[solids] = Direct(solids)
-    direct.update(depsgraph)
+    direct = direct_of(solids, depsgraph)
     return {r.name: _sample(r, direct.light(r), efficacy, direct.note) for r in asked}
 
 

@@ -175,7 +175,7 @@ class RayCaster:
         seen = self._nothing(length)
         if len(length):
             rays = RayBundle(origins, directions, length)
-            self._meet(rows, rays, rays.box(length), seen)
+            self._meet(rows, rays, rays.box(length), seen, by_trees=True)
         return seen.ranges, seen.met
 
     def _nothing(self, length: Array) -> RayHits:
@@ -253,11 +253,12 @@ class RayCaster:
         rays: RayBundle,
         limits: Array,
         crossed: NDArray[np.bool_],
+        by_trees: bool = False,
     ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
         """At those of some frames (k) at which rays meet a solid within their limits (n,): the
         number of the frame, which rays do, how far they go and to which face. It has a surface at
         each, and matrices (k, 4, 4) with their inverses; `crossed` (k, n): which rays may."""
-        if geometry.deforms and not surfaces[0].large:
+        if geometry.deforms and not by_trees and not surfaces[0].large:
             yield from _meet_changing(surfaces, matrix, inverse, rays, limits, crossed)
             return
         for i, surface in enumerate(surfaces):
@@ -275,8 +276,17 @@ class RayCaster:
         at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
         return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
 
-    def _meet(self, rows: Index, rays: RayBundle, box: tuple[Array, Array], seen: RayHits) -> None:
-        """Shortens what is `seen` to the nearest of the solids `rows`, as they are in the list."""
+    def _meet(
+        self,
+        rows: Index,
+        rays: RayBundle,
+        box: tuple[Array, Array],
+        seen: RayHits,
+        by_trees: bool = False,
+    ) -> None:
+        """Shortens what is `seen` to the nearest of the solids `rows`, as they are in the list.
+        `by_trees`: also those that change, which is worth it where many bundles are cast in turn.
+        """
         for part in self._near(rows, rays, box):
             enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
             crossed = (leave >= enter) & (enter <= seen.ranges)
@@ -289,7 +299,12 @@ class RayCaster:
                     solid, matrix = self.solids.solids[row], self.solids.matrix[row][None]
                     shape = solid.geometry, [solid.geometry.state], matrix
                     for _, hit in self._meet_shape(
-                        *shape, self.solids.inverse[row][None], rays, seen.ranges, asked[None]
+                        *shape,
+                        self.solids.inverse[row][None],
+                        rays,
+                        seen.ranges,
+                        asked[None],
+                        by_trees,
                     ):
                         seen.shorten(solid.number, *hit)
 
@@ -305,7 +320,7 @@ class RayCaster:
         """How far (k,) the rays `which` (k,) go to a shape with this inverse matrix, inf where that
         is beyond the limits, and to which face."""
         origins, ways = rays.origins[which], turned(rays.directions[which], inverse)
-        if geometry.deforms:
+        if geometry.deforms and surface.large:
             return surface.meet(turned(origins, inverse) + inverse[:3, 3], ways)
         # Building the tree sets its pivot.
         geometry.tree(self._depsgraph)

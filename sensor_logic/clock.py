@@ -42,6 +42,7 @@ class Clock:
     fps_base: float = 1.0
     substeps: int = 1
 
+    # Both once a clock; without them 6 µs more for each time that is asked for.
     @cached_property
     def steps_per_second(self) -> Fraction:
         return exact(self.fps) / exact(self.fps_base) * self.substeps
@@ -86,6 +87,7 @@ class Schedule:
     clock: Clock
     rate: float
 
+    # Once a schedule; without it 5 µs more an update.
     @cached_property
     def steps_per_update(self) -> Fraction:
         return max(self.clock.steps_per_second / exact(self.rate), Fraction(1))

@@ -209,7 +209,7 @@ def _plan_of(struct: Any) -> tuple[tuple[str, str], ...]:
     return _plan(made_of)
 
 
-# One plan a type, until the add-on is switched off; without it RNA is listed for each datablock.
+# One plan a type, until the add-on is switched off; without it 0.1 ms more a datablock.
 @cache
 def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
     """The properties of a type to read, each with how: VALUE, FILE, POINTER or ITEMS."""

@@ -45,7 +45,7 @@ def matrix_of(obj: Any, holders: Holders, depsgraph: Any) -> Matrix:
 
 class SensorFinder:
     """Finds what of interest there is in instanced collections, each of which it looks into
-    once."""
+    once. It is kept for one search: many instances share a collection."""
 
     def __init__(self) -> None:
         self._known: dict[Any, tuple[list[Any], list[Any]]] = {}

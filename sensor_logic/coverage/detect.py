@@ -51,6 +51,7 @@ class RangeView:
     period: float
     offsets: Array
 
+    # Once a view; without it 0.1 ms a tilt of 1440 rays for each cell.
     @cached_property
     def _tilts(self) -> list[Rays]:
         each = zip(self.directions, self.free, strict=True)
@@ -132,6 +133,7 @@ class WarmView:
     threshold: float
     interval: float
 
+    # Once a view; without it 0.1 ms for each cell.
     @cached_property
     def _all(self) -> Rays:
         return Rays(self.origin, self.directions, self.free)

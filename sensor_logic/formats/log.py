@@ -93,6 +93,7 @@ class Log:
         found = {change.channel.sensor for change in self.changes}
         return sorted(found, key=lambda sensor: sensor.name)
 
+    # Once a log; without it all activities are gone through for each line that names one.
     @functools.cached_property
     def people(self) -> frozenset[str]:
         """The persons of all activities."""

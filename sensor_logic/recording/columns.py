@@ -80,7 +80,7 @@ class Column(Sequence[Any]):
         # The first number of each chunk, for `until`.
         self._firsts: list[Any] = []
         self._rest = array(self._code)
-        # The chunk that was unpacked last: neighbouring readings are usually read one by one.
+        # The chunk that was unpacked last, until another is; without it 4 µs more a reading.
         self._known: tuple[int, Values] = (-1, np.empty(0))
         self.extend(values)
 

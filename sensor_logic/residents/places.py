@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -169,7 +168,7 @@ class Places:
     storeys: tuple[Storey, ...] = ()
     problems: tuple[str, ...] = ()
 
-    @cached_property
+    @property
     def entrances(self) -> tuple[Door, ...]:
         return tuple(door for door in self.doors.values() if door.entrance)
 

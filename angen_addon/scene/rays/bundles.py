@@ -25,11 +25,13 @@ class RayBundle:
     length: Array
     _equal: tuple[Array, ...] = ()
 
-    @cached_property
+    @property
     def starts(self) -> Array:
         """(3, n): by axis, as numpy is quick with."""
         return np.ascontiguousarray(self.origins.T)
 
+    # These are made once a bundle, which lasts while its sensor rests. Without them, of 600 rays,
+    # 6 µs (inverse), 0.1 ms (apex) and 2 ms (pictures) more for each batch of frames.
     @cached_property
     def inverse(self) -> Array:
         """(3, n): one over the directions."""

@@ -83,11 +83,14 @@ class Sweeper:
 
     def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
         self._caster = caster
+        # Of the frames that are cast at now, until others are: all switches share them.
         self._frames: Frames | None = None
         self._at_frames: dict[int, SolidsAtStep] = {}
         self._listing = -1
         self._numbers = np.zeros(0, np.int64)
         self._moves: tuple[SolidsAtStep, SolidsAtStep, SolidMotion] | None = None
+        # Of each shape that was met, while it is listed; without it 0.6 ms for 2000 triangles at
+        # each update at which they pass the beam.
         self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
     def solids_at(self, frame: int) -> SolidsAtStep:

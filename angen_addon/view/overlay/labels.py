@@ -189,7 +189,6 @@ def _words(context: Any, plate: Rect, texts: tuple[str, str], one: ReadingText) 
     return found
 
 
-@lru_cache(maxsize=1024)
 def _width(text: str, size: float) -> float:
     """Pixels of a text in the font of this size."""
     import blf
@@ -253,6 +252,7 @@ def _quads(plates: list[Rect]) -> Any:
     return np.stack([x0, y0, x1, y0, x1, y1, x0, y0, x1, y1, x0, y1], axis=1).reshape(-1, 2)
 
 
+# One a sign, until Blender ends; without it 30 µs a label at each redraw.
 @lru_cache
 def _shape(icon: str) -> tuple[Any, Any, Any, Any]:
     """Corners (n, 2) of a sign's triangles with their colours (n, 4), and those of its lines."""

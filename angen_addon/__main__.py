@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
@@ -29,6 +31,8 @@ TRUSTED = "--enable-autoexec"
 # Set before numpy is loaded: a thread of its algebra that waits for the next small matrix keeps a
 # whole core busy, in vain. The processes of `--jobs` use the cores instead.
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
+# Verbs whose `--jobs` are processes that each have Blender.
+WITH_JOBS = ("day",)
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
 
@@ -60,7 +64,8 @@ def main(arguments: list[str]) -> int:
             note(problem)
             return 2
     with standard_output_silenced():
-        import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
+        with _on_one_core(verb[0] in WITH_JOBS and _has_jobs(options)):
+            import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
 
         extension = load_extension()
         extension.register()
@@ -72,6 +77,27 @@ def main(arguments: list[str]) -> int:
         note(problem)
         return 2
     return int(command_line.run_command(verb + options, PROGRAM))
+
+
+def _has_jobs(options: list[str]) -> bool:
+    """Whether the command asks for several processes."""
+    told = " ".join([*options, ""]).replace("--jobs=", "--jobs ")
+    return "--jobs " in told and "--jobs 1 " not in told
+
+
+@contextmanager
+def _on_one_core(wanted: bool) -> Iterator[None]:
+    """Blender counts the cores that it may use when it is loaded. Threads that wait for each other
+    at each frame take half as much again of what the other processes need."""
+    if not wanted or not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(cores)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, cores)
 
 
 def command() -> NoReturn:

@@ -18,12 +18,14 @@ from ..commands.console import note
 from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
-from .folder import Folder
-from .jobs import Workers
+from .folder import WHOLE, Folder
+from .jobs import Workers, share_of
 from .progress import DayLine
 from .run import DayError, Household, Plan, run_days
 
 MOST_DAYS = 10_000
+# What several processes share.
+DAYS, SENSORS = "day-share", "sensor-share"
 
 
 def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
@@ -60,7 +62,9 @@ def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentPa
         "--jobs", type=_count, default=1, metavar="N", help="processes at once (default 1)"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
-    verb.add_argument("--part", type=_part, default=(0, 1), help=argparse.SUPPRESS)
+    # Which process this is of several that share the days or, where these are fewer, the sensors.
+    for of in (DAYS, SENSORS):
+        verb.add_argument(f"--{of}", type=_part, default=WHOLE, help=argparse.SUPPRESS)
 
 
 def _date(text: str) -> date:
@@ -106,11 +110,9 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     # What cannot be acted is told before anything is written.
     household.acted(0)
     folder = Folder(options.out, household, options.format)
-    part, parts = options.part
-    mine = [n for n in range(options.days) if n % parts == part]
-    if parts > 1:
+    if options.day_share != WHOLE or options.sensor_share != WHOLE:
         # One of several processes, the first of which makes the tables.
-        for _ in _made(household, folder, mine, options, lambda *_: None):
+        for _ in _made(household, folder, options, lambda *_: None):
             pass
         return True
     return _all(household, folder, options)
@@ -119,11 +121,15 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
     line = DayLine(sys.stderr, options.quiet, options.days, folder)
     left = [n for n in range(options.days) if not folder.has(n)]
-    jobs = min(options.jobs, max(len(left), 1))
-    mine = [n for n in range(options.days) if n % jobs == 0]
+    of = SENSORS if len(left) < options.jobs else DAYS
+    jobs = min(options.jobs, max(len(household.sensors if of == SENSORS else left), 1))
+    if left and of == SENSORS:
+        options.sensor_share = 0, jobs
+    else:
+        options.day_share = 0, jobs
     try:
-        with Workers(jobs) as workers:
-            for _ in _made(household, folder, mine, options, line.show):
+        with Workers(jobs if left else 1, of) as workers:
+            for _ in _made(household, folder, options, line.show):
                 pass
             for _ in workers.wait():
                 options.interrupt.check()
@@ -131,6 +137,8 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
             good = workers.good
     finally:
         line.clear()
+        for number in left:
+            folder.join(number, options.sensor_share[1])
         whole, notes = folder.finish(options.days)
         for text in notes:
             note(text)
@@ -145,19 +153,21 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
 def _made(
     household: Household,
     folder: Folder,
-    numbers: list[int],
     options: argparse.Namespace,
     show: Callable[..., None],
 ) -> Iterator[None]:
-    """The days that are not there yet, one after the other."""
+    """This process's share of the days that are not there yet, one after the other."""
+    (part, parts), share = options.day_share, options.sensor_share
+    household.take_share(share_of(household.sensors, *share), share[0] == 0)
 
     def progress(number: int, step: Progress) -> None:
         options.interrupt.check()
         show(step)
 
-    left = [number for number in numbers if not folder.has(number)]
+    every = range(part, options.days, parts)
+    left = [n for n in every if not (folder.has(n) or folder.has(n, share))]
     for number, made in zip(left, run_days(household, left, progress), strict=False):
-        folder.keep(number, made)
+        folder.keep(number, made, share)
         yield
 
 

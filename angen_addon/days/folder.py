@@ -25,6 +25,8 @@ from .run import Household
 
 # The folder of whole days in that of a run, and the file that says which run that is.
 DAYS, MARK = "days", "days/run.txt"
+# All sensors of a day are in one share.
+WHOLE = 0, 1
 
 
 class Folder:
@@ -58,18 +60,20 @@ class Folder:
                 "version differ; give a new folder, or remove it"
             )
 
-    def _file(self, number: int) -> Path:
-        return self._path / DAYS / f"{self._date(number).isoformat()}.json"
+    def _file(self, number: int, share: tuple[int, int] = WHOLE) -> Path:
+        of = f".{share[0] + 1}-of-{share[1]}" if share != WHOLE else ""
+        return self._path / DAYS / f"{self._date(number).isoformat()}{of}.json"
 
     def _date(self, number: int) -> date:
         return self._household.start + timedelta(number)
 
-    def has(self, number: int) -> bool:
-        return self._file(number).is_file()
+    def has(self, number: int, share: tuple[int, int] = WHOLE) -> bool:
+        return self._file(number, share).is_file()
 
-    def read(self, number: int) -> Day | None:
-        """A day that is kept; None where it is not. Raises OutputError."""
-        path = self._file(number)
+    def read(self, number: int, share: tuple[int, int] = WHOLE) -> Day | None:
+        """A day that is kept, or the share of a process in it; None where it is not. Raises
+        OutputError."""
+        path = self._file(number, share)
         try:
             return Day.of_json(path.read_text(encoding="utf-8"), self._digest)
         except FileNotFoundError:
@@ -77,9 +81,22 @@ class Folder:
         except (OSError, ValueError) as error:
             raise OutputError(f"cannot read {path}: {error}; remove it to have it anew") from None
 
-    def keep(self, number: int, day: Day) -> None:
+    def keep(self, number: int, day: Day, share: tuple[int, int] = WHOLE) -> None:
         """Raises OutputError, and keeps nothing then."""
-        write_files({self._file(number): day.as_json(self._digest)})
+        path = self._file(number, share)
+        write_files({path: day.as_json(self._digest)})
+        if share == WHOLE:
+            for part in path.parent.glob(f"{path.stem}.*-of-*.json"):
+                part.unlink()
+
+    def join(self, number: int, parts: int) -> None:
+        """Makes a day whole of so many shares, once all are there. Raises OutputError."""
+        shares = [(part, parts) for part in range(parts)]
+        if parts > 1 and all(self.has(number, share) for share in shares):
+            found = [self.read(number, share) for share in shares]
+            days = [day for day in found if day is not None]
+            if len(days) == parts:
+                self.keep(number, Day.joined(days))
 
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Writes the tables of the whole days from the first on, `days` at most; how many there

@@ -108,6 +108,7 @@ class Household:
         if not 0 <= seed <= LARGEST_SEED:
             raise DayError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
         self.scene, self.sensors, self.plan = scene, list(sensors), plan
+        self.take_share(self.sensors, True)
         self.start, self.seed = start, seed
         self.residents = {
             name: resident_of(person) for name, person in plan.routine.persons.items()
@@ -125,6 +126,10 @@ class Household:
         self._last: tuple[int, Acted] | None = None
         # Whether events are to be told with who and what made them.
         self.causes = True
+
+    def take_share(self, sensors: Sequence[Sensor], truth: bool) -> None:
+        """From now on days are those of some of the sensors, and perhaps without the truth."""
+        self._share, self._truth = list(sensors), truth
 
     def acted(self, number: int) -> Acted:
         """What is done on day `number`, whatever days are asked for. Raises DayError."""
@@ -154,16 +159,14 @@ class Household:
         SensorError."""
         acted = self.acted(number)
         what = acted, self.residents, keys, number, between, self.causes
-        day = DayRun(self.scene, self.sensors, *what)
+        day = DayRun(self.scene, self._share, *what)
         on = self.start + timedelta(number)
-        with Daylight(self.scene, self.sensors, on), self._seeded():
+        with Daylight(self.scene, self._share, on), self._seeded():
             yield from day.progress()
-        return Day(
-            on,
-            day.events,
-            tuple(activities(acted, self.places.room_of)),
-            tuple(people(acted, self._room_at)),
-        )
+        if not self._truth:
+            return Day(on, day.events, (), ())
+        done = tuple(activities(acted, self.places.room_of))
+        return Day(on, day.events, done, tuple(people(acted, self._room_at)))
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:

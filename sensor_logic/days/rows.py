@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from typing import Any, NamedTuple
 
@@ -41,6 +41,13 @@ class Day:
     events: tuple[Happening, ...]
     activities: tuple[LoggedActivity, ...]
     people: tuple[Whereabouts, ...]
+
+    @classmethod
+    def joined(cls, shares: Sequence[Day]) -> Day:
+        """One day, of which each share has the events of other sensors, and the first the truth."""
+        events = [event for share in shares for event in share.events]
+        events.sort(key=lambda event: (event.time, event.sensor, event.field))
+        return replace(shares[0], events=tuple(events))
 
     def as_json(self, digest: str) -> str:
         """To be kept; `digest` tells the run that it is of."""

@@ -212,15 +212,34 @@ def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[
         list(opened.days(routine, "March"))
 
 
-def test_processes_write_the_same_bytes(day: Any, home: Path) -> None:
-    assert day()[0] == 0
+@pytest.mark.parametrize(("days", "jobs"), [(2, 2), (1, 2), (2, 3)])
+def test_processes_write_the_same_bytes(day: Any, home: Path, days: int, jobs: int) -> None:
+    """They share the days or, where there are fewer of these, the sensors."""
+    assert day(days=days)[0] == 0
     given = ["day", home, "--routine", home.parent / "week.toml", "--start", "2026-03-02", "--days"]
-    given += [2, "--seed", 1, "--out", home.parent / "both", "--jobs", 2]
+    given += [days, "--seed", 1, "--out", home.parent / "both", "--jobs", jobs]
     command = [sys.executable, "-m", "angen_addon", *say(*given)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert "2 of 2 days are in" in done.stderr
+    assert f"{days} of {days} days are in" in done.stderr
     assert content(home.parent / "both") == content(home.parent / "out")
+
+
+def test_shares_of_sensors_of_a_day_that_are_there_are_gone_on_with(
+    day: Any, home: Path, addon_part: Callable[[str], Any]
+) -> None:
+    assert day(days=1)[0] == 0
+    days = home.parent / "both" / "days"
+    assert day("--sensor-share", "1/2", days=1, out="both")[0] == 0
+    assert [path.name for path in days.glob("*.json")] == ["2026-03-02.2-of-2.json"]
+    # In one process now: what is of no use any more goes.
+    assert day(days=1, out="both")[0] == 0
+    assert content(home.parent / "both") == content(home.parent / "out")
+    shares = addon_part("angen_addon.days.jobs").share_of
+    sensors = addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
+    for parts in (1, 2, 3):
+        found = [s.name for part in range(parts) for s in shares(sensors, part, parts)]
+        assert sorted(found) == sorted(s.name for s in sensors)
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,11 @@ class Physics:
         self.scene.frame_start, self.scene.frame_end = 1, last
         self.scene.render.fps = fps
 
+    def on_floor(self, last: int, fps: int = 24) -> None:
+        """So many frames, and a floor at height 0."""
+        self.frames(last, fps)
+        self.floor()
+
     # Meshes
 
     def mesh(self, parts: Iterable[Part], name: str = "mesh") -> Any:

@@ -150,9 +150,7 @@ def a_lamp_of_materials_and_world(world: Any, _: Path) -> None:
     world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", engine="DIRECT")
     lamp = bpy.data.lights.new("lamp", "POINT")
     world.link("lamp", lamp, (0, 0, -1))
-    for frame, value in ((1, 10.0), (20, 10.0), (25, 40.0)):
-        lamp.energy = value
-        lamp.keyframe_insert("energy", frame=frame)
+    world.key(lamp, "energy", {1: 10.0, 20: 10.0, 25: 40.0}, "BEZIER")
 
 
 @scene(skips=True)
@@ -190,9 +188,7 @@ def a_shade_that_moves_a_wall(world: Any, _: Path) -> None:
     wall = watched(world)
     material = world.bpy.data.materials.new("shade")
     drive(wall, "location", "-0.3 - a / 4", 2, a=(material, "roughness"))
-    for frame, value in ((1, 0.0), (20, 0.0), (25, 1.0)):
-        material.roughness = value
-        material.keyframe_insert("roughness", frame=frame)
+    world.key(material, "roughness", {1: 0.0, 20: 0.0, 25: 1.0}, "BEZIER")
 
 
 @scene(skips=True)

@@ -212,9 +212,7 @@ def a_path_to_follow(world: Any, _: Path) -> None:
         point.co = (0, 0, z, 1)
     follow = wall.constraints.new("FOLLOW_PATH")
     follow.target = world.link("path", data)
-    for frame, value in ((1, 0.0), (20, 0.0), (30, 80.0)):
-        data.eval_time = value
-        data.keyframe_insert("eval_time", frame=frame)
+    world.key(data, "eval_time", {1: 0.0, 20: 0.0, 30: 80.0}, "BEZIER")
 
 
 @scene(skips=True)
@@ -224,9 +222,7 @@ def letters_and_curves(world: Any, _: Path) -> None:
     data = bpy.data.curves.new("text", "FONT")
     data.body, data.align_x, data.align_y, data.size = "O█O", "CENTER", "CENTER", 0.4
     world.link("text", data, (0, 0, -0.25))
-    for frame, value in ((1, 0.0), (20, 0.0), (25, 0.05)):
-        data.extrude = value
-        data.keyframe_insert("extrude", frame=frame)
+    world.key(data, "extrude", {1: 0.0, 20: 0.0, 25: 0.05}, "BEZIER")
 
 
 @scene(skips=True)
@@ -235,9 +231,7 @@ def a_texture_that_moves_a_surface(world: Any, _: Path) -> None:
     texture = bpy.data.textures.new("clouds", "CLOUDS")
     displace = wall.modifiers.new("displace", "DISPLACE")
     displace.texture, displace.strength = texture, 0.2
-    for frame, value in ((1, 0.2), (20, 0.2), (25, 1.5)):
-        texture.noise_scale = value
-        texture.keyframe_insert("noise_scale", frame=frame)
+    world.key(texture, "noise_scale", {1: 0.2, 20: 0.2, 25: 1.5}, "BEZIER")
 
 
 @scene(skips=True)

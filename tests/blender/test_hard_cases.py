@@ -304,8 +304,7 @@ def test_light_exactly_on_a_wall(world, measured):
 @pytest.mark.parametrize("fps", [1, 5, 24, 60, 240])
 def test_weight_at_any_frame_rate(physics, measured, fps):
     """A box at rest, its physics stepped by Blender at the scene's rate."""
-    physics.frames(20, fps)
-    physics.floor()
+    physics.on_floor(20, fps)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     # A step of the engine of 4 ms at most.

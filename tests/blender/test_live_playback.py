@@ -51,8 +51,7 @@ def drive(obj, path, sensor):
 @pytest.mark.parametrize("rate", [2.0, 6.0, 8.0, 24.0])
 def test_a_pad_that_is_read_rarely_shows_what_a_run_records(world, rate):
     physics = Physics(world)
-    physics.frames(48)
-    physics.floor()
+    physics.on_floor(48)
     physics.pad(update_rate=rate)
     body = physics.carried("body", (0.05, 0.05, 0.05), (0, 0, 0.06), 4.0)
     world.key(body, "location", {1: (0, 0, 0.06), 30: (0, 0, 0.06), 48: (0, 0, 0.4)}, "BEZIER")

@@ -247,8 +247,7 @@ def test_masses_of_carried_bodies(physics, mass):
 
 def test_a_carried_body_on_another_on_a_rigid_one(physics):
     """Weight goes down through all of them."""
-    physics.frames(10)
-    physics.floor()
+    physics.on_floor(10)
     physics.pad("plate", (0.3, 0.3, 0.005), kind="PASSIVE")
     physics.body("crate", (0.2, 0.2, 0.1), (0, 0, 0.11), 8.0)
     physics.carried("cushion", (0.2, 0.2, 0.05), (0, 0, 0.26), 2.0)

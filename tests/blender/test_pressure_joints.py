@@ -29,8 +29,7 @@ def wall(physics, at):
 
 def test_a_fixed_pair_is_one_body(physics):
     """A beam of two halves on two pads: each half alone would tip."""
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     for name, x in (("left", -0.45), ("right", 0.25)):
         physics.pad(name, (0.05, 0.2, 0.005), (x, 0, 0.005), "PASSIVE")
     one = physics.body("one", (0.25, 0.05, 0.02), (-0.25, 0, 0.03), 2.0)
@@ -46,8 +45,7 @@ def test_a_fixed_pair_is_one_body(physics):
 
 def test_a_load_fixed_to_the_side_of_a_body(physics):
     """It hangs in the air beside the pad; all of its weight is felt."""
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     physics.pad(kind="PASSIVE")
     one = physics.body("one", (0.1, 0.1, 0.05), (0, 0, 0.06), 5.0)
     two = physics.body("two", (0.05, 0.05, 0.02), (0.16, 0, 0.08), 1.0)
@@ -59,8 +57,7 @@ def test_a_load_fixed_to_the_side_of_a_body(physics):
 
 def test_a_box_also_held_by_the_wall_is_not_known(physics):
     """Fixed to the wall it could hang there, or stand on the pad, or anything between."""
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     joint(physics, "FIXED", (-0.1, 0, 0.11), box, wall(physics, (-0.2, 0, 0.11)))
@@ -69,8 +66,7 @@ def test_a_box_also_held_by_the_wall_is_not_known(physics):
 
 def test_a_lid_on_a_hinge(physics):
     """A lid of 4 kg with its hinge at one end and a pad below the other: the lever decides."""
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     physics.pad(kind="PASSIVE", half=(0.004, 0.2, 0.05), at=(0.396, 0, 0.05))
     lid = physics.body("lid", (0.4, 0.2, 0.01), (0, 0, 0.11), 4.0)
     joint(
@@ -88,8 +84,7 @@ def test_a_lid_on_a_hinge(physics):
 
 def test_a_point_joint_is_a_ball(physics):
     """A beam on a ball joint at one end, on a pad at the other."""
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     physics.pad(kind="PASSIVE", half=(0.004, 0.2, 0.05), at=(0.396, 0, 0.05))
     beam = physics.body("beam", (0.4, 0.05, 0.01), (0, 0, 0.11), 4.0)
     joint(physics, "POINT", (-0.4, 0, 0.11), beam, wall(physics, (-0.5, 0, 0.11)))
@@ -98,8 +93,7 @@ def test_a_point_joint_is_a_ball(physics):
 
 def test_a_vertical_slider_leaves_the_weight_to_the_pad(physics):
     """It guides a weight along z, and holds nothing of it."""
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.05, 0.05, 0.1), (0, 0, 0.11), 5.0)
     post = wall(physics, (0.3, 0, 0.11))
@@ -110,8 +104,7 @@ def test_a_vertical_slider_leaves_the_weight_to_the_pad(physics):
 
 def test_a_hanging_weight_presses_on_nothing(physics):
     """It hangs over the pad from a point; the pad has nothing, and knows it."""
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     physics.pad(kind="PASSIVE")
     weight = physics.body("weight", (0.05, 0.05, 0.05), (0, 0, 0.2), 5.0)
     joint(physics, "POINT", (0, 0, 0.3), weight, wall(physics, (0, 0, 0.32)))
@@ -121,8 +114,7 @@ def test_a_hanging_weight_presses_on_nothing(physics):
 @pytest.mark.parametrize("end", ["nothing", "no body"])
 def test_a_joint_with_one_end_holds_nothing(physics, end):
     """Blender makes no constraint of it: the box falls on the pad."""
-    physics.frames(20)
-    physics.floor()
+    physics.on_floor(20)
     physics.pad(kind="PASSIVE")
     weight = physics.body("weight", (0.05, 0.05, 0.05), (0, 0, 0.1), 5.0)
     other = physics.solid("cloud", (0.1, 0.1, 0.1), (0, 0, 1)) if end == "no body" else None
@@ -131,8 +123,7 @@ def test_a_joint_with_one_end_holds_nothing(physics, end):
 
 
 def test_a_disabled_joint_holds_nothing(physics):
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     joint(physics, "FIXED", (-0.1, 0, 0.11), box, wall(physics, (-0.2, 0, 0.11)), enabled=False)
@@ -140,8 +131,7 @@ def test_a_disabled_joint_holds_nothing(physics):
 
 
 def test_a_spring_from_above_is_not_known(physics):
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     joint(
@@ -151,8 +141,7 @@ def test_a_spring_from_above_is_not_known(physics):
 
 
 def test_a_joint_elsewhere_is_no_matter(physics):
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     far = physics.body("far", (0.1, 0.1, 0.1), (2, 0, 0.1), 5.0)

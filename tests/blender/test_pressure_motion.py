@@ -126,8 +126,7 @@ def test_kinematic_lift(physics, fps, most):
 
 @pytest.mark.parametrize("fps", [12, 25, 30, 50, 120])
 def test_frame_rates(physics, figure, fps):
-    physics.frames(20, fps)
-    physics.floor()
+    physics.on_floor(20, fps)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     known = physics.read().known()
@@ -146,8 +145,7 @@ def test_drop_at_the_ends_of_the_frame_rates(physics, fps):
 
 def test_frame_rate_base(physics):
     physics.scene.render.fps, physics.scene.render.fps_base = 30, 1.001
-    physics.frames(45, 30)
-    physics.floor()
+    physics.on_floor(45, 30)
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.31), 2.0, linear_damping=0.0)
     assert impulse_error(physics, physics.read(), box, 2.0) < IMPULSE
@@ -158,8 +156,7 @@ def test_time_scale(physics, time_scale):
     """The engine's own time: the same drop, slower or faster. No force while it falls, and over
     the whole the weight."""
     last = int(1.2 * 24 / time_scale)
-    physics.frames(last)
-    physics.floor()
+    physics.on_floor(last)
     physics.rigid.time_scale = time_scale
     physics.pad(kind="PASSIVE")
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.31), 2.0, linear_damping=0.0)
@@ -171,8 +168,7 @@ def test_time_scale(physics, time_scale):
 
 
 def test_time_scale_zero_is_at_rest(physics):
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     physics.rigid.time_scale = 0.0
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 2.0)
@@ -182,8 +178,7 @@ def test_time_scale_zero_is_at_rest(physics):
 @pytest.mark.parametrize("substeps", [1, 2, 30])
 @pytest.mark.parametrize("iterations", [5, 50])
 def test_substeps_and_iterations(physics, substeps, iterations):
-    physics.frames(20)
-    physics.floor()
+    physics.on_floor(20)
     physics.rigid.substeps_per_frame, physics.rigid.solver_iterations = substeps, iterations
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
@@ -206,8 +201,7 @@ def test_sensor_substeps(physics, substeps):
 
 @pytest.mark.parametrize("rate", [0.7, 1.0, 10.0, 100.0])
 def test_update_rates(physics, rate):
-    physics.frames(48)
-    physics.floor()
+    physics.on_floor(48)
     physics.pad(kind="PASSIVE", update_rate=rate)
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     pad = physics.read()
@@ -256,8 +250,7 @@ def test_gravity_along_another_axis(physics, axis, sign):
 
 def test_animated_gravity_is_followed(physics):
     """Gravity that grows is felt at once; the box is at rest all along."""
-    physics.frames(20)
-    physics.floor()
+    physics.on_floor(20)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
     scene = physics.scene

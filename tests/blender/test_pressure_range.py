@@ -10,8 +10,7 @@ EXACT = 1e-3
 
 @pytest.mark.parametrize("mass", [0.001, 0.02, 1.0, 80.0, 500.0])
 def test_masses(physics, mass):
-    physics.frames(12)
-    physics.floor()
+    physics.on_floor(12)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), mass)
     assert physics.read().known() == pytest.approx(mass * G, rel=EXACT)
@@ -60,8 +59,7 @@ def test_far_from_the_origin(physics, far, kind):
 @pytest.mark.parametrize("thick", [0.00045, 0.0001])
 def test_thin_pads(physics, thick, kind):
     """A real sensor is 0.45 mm thick; the floor beside it carries its part of a body over both."""
-    physics.frames(16)
-    physics.floor()
+    physics.on_floor(16)
     physics.pad(half=(0.15, 0.15, thick / 2), at=(0, 0, thick / 2), kind=kind)
     height = thick if kind else 0.0
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, height + 0.1), 5.0)
@@ -70,8 +68,7 @@ def test_thin_pads(physics, thick, kind):
 
 def test_a_foil_without_thickness(physics):
     """A flat square as a pad; its +Z up."""
-    physics.frames(10)
-    physics.floor()
+    physics.on_floor(10)
     square = [(-0.15, -0.15, 0), (0.15, -0.15, 0), (0.15, 0.15, 0), (-0.15, 0.15, 0)]
     foil = physics.world.link("pad", physics.world.mesh(square, [(0, 1, 2, 3)]), (0, 0, 0.0001))
     physics.sense(foil)

@@ -57,8 +57,7 @@ def test_every_shape_at_rest(physics, shape, ground, kind):
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
 def test_hulls_with_a_margin_of_their_own(physics, kind, margin):
     """They stand off by it, which must not be a silent zero."""
-    physics.frames(14)
-    physics.floor()
+    physics.on_floor(14)
     thick = 0.01 if kind else 0.0
     physics.pad(half=(0.5, 0.5, 0.005), kind=kind, at=(0, 0, thick - 0.005))
     settings = {"shape": "CONVEX_HULL", "use_margin": True, "collision_margin": margin}
@@ -93,8 +92,7 @@ def test_two_meshes_and_a_hull_on_a_rough_mesh_floor(physics):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_scaled_bodies(physics, shape, mirrored):
     """Scaled on the object, evenly for round shapes; mirrored too."""
-    physics.frames(40 if shape == "MESH" else 16)
-    physics.floor()
+    physics.on_floor(40 if shape == "MESH" else 16)
     physics.pad(half=(0.6, 0.6, 0.005), kind="PASSIVE")
     even = shape in ("SPHERE", "CAPSULE", "CYLINDER", "CONE")
     scale = np.array((1.5, 1.5, 1.5) if even else (2.0, 0.7, 1.5))
@@ -124,8 +122,7 @@ def test_scaled_and_mirrored_pads(physics, kind, scale):
 
 def test_a_parented_scaled_body(physics):
     """Parent and child both scaled and turned; the engine sees the product."""
-    physics.frames(20)
-    physics.floor()
+    physics.on_floor(20)
     physics.pad(half=(0.4, 0.4, 0.005), kind="PASSIVE")
     parent = physics.world.link("parent", None)
     parent.scale, parent.rotation_euler = (2, 2, 2), (0, 0, 0.5)
@@ -137,8 +134,7 @@ def test_a_parented_scaled_body(physics):
 
 
 def test_a_pad_parented_to_something_that_is_scaled_and_turned(physics):
-    physics.frames(10)
-    physics.floor()
+    physics.on_floor(10)
     parent = physics.world.link("parent", None)
     parent.scale, parent.rotation_euler = (2, 2, 2), (0, 0, 0.5)
     pad = physics.pad(half=(0.1, 0.1, 0.0025), at=(0, 0, -0.0025))
@@ -190,8 +186,7 @@ def test_compounds(physics, scale, mirrored):
 
 
 def test_a_chosen_part_of_a_compound_is_its_body(physics):
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     pad = physics.pad(kind="PASSIVE", half=(0.3, 0.3, 0.005))
     parts = [((0.2, 0.2, 0.02), (0, 0, 0)), ((0.02, 0.2, 0.1), (0, 0, -0.12))]
     physics.compound("stool", parts, (0, 0, 0.23), 6.0)
@@ -240,8 +235,7 @@ def test_instanced_furniture_is_stood_on(physics):
 
 def test_meshes_made_by_modifiers(physics):
     """The evaluated mesh counts: the hull of an array of three, off its origin."""
-    physics.frames(20)
-    physics.floor()
+    physics.on_floor(20)
     physics.pad("left", (0.1, 0.2, 0.005), (-0.2, 0, 0.005), "PASSIVE")
     physics.pad("right", (0.1, 0.2, 0.005), (0.2, 0, 0.005), "PASSIVE")
     plank = physics.solid("plank", (0.1, 0.1, 0.02), (-0.2, 0, 0.03))

@@ -74,8 +74,7 @@ def test_two_bodies_on_one_pad_are_both_named(physics):
 
 
 def test_a_semicolon_in_a_name_does_not_make_two_partners(physics):
-    physics.frames(4)
-    physics.floor()
+    physics.on_floor(4)
     physics.pad(kind="PASSIVE")
     physics.body("left;right", (0.05, 0.05, 0.05), (0, 0, 0.06), 3.0)
     assert set(physics.read().partners) == {"left\\;right"}

@@ -44,8 +44,7 @@ def test_too_thin_to_be_told_from_the_floor(physics, thick):
 
 
 def test_level_with_the_floor_it_carries_its_share_of_the_area(physics):
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     physics.pad(half=(0.1, 0.1, 0.005), at=(0, 0, -0.005))
     physics.body("box", (0.3, 0.3, 0.1), (0, 0, 0.1), 9.0)
     assert physics.read().known() == pytest.approx(1 * G, rel=0.02)
@@ -53,8 +52,7 @@ def test_level_with_the_floor_it_carries_its_share_of_the_area(physics):
 
 def test_a_box_that_leans_over_the_pads_edge(physics):
     """Its middle is beside the pad: it tips, and its far edge stands on the floor."""
-    physics.frames(40)
-    physics.floor()
+    physics.on_floor(40)
     physics.pad(half=(0.1, 0.3, 0.00225), at=(-0.25, 0, 0.00225), kind="PASSIVE")
     physics.body("box", (0.3, 0.3, 0.1), (0, 0, 0.1045), 6.0)
     # The pad's inner edge at −0.15, the box's own at 0.3.
@@ -64,8 +62,7 @@ def test_a_box_that_leans_over_the_pads_edge(physics):
 @pytest.mark.parametrize("thick", [1e-4, 4.5e-4, 2e-3])
 def test_a_table_whose_feet_are_larger_than_the_pads(physics, thick):
     """Four FSRs, 18 mm wide, under feet of 80 mm."""
-    physics.frames(8)
-    physics.floor()
+    physics.on_floor(8)
     spots = [(-0.5, -0.3), (0.5, -0.3), (-0.5, 0.3), (0.5, 0.3)]
     for number, (x, y) in enumerate(spots):
         physics.pad(f"leg {number}", (0.009, 0.009, thick / 2), (x, y, thick / 2), "PASSIVE")

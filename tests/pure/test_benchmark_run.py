@@ -3,7 +3,6 @@
 
 import copy
 import json
-import re
 import sys
 
 import pytest
@@ -113,21 +112,6 @@ def test_tables_of_a_page_are_filled_between_their_markers():
     assert filled_in(made, "cmd", {"a": "new"}) == made
     with pytest.raises(AssertionError, match="no place for b"):
         filled_in(page_text, "cmd", {"b": "new"})
-
-
-def test_the_page_of_a_glance_leads_to_the_pages_in_docs(bench, tmp_path):
-    _, printed = bench()
-    assert "written to build/bench/benchmarks.md" in printed.err
-    folder = tmp_path / "build" / "bench"
-    text = (folder / "benchmarks.md").read_text()
-    pages = re.findall(r"\]\(([^)#]+\.md)\)", text)
-    assert len(set(pages)) >= 4
-    assert [link for link in pages if not (folder / link).resolve().exists()] == []
-
-
-def test_the_page_in_docs_leads_beside_itself():
-    text = page.markdown({"switch": DATA["switch"]})
-    assert page._linked(text, page.DOCS) == text and "](hard_cases.md)" in text
 
 
 def test_light_that_is_out_of_its_bounds_fails_a_run(bench, monkeypatch):

@@ -87,7 +87,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @property
     def preset_values(self) -> list[str]:
-        """All parameters but those that refer to this file, such as partners."""
+        """All parameters except pointers, which lead to objects of this file."""
         known = specs(self._kind.parameters)
         return [f"{OWNER}.{name}" for name, spec in known.items() if not spec.pointer]
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What in a file keeps sensors from reading what its user expects, and the way out."""
+"""Finds what in a file keeps sensors from reading what its user expects, with ways to mend it."""

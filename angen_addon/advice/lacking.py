@@ -64,7 +64,8 @@ def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
 
 
 def _stored_kind(obj: Any) -> int:
-    """As the file has it: read as a property it would be no sensor."""
+    """The number of the object's kind in the file. Read as a property, an unknown kind would be
+    0."""
     stored = getattr(obj, "bl_system_properties_get", None)
     groups = stored() if stored is not None else obj
     group = groups.get("angen_sensor") if groups is not None else None
@@ -80,7 +81,7 @@ def _missing_libraries() -> Iterator[Lack]:
 
 
 def _missing_data() -> Iterator[Lack]:
-    """What libraries that are there do not hold any more."""
+    """Datablocks that a library no longer holds, although the library itself is there."""
     lost: dict[str, list[str]] = {}
     for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.actions):
         for block in collection:

@@ -42,7 +42,7 @@ class TimeLeft:
             self._noted.popleft()
 
     def seconds(self) -> float | None:
-        """None as long as the estimates disagree."""
+        """The estimate in seconds; None as long as the estimates disagree."""
         if self._last is None or not self._last.seconds_done:
             return None
         (since, before), (elapsed, done) = self._noted[0], self._noted[-1]

@@ -26,7 +26,7 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
-    """On pyroelectric detectors: a home without anything warm, and rates that are too slow."""
+    """Advises on pyroelectric detectors: nothing warm in the home, and rates that are too slow."""
     found = warmth.pyroelectric(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
@@ -38,7 +38,7 @@ def _advise_on_warmth(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_warm_up(sensors: list[Sensor]) -> None:
-    """On detectors whose warm-up lasts longer than the animation."""
+    """Advises on detectors whose warm-up lasts longer than the animation."""
     for sensor in simulated(sensors):
         late = advice.warm_up(sensor, bpy.context.scene)
         if late:
@@ -46,7 +46,7 @@ def _advise_on_warm_up(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_pads(sensors: list[Sensor]) -> None:
-    """On pressure pads: those without a surface, and bodies that sink in or have no mass."""
+    """Advises on pressure pads without a surface, and on bodies that sink in or have no mass."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
     for ask in (

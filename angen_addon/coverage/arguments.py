@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `angen coverage` and `angen place` take."""
+"""The options of `angen coverage` and `angen place`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where detectors could hang: on walls at a height, and under ceilings, of the rooms of a map."""
+"""Finds where detectors could hang in the rooms of a map: on walls at a height, and under
+ceilings."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where in a home somebody can move: cells on the floor of its rooms, and how far there is room."""
+"""Finds where in a home somebody can move: the cells of its floors that have room."""
 
 from __future__ import annotations
 
@@ -98,7 +98,8 @@ def _grid(
     marked: Sequence[Volume],
     size: float,
 ) -> Grid:
-    """As large as the home there, at most so far from the sensors and the marks."""
+    """A grid as large as the home there, but only so far from sensors and marks as they can
+    matter."""
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
     high = np.array([p + BEYOND_M for p in near] + [v.hi[:2] for v in marked]).max(axis=0)

@@ -52,7 +52,7 @@ def remove(scene: Any, motion: str = "") -> int:
 
 
 def remove_own_collection(scene: Any) -> None:
-    """Where nothing is in it any more."""
+    """Removes the collection of maps if it is empty."""
     for child in list(scene.collection.children):
         if COVERAGE_MARK in child and not child.objects and not child.children:
             bpy.data.collections.remove(child)

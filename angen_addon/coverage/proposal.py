@@ -65,7 +65,7 @@ class Proposal:
     before: int
 
     def told(self) -> str:
-        """In a sentence or two, for a report."""
+        """The result in a sentence or two, for a report."""
         all_cells, choice = len(self.map.cells), self.choice
         covered = (choice.covered + self.before) / all_cells
         bound = min(1.0, (choice.bound + self.before) / all_cells)
@@ -163,13 +163,13 @@ class _Search:
                 return replace(best, bound=max(choice.bound, best.covered))
 
     def _choose(self, rows: NDArray[np.intp]) -> ChosenPlaces:
-        """Of these candidates."""
+        """Chooses among these candidates."""
         wish = self._wish
         choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
         return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
 
     def _look_closely(self, choice: ChosenPlaces) -> Iterator[MapProgress]:
-        """At those that are chosen, and a few that may be chosen next."""
+        """Looks closely at the chosen candidates, and at a few that may be chosen next."""
         worth = np.where(self._exact, -1.0, self._sets @ self._weights)
         next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
         for i in dict.fromkeys([*choice.chosen, *next_best]):

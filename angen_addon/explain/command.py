@@ -46,7 +46,7 @@ class ExplainedTime:
 
     @property
     def updates(self) -> int:
-        """How many were simulated."""
+        """The number of simulated updates."""
         return sum(len(track) for track in self._recording.tracks.values())
 
     def text(self, now: bool = False) -> str:

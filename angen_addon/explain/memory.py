@@ -24,7 +24,7 @@ class Memory:
         self._of, self._uid, self._kept = weakref.ref(recording), uid, explanation
 
     def recall(self, recording: Recording, uid: Uid, index: int | None) -> Explanation | None:
-        """The explanation of update `index` of that sensor, if it is the one that is kept."""
+        """The last explanation, if it is that of update `index` of this sensor; else None."""
         kept = self._kept
         if kept is None or self._of is None or self._of() is not recording:
             return None

@@ -39,7 +39,7 @@ def explain_plainly(replay: Replay, index: int) -> Explanation:
 
 
 def _nearest(replay: Replay) -> str:
-    """What its rays met first."""
+    """The object that the sensor's rays met first."""
     ranges, names = replay.seen
     met = [(length, name) for length, name in zip(ranges.tolist(), names, strict=True) if name]
     if not met:

@@ -60,11 +60,11 @@ class Replay:
 
     @property
     def seen(self) -> Met:
-        """What its rays met that were asked of last."""
+        """The hits of the rays that the sensor cast last."""
         return self._notes.met
 
     def name_of(self, number: int) -> str:
-        """What people know the solid `number` by, which was met."""
+        """The name that users know the solid `number` by."""
         return self._notes.name_of(number)
 
     def step(self, index: int) -> int:
@@ -144,7 +144,7 @@ class Replay:
 
     @property
     def pose(self) -> Pose:
-        """Where the sensor stands at the update that was taken last."""
+        """The sensor's pose at the last update that was taken."""
         matrix = self.sensor.world_matrix(evaluated_depsgraph())
         return read_pose(self.sensor, matrix, self.metres)
 

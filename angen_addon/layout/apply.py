@@ -121,7 +121,7 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
 
 
 def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
-    """The object of a sensor; makes that of a new one."""
+    """The sensor's object; adds one for a new sensor."""
     if plan.sensor is not None:
         return plan.sensor.object
     metres = unit_scale(bpy.context.scene)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a sensor stands and what it sees: by its own rays, as its model casts them."""
+"""Finds where a sensor stands and what it sees, with the rays that its own model casts."""
 
 from __future__ import annotations
 

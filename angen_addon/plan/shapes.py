@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each solid shows in a plan: cut through, or seen from above."""
+"""Cuts each solid for a plan: lines where it is cut, or its outline from above."""
 
 from __future__ import annotations
 

@@ -253,7 +253,7 @@ def part_facts(datablock: Any, part: Any) -> Any:
 
 
 def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
-    """`facts_of` for chosen properties of a datablock or of a part of it."""
+    """The facts of some properties of a datablock, or of a part of it, as `facts_of` has them."""
     walk = _Walk(datablock)
     pointer = part.as_pointer()
     return [walk._masked(pointer, name, getattr(part, name)) for name in names]

@@ -74,7 +74,7 @@ class Fingerprint:
     portable: dict[str, str] = field(default_factory=dict)
 
     def differences(self, other: Fingerprint) -> dict[str, str]:
-        """By key, the differing datablocks, as texts for the user."""
+        """The differing datablocks by key, as texts for the user."""
         found = {}
         for key in sorted(self.digests.keys() | other.digests.keys()):
             text = _difference(key, self.digests.get(key), other.digests.get(key))

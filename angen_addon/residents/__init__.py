@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who lives in a home, as Blender has it: bodies, the places that they use, their keys."""
+"""The residents of a home in Blender: bodies, the places that they use, their keys."""

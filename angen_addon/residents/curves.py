@@ -35,8 +35,8 @@ class Curves:
         self, path: str, index: int, frames: ArrayLike, values: ArrayLike,
         interpolation: ArrayLike = LINEAR,
     ) -> None:  # fmt: skip
-        """The keys of one curve, in order of their frames, in place of those that it has;
-        `interpolation` is one for all, or one a key."""
+        """Replaces the keys of a curve; frames must increase. `interpolation`: one number for all
+        keys, or one for each."""
         at = np.stack([np.asarray(frames, np.float32), np.asarray(values, np.float32)], 1)
         curve = self.curves.find(path, index=index) or self.curves.new(path, index=index)
         points = curve.keyframe_points

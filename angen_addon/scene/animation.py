@@ -123,7 +123,7 @@ def all_animated() -> Iterator[Any]:
 
 
 def set_by_animation(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]]]:
-    """What keys and drivers set, as (struct, property): indices."""
+    """The properties that keys and drivers set: (struct, property) → indices."""
     animation = getattr(datablock, "animation_data", None)
     if animation is None:
         return

@@ -43,7 +43,7 @@ class EvaluatedHome:
         self.rows = np.arange(len(solids.solids))
 
     def part(self, wanted: Callable[[Solid], bool]) -> EvaluatedHome:
-        """The same home, of which rays meet only those solids that are wanted."""
+        """The same home for rays that meet only the wanted solids."""
         found, solids = copy(self), self.caster.solids.solids
         found.rows = np.array([row for row in self.rows.tolist() if wanted(solids[row])], np.intp)
         return found

@@ -23,7 +23,7 @@ UNUSED_LEVEL = 2**31 - 1
 
 
 def uid_of(obj: Any, holders: Holders) -> Uid:
-    """What tells an object, perhaps in an instance, from all others."""
+    """An identifier of an object, or of its place in an instance, that no other object has."""
     if not holders:
         return int(obj.session_uid)
     return (obj.session_uid, *(holder.session_uid for holder in reversed(holders)))
@@ -75,7 +75,7 @@ class SensorFinder:
 
 
 def shown_in(collection: Any) -> list[Any]:
-    """The objects of a collection and those below it that instances of it show."""
+    """The objects that an instance of a collection shows, those of its child collections too."""
     return list(dict.fromkeys(_shown(collection)))
 
 
@@ -145,7 +145,7 @@ class Paths:
         return frozenset(found)
 
     def _all_objects(self, collection: Any) -> list[tuple[Any, list[Any]]]:
-        """In the order by which `persistent_id` counts them."""
+        """The objects of a collection in the order in which `persistent_id` counts them."""
         if collection not in self._contents:
             self._contents[collection] = [
                 (obj, [owner for owner in chain(obj) if owner.angen_sensor.kind != NO_KIND])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sensors ask of the surfaces that their rays meet, such as how warm they are."""
+"""Reads properties of the surfaces that sensors' rays meet, such as their temperature."""
 
 from __future__ import annotations
 

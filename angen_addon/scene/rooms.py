@@ -17,6 +17,6 @@ def room_of(obj: Any) -> str:
 
 
 def known_rooms(_owner: Any, _context: Any, typed: str) -> list[str]:
-    """What the field offers: the rooms that are noted anywhere in the file."""
+    """Suggestions for the field: the rooms that are used anywhere in the file."""
     rooms = {room_of(obj) for obj in bpy.data.objects} - {""}
     return sorted((room for room in rooms if typed.lower() in room.lower()), key=str.lower)

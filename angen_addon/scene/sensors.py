@@ -51,16 +51,16 @@ class Sensor:
 
     @property
     def name_now(self) -> str:
-        """What it is called by now: in an instance after the way to it."""
+        """Its present name; in an instance with the names of the instances that hold it."""
         return "/".join(part.name for part in (*self.holders, self.object))
 
     @property
     def handle(self) -> Any:
-        """What a user can select to get at it."""
+        """The object that a user selects for it: itself, or the outermost instance."""
         return self.holders[0] if self.holders else self.object
 
     def world_matrix(self, depsgraph: Any) -> Any:
-        """Where it is, as evaluated."""
+        """Its evaluated world matrix."""
         return matrix_of(self.object, self.holders, depsgraph)
 
     @property
@@ -68,13 +68,13 @@ class Sensor:
         return self.settings_in(self.object)
 
     def settings_in(self, obj: Any) -> Any:
-        """Those that it has in its object as it is evaluated."""
+        """The sensor's settings in its evaluated object `obj`, so with keys and drivers applied."""
         return (obj if self.settings_of is None else self.settings_of).angen_sensor
 
     @property
     def room(self) -> str:
-        """The room that the user noted of it, or of what it is an instance of; empty where none
-        is."""
+        """The room that the user gave the sensor, or else an instance that holds it; empty if
+        neither has one."""
         return next(filter(None, map(room_of, (self.object, *reversed(self.holders)))), "")
 
     @property
@@ -88,7 +88,7 @@ class Sensor:
 
     @property
     def reading(self) -> Field:
-        """What the output `value` is, with its unit."""
+        """The field that the output `value` shows, with its unit."""
         return self.kind.reading(self.parameters)
 
     @property
@@ -123,7 +123,7 @@ def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
 
 
 def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
-    """Those of the given names; all where no name is given. Raises NoSuchSensor."""
+    """The sensors with the given names; all without names. Raises NoSuchSensor."""
     names = list(names)
     known = [sensor.name for sensor in sensors]
     for name in names:
@@ -133,7 +133,7 @@ def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
 
 
 def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Those that a run senses: switched on, or perhaps so at another frame."""
+    """The sensors that a run simulates: switched on, or perhaps so at another frame."""
     return [
         s for s in sensors if s.settings.enabled or is_animated(s.object, "angen_sensor.enabled")
     ]
@@ -177,8 +177,8 @@ def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) ->
 # One a kind, until Blender ends; without it 4 µs more an update.
 @cache
 def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
-    """What reads all parameters of a kind at once, in their order, and which of them point at
-    something, at what."""
+    """A function that reads all parameters of a kind in their order, and which of them are
+    pointers, to what."""
     known = specs(KINDS[kind].parameters)
     pointers = [(i, spec.pointer) for i, spec in enumerate(known.values()) if spec.pointer]
     if len(known) > 1:
@@ -188,12 +188,12 @@ def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int
 
 
 def pointed_at(value: Any, kind: str) -> str:
-    """What a parameter that points at something holds: a text's content, else the name."""
+    """The value of a pointer parameter: a text's content, else the name."""
     return str(value.as_string() if kind == "Text" else value.name_full)
 
 
 def report_steps(sensor: Sensor) -> dict[str, float]:
-    """By how much each field of a sensor must change before the event log has a row for it."""
+    """The smallest change of each field for which the event log gets a row."""
     parameters = read_parameters(sensor, sensor.settings)
     return {f.name: getattr(parameters, f.step) for f in sensor.kind.events if f.step}
 
@@ -228,7 +228,7 @@ def check_evaluated(sensor: Sensor, evaluated: Any) -> None:
 
 
 def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
-    """Where a sensor with this world matrix stands, in metres. Raises SensorError."""
+    """The pose, in metres, of a sensor with this world matrix. Raises SensorError."""
     try:
         return pose_from_matrix(matrix, unit_scale)
     except ValueError as error:

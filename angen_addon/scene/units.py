@@ -32,7 +32,7 @@ def with_unit(label: str, unit: str, scene: Any = None) -> str:
 
 
 def lengths_of(scene: Any) -> Lengths:
-    """What the scene shows lengths in; metres where that is left to Blender or to nobody."""
+    """The unit in which the scene shows lengths; metres if its settings name none."""
     settings = scene.unit_settings
     if settings.system == "NONE":
         return METRES

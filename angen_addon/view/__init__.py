@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is shown of sensors: in the viewport, in the timeline, as a plan, in words."""
+"""Shows sensors in the viewport and the timeline."""

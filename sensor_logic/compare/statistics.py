@@ -86,7 +86,7 @@ def _seconds(values: list[float] | Values) -> Values:
 
 
 def counts(home: HomeIntervals, group: str) -> Values:
-    """How often each sensor went on, a value for each sensor and day."""
+    """Counts how often each sensor went on: a number for each sensor and day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
     return np.concatenate(found) if found else np.empty(0)

@@ -43,7 +43,7 @@ class Contact:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Side:
-    """A contact from the side of one of its bodies."""
+    """A contact as one of its two bodies sees it."""
 
     number: int
     other: int
@@ -133,7 +133,7 @@ def _uncovered(patch: Patch, back: _Side, fronts: Sequence[tuple[_Side, float]])
 
 
 class _View:
-    """A patch projected along the direction of its force, which is also that of heights."""
+    """A patch projected along its normal, the direction of its force; heights are along it too."""
 
     def __init__(self, patch: Patch, normal: Array) -> None:
         self.whole = patch

@@ -125,7 +125,7 @@ def standing_groups(island: Island, world: World) -> list[Group]:
 
 
 def points_of(groups: Sequence[Group], order: dict[Key, int], world: World) -> Points:
-    """All points of the island as arrays; a part counts as what it is a part of."""
+    """All contact points of the island as arrays; a part's points belong to its owner."""
     counts = [len(group.places) for group in groups]
 
     def index_of(key: Key) -> int:

@@ -94,5 +94,5 @@ def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
 
 
 def acts(node: Node, world: World) -> Node:
-    """The node that moves with this one: its owner, where it has one."""
+    """The node whose motion this node shares: its owner, or itself without one."""
     return node if node.owner is None else world.node(node.owner)

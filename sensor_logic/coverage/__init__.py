@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where motion detectors detect motion, and where to place them: numbers only, without a scene."""
+"""Computes where motion detectors notice motion and where to place them: numbers only, no scene."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a day is cut into stretches, of which the keys are in the home one after the other."""
+"""Cuts a day into stretches, whose keys are set in the home one after the other."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a day gives, and how the days of a run become the files of one folder."""
+"""The rows that a day gives, and the files of a folder that the days of a run become."""
 
 from __future__ import annotations
 
@@ -63,7 +63,8 @@ class Day:
 
     @classmethod
     def of_json(cls, text: str, digest: str) -> Day | None:
-        """None where it is of another run. Raises ValueError for what is no such text."""
+        """Reads a kept day; None if it belongs to another run. Raises ValueError for any other
+        text."""
         try:
             found = json.loads(text)
             if found["run"] != digest:
@@ -102,7 +103,7 @@ class DayRows:
         )
 
     def files(self) -> dict[str, str]:
-        """By name, the text of the tables."""
+        """The texts of the tables by file name."""
         begin = datetime.combine(self.start, time())
         events = ((_moment(begin, e.time), *e[1:]) for e in self.events)
         activities = (

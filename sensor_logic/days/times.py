@@ -24,7 +24,7 @@ def time_at(frame: float) -> float:
 
 
 def hours_minutes(time: float) -> str:
-    """Of a time in s since midnight, such as 07:05."""
+    """A time in s since midnight as text, such as 07:05."""
     return f"{int(time // 3600):02d}:{int(time // 60 % 60):02d}"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""At which updates of a track something happened: the rows of the event log, found fast."""
+"""Finds the updates of a track at which something happened: the rows of the event log."""
 
 from __future__ import annotations
 

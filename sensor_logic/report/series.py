@@ -37,12 +37,12 @@ class Columns:
 
     @property
     def some(self) -> NDArray[np.bool_]:
-        """Where it was active, however briefly."""
+        """The columns in which it was active at least for a moment."""
         return self.active > ROUNDING
 
     @property
     def all(self) -> NDArray[np.bool_]:
-        """Where it was active throughout."""
+        """The columns in which it was active throughout."""
         return self.active > 1.0 - ROUNDING
 
 

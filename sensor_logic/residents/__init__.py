@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How residents move: the ways that they take, without Blender."""
+"""Computes how residents live and move: days, ways, bodies; without Blender."""

@@ -53,7 +53,7 @@ class ActedActivity:
 
 @dataclass(frozen=True)
 class Stay:
-    """Where a person is, and in what posture. The place is empty on the way between places."""
+    """A time that a person spent in one place and posture. The place is empty on the way."""
 
     start: float
     end: float

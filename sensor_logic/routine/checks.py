@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What no day can hold: plans that ask for two things at once."""
+"""Finds plans that ask for two things at once."""
 
 from __future__ import annotations
 

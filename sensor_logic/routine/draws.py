@@ -20,7 +20,7 @@ class Stream:
         self._uniform = random.Random(int.from_bytes(hashlib.sha256(key).digest()[:16])).random
 
     def uniform(self) -> float:
-        """From 0 to below 1."""
+        """A number from 0 to below 1."""
         return self._uniform()
 
     def normal(self) -> float:
@@ -32,7 +32,7 @@ class Stream:
         return median * math.exp(varies * self.normal())
 
     def poisson(self, mean: float) -> int:
-        """By multiplication of uniforms (Knuth); for small means."""
+        """A Poisson number, by multiplication of uniforms (Knuth); for small means."""
         limit, product, count = math.exp(-mean), self._uniform(), 0
         while product > limit:
             product *= self._uniform()

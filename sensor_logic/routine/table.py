@@ -15,7 +15,8 @@ _MISSING = object()
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """What may have been meant by a name that is not known, or else which are."""
+    """A text with the name that may have been meant by an unknown one, or else with all known
+    names."""
     names = sorted(known)
     near = get_close_matches(name, names, 1)
     if near:

@@ -27,7 +27,8 @@ def plan_rays(sight: Sight, metres: float) -> SensorRays:
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Of a face how much light counts from where, the cosine; of views see `view_figure`."""
+    """Draws for a face how much light counts from each direction, its cosine; for views see
+    `view_figure`."""
     if seen.parameters.method == "FOUR_WALL":
         return Figure()
     return _lobe(seen.pose, metres)

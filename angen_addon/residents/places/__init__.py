@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a home's objects are marked as for its residents: places, doors, lamps."""
+"""The marks on a home's objects for its residents: places, doors, lamps."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where residents can walk: the floors below the marks, as free cells, and the rooms on them."""
+"""Finds where residents can walk: the floors below the marks, as free cells, and their rooms."""
 
 from __future__ import annotations
 

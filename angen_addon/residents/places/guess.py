@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a new mark says where nobody told: which way an object faces, how far a door opens."""
+"""Guesses the settings of a new mark: which way an object faces, how far a door opens."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def guess(obj: Any, depsgraph: Any) -> None:
 
 
 def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
-    """(2,): where it faces; None where its front is as good as any."""
+    """(2,): where it probably faces; None if no side is more likely than another."""
     axes = np.array(marked.matrix)[:2, :2].T
     sizes = np.linalg.norm(axes, axis=1)
     if sizes.min() < 1e-9:

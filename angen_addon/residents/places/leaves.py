@@ -120,7 +120,7 @@ def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
 
 
 def as_door(obj: Any) -> tuple[str, bool]:
-    """What was found of a marked leaf, for a panel, and whether it slides."""
+    """A text for a panel on how a marked leaf moves, and whether it slides."""
     try:
         leaf, _ = leaf_of(obj)
     except DoorError as error:

@@ -37,14 +37,15 @@ class MarkedObject:
 
     @property
     def middle(self) -> Array:
-        """(3,): of its box; its origin where it has no surface."""
+        """(3,) m: the middle of its bounding box, or its origin if it has no surface."""
         if not self.solid:
             return self.at
         middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
         return middle
 
     def reach(self, way: Array) -> tuple[float, float]:
-        """How far it goes along a way (2,) from the world's origin, m: least and most."""
+        """The least and the greatest distance (m) of its points along a direction (2,) from the
+        world's origin."""
         if not self.solid:
             here = float(self.at[:2] @ way)
             return here, here

@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 def read_places(scene: Any, depsgraph: Any) -> Places:
-    """What is marked in the scene as the depsgraph has it evaluated. Raises PlaceError."""
+    """Reads the marks of the evaluated scene. Raises PlaceError."""
     return HomeMarks(depsgraph).places
 
 
@@ -126,7 +126,8 @@ def _anchor(marked: MarkedObject) -> Array:
 
 
 def _light_of(obj: Any) -> Any:
-    """What shines: the object, or the first light that hangs on it, or that it hangs on."""
+    """The lamp of a mark: the object, or the first light among its children at any depth, or its
+    parent."""
     family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
     if obj.parent is not None:
         family.append(obj.parent)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where one stands to sit, lie down, or use an object, and where hips or hand go."""
+"""Finds where a person stands to sit, lie down or use an object, and where hips or hand go."""
 
 from __future__ import annotations
 
@@ -163,7 +163,8 @@ def _bed(marked: MarkedObject, look: Array) -> Array:
 def _bedside(
     ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
 ) -> tuple[Array, Array]:
-    """Where one stands (2,) beside a bed, and where one sits (3,) on its edge."""
+    """The point (2,) where a person stands beside a bed, and the one (3,) where they sit on its
+    edge."""
     across = np.array([-look[1], look[0]])
     sides = []
     for side in (across, -across):
@@ -180,7 +181,7 @@ def _bedside(
 
 
 def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
-    """How far the bed goes from the target to one side, m."""
+    """The distance in m from the target to the bed's edge on one side."""
     if marked.solid:
         return float(marked.reach(side)[1] - target[:2] @ side)
     steps = np.arange(0.05, 1.5, STEP_M)

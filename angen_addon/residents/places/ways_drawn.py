@@ -19,7 +19,8 @@ RED = (0.85, 0.12, 0.1, 1.0)
 
 
 def show(scene: Any, places: Places, lost: list[Unreached]) -> list[Any]:
-    """The objects, which take the place of those that were shown before."""
+    """Draws how far residents get towards each lost place, instead of earlier drawings; returns the
+    objects."""
     remove(scene)
     drawn = [one for one in lost if len(one.way) > 1]
     if not drawn:

@@ -45,7 +45,7 @@ class RayBundle:
 
     @cached_property
     def pictures(self) -> list[RayPicture]:
-        """What shapes that change are seen in."""
+        """The pictures in which the bundle sees shapes that change."""
         return pictures_of(self.origins, self.directions, self.apex)
 
     def same(self, other: RayBundle) -> bool:

@@ -37,8 +37,9 @@ AWAY = 0
 
 @dataclass
 class _Own:
-    """The solids of one sensor, which its rays pass through: numbers; and of the others the rows,
-    and those of the moving ones as columns of the frames. Valid for one state of the list."""
+    """What a sensor's rays pass through and meet, for one `state` of the list of solids: `numbers`
+    of its own solids; rows of all others, `still` and `moving`, and the latter's `columns` in the
+    frames."""
 
     state: tuple[int, int]
     numbers: frozenset[int]
@@ -60,12 +61,13 @@ class RayCaster:
         self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
-        """To be called once after each evaluation, before rays are cast."""
+        """Reads the scene's changes; to be called once after each evaluation, before rays are
+        cast."""
         self.solids.sync(depsgraph)
         self.show(depsgraph, Frames.present(self.solids))
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """From now on rays are cast at these frames."""
+        """Sets the frames at which rays are cast from now on."""
         self._depsgraph = depsgraph
         self.frames = frames
 
@@ -149,7 +151,8 @@ class RayCaster:
         hits: dict[tuple[int, int], tuple[Index, Array, Index]],
         frame: int,
     ) -> bool:
-        """What a bundle sees where some solids have changed; False where it sees the same."""
+        """Casts a bundle again where solids have changed; False where it meets the same as
+        before."""
         dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
         found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
         if not found and not dropped:
@@ -197,7 +200,7 @@ class RayCaster:
         return known
 
     def _meet_still(self, sensor: Uid, bundle: int, rays: RayBundle, own: _Own) -> CastBundle:
-        """What is known of the bundle, made anew where solids that it met are gone."""
+        """The known hits of a bundle on still solids; cast again if solids that it met are gone."""
         gone = self.solids.gone
         known = self._bundles.get((sensor, bundle))
         if known is None or known.own != own.numbers or not known.rays.same(rays):
@@ -339,7 +342,7 @@ def _meet_changing(
     limits: Array,
     crossed: NDArray[np.bool_],
 ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
-    """As `RayCaster._meet_shape`, of one that changes."""
+    """As `RayCaster._meet_shape`, for a solid that changes its shape."""
     for part in _of_one_cut(surfaces):
         points = np.stack([surface.points for surface in surfaces[part]])
         corners, face = surfaces[part.start].triangles
@@ -374,7 +377,8 @@ def _of_one_cut(surfaces: list[Any]) -> Iterator[slice]:
 
 
 def _slabs(lo: Array, hi: Array, rays: RayBundle) -> tuple[Array, Array]:
-    """Where rays (n) enter and leave boxes (m): two arrays (m, n); it misses if leave < enter."""
+    """The distances at which rays (n) enter and leave boxes (m): two arrays (m, n); leave < enter:
+    missed."""
     enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
     with np.errstate(invalid="ignore"):
         for start, inverse, low, high in zip(rays.starts, rays.inverse, lo.T, hi.T, strict=True):

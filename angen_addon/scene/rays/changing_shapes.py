@@ -252,7 +252,7 @@ class RayCells:
 
 
 def _spread(first: Index, end: Index) -> tuple[Index, Index]:
-    """Of ranges (m,) every member (p,), and which range it is of."""
+    """All members (p,) of ranges (m,), and for each the number of its range."""
     counts = end - first
     which = np.repeat(np.arange(len(first)), counts)
     start = first - (np.cumsum(counts) - counts)

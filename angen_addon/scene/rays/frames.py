@@ -39,14 +39,14 @@ class Frames:
 
     @classmethod
     def present(cls, solids: Solids) -> Frames:
-        """The solids as they were synchronised last, as one frame."""
+        """One frame: the solids as they were at the last synchronisation."""
         rows = np.flatnonzero(solids.moving)
         matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
         return cls(rows, matrix, lo, hi, solids.version[None, rows])
 
     @classmethod
     def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """So many frames of the same."""
+        """So many frames at which the solids are as they were."""
         one = cls.present(solids)
         matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
         return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
@@ -159,8 +159,8 @@ class Film:
         self._worlds, self._shapes, self._before, self._bytes = [], [], {}, 0
 
     def _surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
-        """By row of those whose shape changes, its surface at each frame, and at which of them it
-        is another than before."""
+        """Of each solid that changes its shape, by row: its surface at each frame, and at which
+        frames it differs from the one before."""
         kept: dict[int, list[Surface]] = {}
         bends: dict[int, NDArray[np.bool_]] = {}
         for uid, last in self._before.items():

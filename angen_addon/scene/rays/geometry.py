@@ -55,7 +55,7 @@ class Surface:
 
     @property
     def bytes(self) -> int:
-        """What it takes to keep it, with what will be made of it."""
+        """Memory for the points, and for all that is made of them later."""
         return self.points.nbytes * (4 if self.large else 1)
 
     def meet(self, starts: Array, ways: Array) -> tuple[Array, NDArray[np.intp]]:
@@ -323,7 +323,7 @@ def surface_mesh(evaluated: Any) -> Iterator[Any]:
 
 
 def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
-    """Of points (3, n) that are somewhere."""
+    """The bounds of the finite ones among points (3, n)."""
     lo, hi = axes.min(axis=1), axes.max(axis=1)
     if not (np.isfinite(lo).all() and np.isfinite(hi).all()):
         # A vertex that is nowhere takes its own faces away, not the others.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is told of the objects and instances that a depsgraph lists."""
+"""Compares the objects and instances that a depsgraph lists with earlier ones."""
 
 from __future__ import annotations
 

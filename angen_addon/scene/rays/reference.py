@@ -42,7 +42,7 @@ class SceneRayCaster:
                 self._rows.setdefault(solid.key[0], []).append(row)
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """From now on rays are cast at these frames, of which there is one: the present."""
+        """Sets the frames at which rays are cast from now on: only one, the present."""
         self._depsgraph, self.frames = depsgraph, frames
 
     def cast(

@@ -191,7 +191,7 @@ class Solids:
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
     def note_seen(self) -> None:
-        """What was told of changes at this frame is dealt with."""
+        """Forgets the changes that were noted at this frame, since they are read now."""
         self._scene_told = False
         self.reshaped.clear()
         self._touched.clear()
@@ -223,11 +223,11 @@ class Solids:
         return None if solid is None else solid.row
 
     def name_of(self, number: int) -> str:
-        """What people know the solid `number` by; empty for one that is no more."""
+        """The name that users know the solid `number` by; empty if it is gone."""
         return next((s.name for s in self.solids if s.number == number), "")
 
     def _follow(self, depsgraph: Any, count: int) -> None:
-        """Nothing appeared or went: moves what moved, reads shapes again that may have changed."""
+        """Reads matrices and shapes that may have changed, where no object appeared or went."""
         world = np.empty(count * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
         differs = (world != self._world).reshape(count, 16).any(axis=1)

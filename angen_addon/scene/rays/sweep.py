@@ -79,7 +79,7 @@ class SweptRays:
 
 
 class Sweeper:
-    """What went through the beams of all switches of a scene."""
+    """Finds what went through the beams of all switches of a scene."""
 
     def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
         self._caster = caster
@@ -219,8 +219,7 @@ def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> 
 
 
 def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
-    """Where solids of these numbers (n,) stood in the list before; STANDS for those that did
-    not."""
+    """The earlier rows of solids with these numbers (n,); STANDS for those that were not listed."""
     if numbers is before.numbers:
         return np.arange(len(numbers))
     known = {number: row for row, number in enumerate(before.numbers.tolist())}

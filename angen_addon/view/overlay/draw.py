@@ -25,7 +25,7 @@ ORDER = ("fills", "thin", "bold", "top_fills", "top")
 
 
 def _sensors_to_draw(context: Any) -> DrawnSensors | None:
-    """What is drawn in this view, if it is there; else it is asked for."""
+    """The sensors to draw in this view; asks for them if they are not there yet."""
     scene, space = context.scene, context.space_data
     if not refresh.wanted(scene) or not space.overlay.show_overlays:
         return None
@@ -40,7 +40,7 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 
 
 def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
-    """What each sensor that this view shows reads, and whether it is selected."""
+    """The reading of each sensor that this view shows, and whether it is selected."""
     readings, found = ReadingTexts(scene), []
     for seen in drawn.seen:
         if seen.sensor.handle.visible_in_viewport_get(space):
@@ -55,7 +55,7 @@ def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
 
 
 def draw_fields() -> None:
-    """In the world, before what Blender draws over it."""
+    """Draws fields of view in the world, before what Blender draws over them."""
     context = bpy.context
     try:
         drawn = _sensors_to_draw(context)
@@ -75,7 +75,7 @@ def draw_fields() -> None:
 
 
 def draw_labels() -> None:
-    """On the screen: signs, names and readings."""
+    """Draws signs, names and readings on the screen."""
     context = bpy.context
     try:
         drawn = _sensors_to_draw(context)

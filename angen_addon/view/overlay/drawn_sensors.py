@@ -64,7 +64,7 @@ class DrawnSensor:
     def follow(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> None:
-        """Draws what changed of a sensor since, and of what its rays met."""
+        """Makes those figures anew whose sensor, rays or readings have changed."""
         if not self._follow_sensor(runner, depsgraph, edits, metres) or runner is None:
             self.rays = None
             return
@@ -106,7 +106,7 @@ class DrawnSensor:
         return read is not None
 
     def _begin(self, parameters: Any, pose: Pose | None) -> None:
-        """Nothing is drawn yet of a sensor that is otherwise than before."""
+        """Forgets the figures of a sensor that has changed."""
         self.parameters, self.pose = parameters, pose
         self._rays, self._scan, self._drawn = (), (), {}
         self.of_reading, self._own, self.figures, self.now, self.lit = None, [], [], [], []
@@ -163,7 +163,7 @@ class DrawnSensors:
         self.has_fields = True
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Brings everything to the scene as it is evaluated, after its sensors have sensed."""
+        """Brings all figures up to date with the evaluated scene, after its sensors have sensed."""
         live = live_of(scene)
         edited = self.outdated
         self.frame, self.outdated = scene.frame_current, False
@@ -181,7 +181,7 @@ class DrawnSensors:
                 seen.follow(runner, depsgraph, live.edits, self.metres)
 
     def _list(self, view_layer: Any) -> None:
-        """Finds the sensors anew; what is known of those that stay is kept."""
+        """Lists the sensors again; those that were listed before keep their figures."""
         known = {seen.uid: seen for seen in self.seen}
         self.seen = []
         for sensor in all_sensors(view_layer):

@@ -50,7 +50,7 @@ def arrange(
 
 
 def _crowd(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
-    """How many other markers a plate is near."""
+    """The number of other markers near a plate."""
     return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
 
 

@@ -68,7 +68,7 @@ def to_screen(
 
 
 def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
-    """Of every sensor that the view shows."""
+    """Draws the labels of all sensors that the view shows."""
     board = drawn.boards.setdefault(context.region.as_pointer(), Board())
     rows, markers, sizes = _in_sight(context, board, drawn, shown)
     board.markers = {row.seen.uid: m for row, m in zip(rows, markers, strict=True)}

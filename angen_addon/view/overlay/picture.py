@@ -114,7 +114,8 @@ def passing(seen: Any, shown: ReadingText, metres: float) -> list[Figure]:
 
 
 def _of_reading(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
-    """What a valid reading adds to the figure of its sensor; the same as long as it reads so."""
+    """The figure that a valid reading adds to its sensor's; the same object while the reading is
+    equal."""
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:
         return None

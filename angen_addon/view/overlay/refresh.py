@@ -35,7 +35,7 @@ def wants_rays(scene: Any) -> bool:
 
 
 def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
-    """To be called in each frame change, after the sensors have sensed."""
+    """Follows a frame change; to be called after the sensors have sensed."""
     if not wanted(scene):
         state.CACHE.overlay = None
         return
@@ -52,7 +52,7 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
 
 
 def note_edit(scene: Any) -> None:
-    """To be called after each edit of the scene."""
+    """Notes an edit of the scene; to be called after each."""
     if wanted(scene):
         if state.CACHE.overlay is not None:
             state.CACHE.overlay.outdated = True

@@ -124,7 +124,7 @@ def _painter(what: str) -> Painter:
 
 
 def view_of(scene: Any, region: Any) -> TimelineRegion | None:
-    """Where in a region rows go; None where it is too small for any."""
+    """The part of a region where rows go; None if it is too small."""
     bottom, top, scale = _between(scene, region)
     left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
     if top <= bottom or right <= left:
@@ -133,7 +133,7 @@ def view_of(scene: Any, region: Any) -> TimelineRegion | None:
 
 
 def _between(scene: Any, region: Any) -> tuple[float, float, float]:
-    """Where rows go, from bottom to top, and the interface's scale."""
+    """The bottom and top of the rows, and the interface's scale."""
     scale = bpy.context.preferences.system.ui_scale
     bottom = SCROLL_BAR * scale
     if len(scene.timeline_markers):

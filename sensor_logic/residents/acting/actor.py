@@ -106,7 +106,7 @@ class Actor:
         return np.column_stack([np.interp(times, track[:, 0], track[:, k]) for k in (1, 2)])
 
     def be(self, posture: str, place: str = "") -> None:
-        """From now on in a posture at a place."""
+        """Changes the posture and the place."""
         if (posture, place) != (self.posture, self.place):
             self.end_stay()
             self.posture, self.place = posture, place
@@ -181,7 +181,7 @@ class Actor:
 
     # --- sitting and lying --------------------------------------------------------------------
     def sit(self, place: Place) -> None:
-        """From standing before it: the last steps to the seat, turned round, and down."""
+        """Sits down: the last steps to the seat, a turn, and down."""
         point, yaw, seat = self.before(place)
         self._step_to(point, yaw)
         stand = self.pose
@@ -192,13 +192,13 @@ class Actor:
 
     # --- the walking frame ----------------------------------------------------------------------
     def leave_frame(self) -> None:
-        """Here, as it stands."""
+        """Lets go of the walking frame, which stays here."""
         yaw = self.stand.yaw
         self.parked = Parked(frame_of(self.here, yaw, self.floor, self.build), self.here, yaw)
         self._hands_off_or_on()
 
     def take_frame(self) -> None:
-        """By one who stands where it was left."""
+        """Takes hold of the walking frame again, beside which the person stands."""
         self.parked = None
         self._hands_off_or_on()
 
@@ -207,8 +207,8 @@ class Actor:
         self.clip(HANDS, lambda t: before.mixed(after, ease(t / HANDS)))
 
     def before(self, place: Place) -> tuple[Array, float, Array]:
-        """Where the feet stand (2,) of who sits there, the yaw, and the seat (3,). A cat leaps from
-        the floor."""
+        """Where the feet (2,) of somebody stand who sits there, the yaw, and the seat (3,). A cat
+        leaps from the floor."""
         if self.build.is_cat:
             return place.at[:2], place.yaw, place.target
         seat, yaw = seat_of(place)
@@ -222,7 +222,7 @@ class Actor:
         self.walk(dense(path) if far else path[:1], yaw)
 
     def lie(self, place: Place) -> None:
-        """From sitting on the edge."""
+        """Lies down from sitting on the edge."""
         assert self._seated is not None
         seated, flat = self._seated, lying(self._seated, place.target, place.yaw)
         self.clip(LIE_DOWN, lambda t: lying_down(seated, flat, t / LIE_DOWN))
@@ -230,7 +230,7 @@ class Actor:
         self.be(LYING, place.name)
 
     def rest_at(self, place: Place, posture: str) -> None:
-        """In a posture at a place, without having come."""
+        """Starts in a posture at a place, without a way to it."""
         if self.build.frame:
             floor = self.home.ground.floor(place.storey, {})
             beside = parked_beside(floor, place.at[:2], self.build)
@@ -249,7 +249,7 @@ class Actor:
         self.last_place = place.name
 
     def rise(self) -> None:
-        """To the feet, before what one sat or lay on."""
+        """Gets up, to stand before the seat or bed."""
         if self._seated is None or self._seat is None:
             return
         seated, flat = self._seated, self.pose
@@ -264,7 +264,7 @@ class Actor:
             self.walk(dense(np.array([self.here, at])), None)
 
     def turn_over(self, side: int) -> None:
-        """To the back (0), the left (1) or the right side (-1)."""
+        """Turns over in bed: to the back (0), the left (1) or the right side (-1)."""
         if self._seat is None or self._seated is None:
             return
         before = self.pose

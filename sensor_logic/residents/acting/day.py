@@ -105,7 +105,7 @@ def _plan(
 
 # --- how a day begins ---------------------------------------------------------------------------
 def _before(segments: Sequence[Segment], person: str, day: int) -> list[Segment]:
-    """What a person did before what is under way at midnight."""
+    """The person's segments that have ended by the midnight before the day."""
     return [s for s in segments if s.person == person and s.end <= day * DAY]
 
 
@@ -116,7 +116,7 @@ def _begin_home(
     plans: Mapping[str, list[tuple[Segment, Stream]]],
     day: int,
 ) -> None:
-    """What earlier steps left on, open, or put somewhere."""
+    """Sets the home as earlier steps left it: lamps, doors, things."""
     earlier = [s for person in plans for s in _before(segments, person, day)]
     for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
         deeds = activities.get(segment.activity)
@@ -200,8 +200,8 @@ def _of_day(found: list[T]) -> list[T]:
 
 
 def _placed(done: ActedActivity, stays: list[Stay], deeds: Deeds | None) -> ActedActivity:
-    """With the one of its places where most of it was done; where it was done at none of them, of
-    all places."""
+    """The activity with its place: of the places that its steps name the one where it was done
+    longest, or of all places if it was done at none of those."""
     lasting: dict[str, float] = {}
     for stay in stays:
         both = min(stay.end, done.end) - max(stay.start, done.start)

@@ -160,7 +160,7 @@ class Going(Actor):
         return start, None
 
     def _leg(self, step: ActivityStep, goal: Array, yaw: float | None) -> Taking:
-        """To a point without opening doors, past whoever stands about."""
+        """Walks to a point without opening doors, around people who stand there."""
         yield
         if self.parked is not None and (
             yaw is None or float(np.hypot(*(goal - self.parked.at))) > NEAR_M
@@ -235,7 +235,7 @@ class Going(Actor):
         return False
 
     def _in_the_way_of(self) -> Someone | None:
-        """Who waits for this person to go aside, and has waited long enough."""
+        """The person who has waited long enough for this one to go aside, or None."""
         other = self.home.who_waits_for(self)
         if other is None or self.now < other.wished + AGREED:
             return None
@@ -253,7 +253,7 @@ class Going(Actor):
             )
 
     def _go_aside(self, other: Someone) -> Generator[None, None, bool]:
-        """To where another can pass, until that one has; whether there is such a place."""
+        """Steps aside until another has passed or patience ends; False without a place for it."""
         spot = None if other.wish is None else self._spot_aside(other, other.wish)
         self.cornered = spot is None
         if spot is None or self.step is None:
@@ -345,7 +345,7 @@ class Going(Actor):
         self.home.occupy(door, self, math.inf)
 
     def through(self, door: Door, side: float) -> Taking:
-        """Through a door from that side of it. Who finds it shut shuts it again."""
+        """Walks through a door, from its side `side`. A door that was shut is shut again behind."""
         ground, home = self.home.ground, self.home
         yield from self.wait_for(door)
         near = ground.outside(door, side, self.radius)

@@ -36,7 +36,7 @@ Open = Mapping[str, float]
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """Where one stands (2,) to move a door, and looks."""
+    """Where a person stands (2,) to move a door, and the yaw there."""
 
     at: Array
     yaw: float
@@ -147,7 +147,7 @@ class Ground:
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
     def outside(self, door: Door, side: float, radius: float) -> Spot:
-        """Where to stand out of the home, where no floor may be known."""
+        """A spot outside the home, where the floor may be unknown."""
         found = self.spot(door, side, radius)
         if found is not None:
             return found

@@ -23,7 +23,7 @@ APART, FROM_LEAF, AT_PLACE, SAME_PLACE = 0.42, 0.27, 0.6, 0.3
 
 
 class Someone(Protocol):
-    """What others see of a person."""
+    """A person as the others see them."""
 
     name: str
     now: float
@@ -41,7 +41,7 @@ class Someone(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Clash:
-    """Somebody in the way, who stands there from `since` until `until` at least."""
+    """A person in the way, who stands there from `since` until at least `until`."""
 
     at: Array
     since: float
@@ -70,7 +70,7 @@ class HomeInUse:
 
     # --- what hands move ----------------------------------------------------------------------
     def opening(self, door: Door) -> float:
-        """How far it is open now; at first as it stands in the file."""
+        """How far a leaf is open now; at first as in the file."""
         return self.openings.get(door.name, 0.0)
 
     def is_open(self, door: Door) -> bool:
@@ -116,7 +116,7 @@ class HomeInUse:
 
     @staticmethod
     def put_at(thing: str, place: Place) -> Array | None:
-        """Where a thing stands (3,) that is put at a place; None where it is back at its own."""
+        """The place (3,) of a thing that is put down; None if that is its own place."""
         return None if place.name == thing else np.array(place.target)
 
     # --- who has what -------------------------------------------------------------------------
@@ -135,7 +135,7 @@ class HomeInUse:
         self._taken[key] = someone
 
     def release(self, key: str, someone: Someone) -> None:
-        """From the person's own time on others may have it."""
+        """Lets others have what the person took, from the person's own time on."""
         if self._taken.get(key) is someone:
             del self._taken[key]
             self._free_from[key] = someone.now
@@ -163,7 +163,7 @@ class HomeInUse:
         return holder is not someone and until > someone.now
 
     def who_waits_for(self, someone: Someone) -> Someone | None:
-        """Who cannot get past somebody that stands; of several, who has waited longest."""
+        """The person who has waited longest to get past `someone`, or None."""
         here = someone.where(np.array([someone.now]))[0]
         found = [
             other

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a person lives through the day: step by step what the routine says."""
+"""Lets a person live through the day, step by step as the routine says."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class Living(Going):
         yield from self._go_on(deeds, segment, stream)
 
     def _go_on(self, deeds: Deeds, segment: Segment, stream: Stream) -> Taking:
-        """What is repeated until the activity ends: bursts of movements, and rests."""
+        """Repeats bursts of movement and rests until the activity ends."""
         times = []
         for number, one in enumerate(deeds.meanwhile):
             rest = one.every * one.burst
@@ -194,7 +194,7 @@ class Living(Going):
         self.touch(point)
 
     def _settle(self, step: ActivityStep, place: Place) -> Taking:
-        """At a place in the posture of the word."""
+        """Takes up the word's posture at a place."""
         posture = POSTURES[step.word]
         if (self.place, self.posture) == (place.name, posture):
             return
@@ -226,7 +226,7 @@ class Living(Going):
             self.home.things[step.name] = where
 
     def _drink(self, step: ActivityStep) -> Taking:
-        """From a cup, which comes back to where it was; who holds it keeps it."""
+        """Drinks from a cup. One that the person did not hold before is put back."""
         held = step.name in self.hands
         if not held:
             yield from self._carry(replace(step, word="take"))
@@ -264,7 +264,7 @@ class Living(Going):
         self.home.occupy(door, self, self.now)
 
     def _spot_at(self, door: Door, step: ActivityStep) -> Spot | None:
-        """Where to stand to move a leaf without going through it."""
+        """A spot from which a person moves a leaf without being in its way."""
         place = self.home.places.places.get(door.name)
         if place is not None:
             return Spot(place.at[:2], place.yaw)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where somebody leaves the walking frame who goes where it does not fit, as to a stove."""
+"""Finds where a person leaves the walking frame where it does not fit, as at a stove."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the hips go of who sits down."""
+"""Finds where the hips of a sitting person go."""
 
 from __future__ import annotations
 

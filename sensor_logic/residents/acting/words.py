@@ -132,7 +132,7 @@ class Deeds:
 
     @property
     def places(self) -> set[str]:
-        """Where its steps are done; where one leaves, nowhere."""
+        """The places of its steps; none for a step that leaves."""
         return {step.name for step in self.all_steps if step.word in POSTURES}
 
     @property

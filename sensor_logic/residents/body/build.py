@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a resident is built: the sorts there are, their sizes and speeds."""
+"""The build of a resident: sorts, sizes, speeds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class Sort(StrEnum):
-    """What a resident is."""
+    """The sorts of residents."""
 
     OLDER_ADULT = "OLDER_ADULT"
     ADULT = "ADULT"
@@ -29,7 +29,7 @@ class Build:
 
     @property
     def scale(self) -> float:
-        """Of the bones, against those of the skeleton."""
+        """The scale of the bones against the skeleton's."""
         return self.stature / SKELETON_STATURE[self.sort]
 
     @property

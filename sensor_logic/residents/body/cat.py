@@ -65,7 +65,7 @@ _TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
 
 
 def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
-    """On its four paws."""
+    """The pose on four paws."""
     middle, yaw = _at(*stand.centre, floor, stand.yaw)
     soles = np.broadcast_to(about_z(yaw)[:, None], (1, 4, 4))
     balls = _under(middle, yaw, _GROUND, build.scale)
@@ -74,7 +74,7 @@ def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """On its haunches at a point, looking along its heading."""
+    """The pose on its haunches at a point, looking along its heading."""
     build, yaw = stand.build, stand.heading[:1]
     middle = np.asarray(seat, float)[None]
     offsets = _GROUND + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
@@ -88,7 +88,7 @@ def sitting(stand: BodyPose, seat: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """On its belly; curled to the left (side 1) or the right (-1)."""
+    """The pose on its belly, curled to the left (side 1) or the right (-1)."""
     build = seated.build
     x, y, z = map(float, bed)
     middle, heading = _at(x, y, z, near_turn(yaw, float(seated.heading[0])))
@@ -105,7 +105,7 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
 
 
 def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """From one posture (t = 0) to another (1): up or down in a leap where one is higher."""
+    """The poses from one posture (t = 0) to another (1): a leap if one of them is higher."""
     s = ease(t)
     pose = before.mixed(after, s)
     way = float(np.linalg.norm(after.walker[0, :3] - before.walker[0, :3]))

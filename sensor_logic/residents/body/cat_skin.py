@@ -73,7 +73,7 @@ def cat_parts() -> list[Part]:
 
 
 def cat_weights(points: Array, _region: str) -> dict[str, Array]:
-    """By the distance to each bone; (n,) a bone, the sum 1."""
+    """The weights of bones at points, by their distance: (n,) a bone, with the sum 1."""
     near = {}
     for bone in CAT.bones:
         if bone.name == "pelvis":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What moves an armature: the values of its animated channels, out of poses."""
+"""Makes the values of an armature's animated channels from poses."""
 
 from __future__ import annotations
 

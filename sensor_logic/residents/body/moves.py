@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a body of any build stands, walks, sits and lies: people's ways or the cat's."""
+"""The ways in which any body stands, walks, sits and lies: a person's or a cat's."""
 
 from __future__ import annotations
 
@@ -33,35 +33,36 @@ def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
 
 
 def sitting(stand: BodyPose, at: Array) -> BodyPose:
-    """On a seat, from standing before it; a cat on the point itself."""
+    """The pose on a seat, before which the body stood; a cat sits on the point itself."""
     if stand.build.is_cat:
         return cat.sitting(stand, at)
     return seat.sitting(stand, at)
 
 
 def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
-    """From standing (t = 0) to sitting (1)."""
+    """The poses from standing (t = 0) to sitting (1)."""
     if stand.build.is_cat:
         return cat.going(stand, seated, t)
     return seat.sitting_down(stand, seated, t)
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """With the hips over a point, the head towards the yaw; side 1: to the left, -1: the right."""
+    """The pose with the hips over a point and the head towards the yaw; side 1: to the left, -1:
+    the right."""
     if seated.build.is_cat:
         return cat.lying(seated, bed, yaw, side)
     return seat.lying(seated, bed, yaw, side)
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """From sitting (t = 0) to lying (1)."""
+    """The poses from sitting (t = 0) to lying (1)."""
     if seated.build.is_cat:
         return cat.going(seated, lying_pose, t)
     return seat.lying_down(seated, lying_pose, t)
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """From one way of lying (t = 0) to another (1)."""
+    """The poses from one way of lying (t = 0) to another (1)."""
     if before.build.is_cat:
         return cat.going(before, after, t)
     return seat.turning_over(before, after, t)

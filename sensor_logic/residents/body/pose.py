@@ -41,7 +41,7 @@ class Moments:
         return taken
 
     def mixed(self, other: Self, t: float | Array) -> Self:
-        """From this (t = 0) to the other (1); a single moment is held."""
+        """The poses from this one (t = 0) to the other (1); a single moment is held."""
 
         def blend(name: str, a: Array, b: Array) -> Array:
             return (mix_turns if name in TURNS else mix)(a, b, t)
@@ -85,7 +85,7 @@ class Arms(Moments):
         return replace(super().mixed(other, t), target=target)
 
     def one(self, side: int, **values: Array | float) -> Self:
-        """With other values for one arm, each (n,), (n, 3) or a number."""
+        """The pose with other values for one arm, each (n,), (n, 3) or a number."""
         new = {}
         for name, value in values.items():
             old: Array = getattr(self, name)
@@ -137,7 +137,7 @@ class BodyPose(Moments):
         _each(self, part, do=write)
 
     def _even(self) -> Self:
-        """With all n moments in every array: what is held is repeated."""
+        """The pose with n moments in every array; values that are held are repeated."""
         count = len(self)
         even: Self = _each(self, do=lambda _n, a: np.broadcast_to(a, (count, *a.shape[1:])))
         return even

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What hands and eyes do on top of a pose: reach, look, carry, drink."""
+"""Lets hands and eyes of a pose reach, look, carry and drink."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOUTH = np.array([0.255, 0.035, -0.030])  # of the wrist that drinks, from the 
 
 
 def palm(bones: Bones, side: int, scale: float) -> Array:
-    """Where a hand holds things, (n, 3) in the world."""
+    """The points (n, 3) in the world where a hand holds things."""
     name, sign = f"hand.{SIDES[side]}", SIGN[side]
     down, inward = np.array([0.0, 0.5 * sign, -0.866]), np.array([0.0, -0.866 * sign, -0.5])
     return bones.at[name] + turned(bones.turn[name], scale * (down * PALM + inward * 0.035))
@@ -39,7 +39,7 @@ def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
 
 
 def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) -> BodyPose:
-    """To both sides, once in so many seconds."""
+    """Looks to both sides, once in so many seconds."""
     yaw = 0.75 * np.sin(2 * np.pi * since / seconds) * weight
     about = np.stack([0 * yaw, 0 * yaw, yaw], -1)
     return replace(pose, look=pose.look + about, spine=pose.spine + 0.25 * about)

@@ -28,7 +28,7 @@ _Z = np.array([0.0, 0.0, 1.0])
 
 
 def seat_distance(build: Build) -> float:
-    """From the feet that stand to the seat behind them, m."""
+    """The distance in m from standing feet to the seat behind them."""
     return 0.57 * build.scale
 
 
@@ -62,8 +62,8 @@ def _hung(ankle: Array, hips: Array, ahead: Array, scale: float) -> Array:
 
 
 def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
-    """From standing (t = 0) to sitting (1): first the trunk bends, then the hips go back and
-    down."""
+    """The poses from standing (t = 0) to sitting (1): first the trunk bends, then the hips go back
+    and down."""
     s = ease(t)
     pose = stand.mixed(seated, s)
     bend = np.sin(np.pi * s) ** 2
@@ -141,7 +141,7 @@ def _on_side(seated: BodyPose, bed: Array, turn: Array, side: int) -> BodyPose:
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """From the bed's edge (t = 0) to lying (1): a turn on the hips, the legs lifted."""
+    """The poses from the bed's edge (t = 0) to lying (1): a turn on the hips, the legs lifted."""
     s = ease(t)
     a, b, scale = seated.feet, lying_pose.feet, seated.build.scale
     middle = seated.mixed(lying_pose, 0.5)

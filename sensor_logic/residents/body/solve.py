@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a pose to the turn of each bone and where its head is."""
+"""Computes the turn of each bone and the place of its head from a pose."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ARM_HINGE = np.array([0.0, -1.0, 0.0])
 
 @dataclass(frozen=True)
 class Bones:
-    """Of each bone its turn (n, 4) and where its head is (n, 3), both in the world."""
+    """The turn (n, 4) of each bone and the place (n, 3) of its head, both in the world."""
 
     turn: dict[str, Array]
     at: dict[str, Array]
@@ -111,7 +111,7 @@ def trunk(pose: BodyPose, head: bool = True) -> Bones:
 
 
 def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
-    """Where a bone's head is, (n, 3): on the bone above it."""
+    """The place (n, 3) of a bone's head, at the bone above it."""
     skeleton = skeleton_of(pose.build)
     above = skeleton.parent[bone]
     offset = (skeleton.head[bone] - skeleton.head[above]) * pose.build.scale

@@ -111,7 +111,7 @@ def unit(v: Array) -> Array:
 
 
 def share(t: ArrayLike, of: Array) -> Array:
-    """Shares (n,) with as many axes as what they are shares of."""
+    """Shares (n,) with further axes of length 1, to be multiplied with `of` (n, …)."""
     shares = np.asarray(t, float)
     return shares.reshape(shares.shape + (1,) * (of.ndim - shares.ndim))
 

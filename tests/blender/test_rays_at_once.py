@@ -41,9 +41,14 @@ def met_by(tree, starts, ways, length):
     return np.array([np.inf if distance is None else distance for distance in found])
 
 
-def rays_at(random, at, spread, count):
-    """Origins and directions of rays from a place, about the way to the origin."""
+def rays_at(random, at, spread, count, fan=False):
+    """Origins and directions of rays from a place, about the way to the origin, perhaps all in a
+    plane."""
     ways = -at / max(np.linalg.norm(at), 1e-9) + spread * random.normal(size=(count, 3))
+    if fan:
+        normal = np.cross(at + 1e-3, random.normal(size=3))
+        normal /= np.linalg.norm(normal)
+        ways -= (ways @ normal)[:, None] * normal
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     return at + 0.05 * ways, ways
 
@@ -62,6 +67,7 @@ def meet_shape(points, corners, origins, ways):
     return far[0], face[0]
 
 
+@pytest.mark.parametrize("fan", [False, True])
 @pytest.mark.parametrize("far_off", [0.0, 500.0])
 @pytest.mark.parametrize(
     ("distance", "spread", "count"),
@@ -74,7 +80,7 @@ def meet_shape(points, corners, origins, ways):
         (3.0, 0.1, 1),
     ],
 )
-def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, count, far_off):
+def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, count, far_off, fan):
     """Far and near, within it and all around; the same triangle as a test of each with each."""
     random = np.random.default_rng(1)
     points, corners = lump()
@@ -83,7 +89,7 @@ def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, co
     for _ in range(12):
         at = random.normal(size=3)
         at *= distance / np.linalg.norm(at)
-        origins, ways = rays_at(random, at, spread, count)
+        origins, ways = rays_at(random, at, spread, count, fan)
         expected = met_by(tree, origins, ways, np.full(count, 9.0))
         apex = changing_shapes.apex_of(origins + far_off, ways)
         assert apex == pytest.approx(at + far_off, abs=1e-6) or count == 1

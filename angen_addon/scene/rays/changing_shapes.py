@@ -157,22 +157,29 @@ class RayPicture:
         depth = seen[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = seen[:, 0] / depth, seen[:, 1] / depth
-        (left, right), (below, above) = (
-            _bounds(cells[:, own] for own in corners)
-            for cells in (self._grid.cells(x, 0), self._grid.cells(y, 1))
-        )
+        rows = self._grid.cells(y, 1)
+        below, above = _bounds(rows[:, own] for own in corners)
         close = TOO_NEAR * np.abs(depth).max(axis=1)
+        beside = []
         for frame in np.flatnonzero(depth.min(axis=1) <= close).tolist():
             # What reaches beside the eye or behind it has no place in the picture: it may be
             # anywhere.
             off = depth[frame] <= close[frame]
-            beside = np.flatnonzero(off[corners].any(axis=0))
-            ahead = ~off[corners[:, beside]].all(axis=0)
-            left[frame, beside] = below[frame, beside] = 0
-            right[frame, beside] = above[frame, beside] = np.where(ahead, CELLS - 1, 0)
+            which = np.flatnonzero(off[corners].any(axis=0))
+            ahead = ~off[corners[:, which]].all(axis=0)
+            below[frame, which], above[frame, which] = 0, np.where(ahead, CELLS - 1, 0)
+            beside.append(frame * corners.shape[1] + which[ahead])
             x[frame, off] = y[frame, off] = np.nan
-        near = self._grid.may_hold(left, right, below, above)
-        bounds = (edge.ravel()[near] for edge in (left, right, below, above))
+        # A fan of rays lies in one row of the picture, and most triangles in others.
+        near = self._grid.rows_hold(below, above)
+        frame, triangle = np.divmod(near, corners.shape[1])
+        left, right = _bounds(self._grid.cells(x[frame, own[triangle]], 0) for own in corners)
+        if beside:
+            anywhere = np.isin(near, np.concatenate(beside))
+            left[anywhere], right[anywhere] = 0, CELLS - 1
+        bounds = left, right, below.ravel()[near], above.ravel()[near]
+        some = self._grid.may_hold(*bounds)
+        near, bounds = near[some], tuple(edge[some] for edge in bounds)
         of, ray = self._grid.pairs(*bounds)
         frame, triangle = np.divmod(near[of], corners.shape[1])
         inside = np.ones(len(ray), bool)
@@ -191,12 +198,16 @@ def _bounds(ends: Iterable[Any]) -> tuple[Any, Any]:
 
 
 def _axes(ways: Array) -> Array:
-    """Right, up and ahead (3, 3) of a picture with these rays in it."""
+    """Right, up and ahead (3, 3) of a picture with these rays in it: a fan lies from left to
+    right."""
     ahead = (ways / np.linalg.norm(ways, axis=1)[:, None]).sum(axis=0)
     ahead /= np.linalg.norm(ahead)
-    right = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(ahead, right), ahead])
+    aside = ways - (ways @ ahead)[:, None] * ahead
+    spread, axes = np.linalg.eigh(aside.T @ aside)
+    right = axes[:, 2] if spread[2] > THROUGH else np.eye(3)[int(np.argmin(np.abs(ahead)))]
+    up = np.cross(ahead, right)
+    up /= np.linalg.norm(up)
+    return np.stack([np.cross(up, ahead), up, ahead])
 
 
 class RayCells:
@@ -221,6 +232,7 @@ class RayCells:
         order = np.argsort(cell, kind="stable")
         self._ray = np.concatenate([ray, *also])[order]
         self._start = np.searchsorted(cell[order], EVERY_CELL)
+        self._next_row = _next(np.isin(np.arange(CELLS), cell % CELLS))
         held = np.zeros((CELLS, CELLS), bool)
         held.ravel()[cell] = True
         self._held = np.ones((SQUARES + 1, CELLS, CELLS), bool)
@@ -237,6 +249,10 @@ class RayCells:
         with np.errstate(invalid="ignore"):
             return np.fmax(np.fmin(at, CELLS - 1), 0.0).astype(np.uint8)
 
+    def rows_hold(self, below: Index, above: Index) -> Index:
+        """Which ranges of rows, in all, hold a ray."""
+        return np.flatnonzero(self._next_row.take(below) <= above)
+
     def may_hold(self, left: Index, right: Index, below: Index, above: Index) -> Index:
         """Which rectangles of cells, in all, may hold a ray."""
         size = np.minimum(np.maximum(right - left, above - below), SQUARES).astype(np.intp)
@@ -249,6 +265,12 @@ class RayCells:
         end = self._start[column * CELLS + above[which] + 1]
         of, at = _spread(first, end)
         return which[of], self._ray[at]
+
+
+def _next(held: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Of each row, and of those above it, the first (CELLS,) that is held; CELLS: there is none."""
+    found = np.where(held, np.arange(CELLS), CELLS)
+    return np.minimum.accumulate(found[::-1])[::-1].astype(np.uint8)
 
 
 def _spread(first: Index, end: Index) -> tuple[Index, Index]:

@@ -75,7 +75,7 @@ class ANGEN_OT_place_propose(Staged, Operator):
         ghosts.show(context.scene, result, self._like, self.preset)
         mesh.show(context.scene, result.map)
         kept.keep(context.scene, result.map)
-        self.report({"INFO"}, result.told())
+        self.report({"INFO"}, result.summary())
 
 
 def _can_decide(cls: Any, context: Context) -> bool:

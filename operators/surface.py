@@ -15,8 +15,8 @@ STEP = 1e-6
 
 
 class SurfacePoint(NamedTuple):
-    """Where a ray hit something: `normal` points to where the ray came from. `whole`: the ray hit
-    the object itself, not an instance of it elsewhere."""
+    """A point where a ray hit: `normal` points to the side that the ray came from. `whole`: the ray
+    hit the object itself, not an instance of it elsewhere."""
 
     point: Vector
     normal: Vector

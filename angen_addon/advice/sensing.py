@@ -86,8 +86,8 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
 
 
 def of_several(advices: dict[str, Advice]) -> str:
-    """One line for the advice on several pads, given by their names: how many pads, their first
-    names, and the text of the first, which says so where the others differ."""
+    """The advice on several pads as one line: how many pads, their first names, and the text of the
+    first; it says so if the other texts differ."""
     names = list(advices)
     text = uncapitalized(advices[names[0]].text)
     if len(names) == 1:

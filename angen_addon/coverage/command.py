@@ -154,4 +154,4 @@ def places_csv(proposal: Proposal) -> str:
 
 def _places(proposal: Proposal) -> str:
     heads = ("place", "room", "on", "x", "y", "z", "yaw °", "adds m²")
-    return "\n".join([*aligned([heads, *_rows(proposal)]), proposal.told() + ".\n"])
+    return "\n".join([*aligned([heads, *_rows(proposal)]), proposal.summary() + ".\n"])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels tell of the last map: kept in the scene as plain values, so that undo and saving take
-care of it."""
+"""Keeps what panels show of the last map: plain values in the scene, so that undo and saving take
+care of them."""
 
 from __future__ import annotations
 

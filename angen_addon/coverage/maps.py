@@ -32,8 +32,8 @@ class MapProgress:
 
 
 class Enough(Exception):
-    """To be thrown into a generator of stages: it ends with the best that it has, if that is
-    anything; else it raises this."""
+    """Thrown into a generator of stages to end it: it returns its best result so far, or raises
+    this without one."""
 
 
 # The floor is this share of the work.

@@ -64,7 +64,7 @@ class Proposal:
     tried: int
     before: int
 
-    def told(self) -> str:
+    def summary(self) -> str:
         """The result in a sentence or two, for a report."""
         all_cells, choice = len(self.map.cells), self.choice
         covered = (choice.covered + self.before) / all_cells

@@ -79,7 +79,7 @@ def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> L
 
 
 def _places(rays: LightRays, request: Any, size: float) -> list[tuple[Array, Array, Array]]:
-    """Where light counts: place, normal, and the share of the irradiance there that is read,
+    """The point where light counts, the normal there, and the share of its irradiance that is read;
     (3,) each. Four walls: where the views end; else the sensor's own face."""
     matrix = request.matrix
     if request.method != "FOUR_WALL":

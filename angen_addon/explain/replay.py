@@ -54,8 +54,8 @@ class Replay:
 
     @property
     def probes(self) -> Probes:
-        """Those that look at the scene, as it is at the update that was taken last. Raises NotNoted
-        where there is no going back."""
+        """The probes of the scene at the last update that was taken. Raises NotNoted if there is no
+        going back."""
         return self._probes
 
     @property
@@ -77,8 +77,8 @@ class Replay:
         return self.runner.schedule.last_update(self.step(index))
 
     def index_of(self, number: int, index: int) -> int | None:
-        """Where in the track update `number` is, if every update from there to `index` was
-        recorded: the sensor forgot what was before a gap."""
+        """The index of update `number` in the track, if every update from there to `index` was
+        recorded: across a gap a sensor forgets what was before."""
         back = self.number(index) - number
         if back > index or self.number(index - back) != number:
             return None

@@ -96,8 +96,8 @@ def stays(obj: Any, *paths: str) -> bool:
 
 
 def motion_paths(obj: Any) -> list[str]:
-    """What of its own place an object has animated: data paths of keys and drivers. Constraints,
-    strips and physics, which may also turn it, are told as "rotation by …"."""
+    """The data paths of an object's place that keys and drivers animate. Constraints, strips and
+    physics, which may also turn it, are listed as "rotation by …"."""
     found = ["rotation by constraint" for c in obj.constraints if not c.mute]
     if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
         found.append("rotation by physics")

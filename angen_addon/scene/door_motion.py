@@ -122,8 +122,8 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
 
 def shutting_of(obj: Any) -> Matrix:
-    """What takes a leaf from where it stands now to where its first key has it, which is taken for
-    closed; the unit matrix where it has no keys."""
+    """The matrix that takes a leaf from where it stands now to its first key, which counts as
+    closed; the unit matrix without keys."""
     for owner in _chain(obj):
         bases = _keyed_bases(owner)
         if bases and abs(owner.matrix_basis.determinant()) > 1e-12:

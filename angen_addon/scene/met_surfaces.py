@@ -34,9 +34,9 @@ class MetSurfaces(ABC):
         length: Array,
         frames: Index | None = None,
     ) -> Answers:
-        """What a sensor's rays find at each of the frames (k,) that are kept, or at the last of
-        them; in Blender units, after the caster was brought up to date; the other arguments as of
-        `RayCaster.cast`."""
+        """Casts a sensor's rays at each of the kept frames `frames` (k,), or at the last one, and
+        returns what they find there. In Blender units, after the caster was brought up to date; the
+        other arguments as of `RayCaster.cast`."""
         if self._reference:
             self._rays.update(depsgraph)
         self._follow(depsgraph)

@@ -11,7 +11,7 @@ import numpy as np
 from ..model import Array
 from .balance import GROUND, Points
 from .covered import Contact, without_covered
-from .island import Island, acts
+from .island import Island, moving_node
 from .patches import Patch
 from .shapes import Shape
 from .world import Key, Node, World
@@ -54,7 +54,7 @@ def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
     keys = list(numbers)
     nodes = [world.node(key) for key in keys]
     preferred = [numbers[pad]] if pad in numbers else []
-    movable = [acts(node, world).weighs for node in nodes]
+    movable = [moving_node(node, world).weighs for node in nodes]
     kept = without_covered(contacts, movable, preferred)
     if pad in numbers and nodes[numbers[pad]].owner is not None:
         kept = _through_part(kept, numbers, nodes[numbers[pad]])

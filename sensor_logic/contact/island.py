@@ -61,7 +61,7 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
                         visit(end)
         for other in world.near(key):
             neighbour = world.node(other)
-            if not any(acts(n, world).weighs for n in (node, neighbour)):
+            if not any(moving_node(n, world).weighs for n in (node, neighbour)):
                 continue
             if neighbour.animated and any(s.node == key for s in world.supports_of(other)):
                 visit(other)
@@ -93,6 +93,6 @@ def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
     return False
 
 
-def acts(node: Node, world: World) -> Node:
+def moving_node(node: Node, world: World) -> Node:
     """The node whose motion this node shares: its owner, or itself without one."""
     return node if node.owner is None else world.node(node.owner)

@@ -12,7 +12,7 @@ from ..model import Array
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import ALIGNED
 from .groups import Group, gaps, points_of, points_on_pad, shape_groups, standing_groups
-from .island import Island, acts, collect
+from .island import Island, collect, moving_node
 from .settling import Settled, height_between, settled
 from .world import Constraint, Key, PadForces, Partner, RequiredLoad, World
 
@@ -169,7 +169,7 @@ def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> st
             (group.a, group.b, group.shapes[1:], 1.0),
             (group.b, group.a, group.shapes[:1], -1.0),
         ):
-            if below and acts(world.node(body), world).weighs:
+            if below and moving_node(world.node(body), world).weighs:
                 sides.append((body, under, below[0], group, sign, part, pressed))
     for body, under, shape, group, sign, part, pressed in sides:
         for same, other, beside, along, turn, _, borne in sides if under == pad else ():

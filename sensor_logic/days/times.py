@@ -29,6 +29,6 @@ def hours_minutes(time: float) -> str:
 
 
 def clock_of_day(number: int) -> Clock:
-    """That of a run of days, from `LEAD_S` before the first midnight on, in the frames of day
-    `number`: as if all days were one run, each update has a number and a time of its own."""
+    """The clock of day `number` in a run of days, from `LEAD_S` before the first midnight on, in
+    that day's frames: as in one long run, each update has a number and a time of its own."""
     return Clock(frame_at(-LEAD_S) - round(number * DAY_S) * FPS, FPS)

@@ -36,12 +36,12 @@ class Columns:
     top: float
 
     @property
-    def some(self) -> NDArray[np.bool_]:
+    def sometimes(self) -> NDArray[np.bool_]:
         """The columns in which it was active at least for a moment."""
         return self.active > ROUNDING
 
     @property
-    def all(self) -> NDArray[np.bool_]:
+    def throughout(self) -> NDArray[np.bool_]:
         """The columns in which it was active throughout."""
         return self.active > 1.0 - ROUNDING
 

@@ -121,8 +121,8 @@ def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
         parts.append(_curve(seen, width, colour))
     high, low = (LOW - 2.0, LOW + 1.0) if measured else (HIGH, LOW)
     middle = (high + low) / 2 if measured else MIDDLE
-    parts.append(_bars(seen.all, width, high, low, colour))
-    parts.append(_bars(seen.some & ~seen.all, width, middle, low, colour))
+    parts.append(_bars(seen.throughout, width, high, low, colour))
+    parts.append(_bars(seen.sometimes & ~seen.throughout, width, middle, low, colour))
     for a, b in runs(seen.invalid > ROUNDING):
         parts.append(_box(a, b, width, f"{name}-invalid"))
     for a, b in runs(seen.known < 1.0 - ROUNDING):

@@ -127,7 +127,7 @@ def test_enough_keeps_the_best_so_far_and_its_bound(search: Any, addon_part: Any
     assert len(early.chosen) == len(early.names) == 1
     assert early.map.count.astype(bool).sum() == early.choice.covered <= whole.choice.covered
     assert whole.choice.covered <= early.choice.bound <= len(early.map.cells)
-    assert "% of the best" in early.told()
+    assert "% of the best" in early.summary()
 
 
 @pytest.mark.parametrize("mounting", ["WALL", "CEILING"])

@@ -43,7 +43,7 @@ def test_shares_of_columns_are_exact() -> None:
     np.testing.assert_allclose(seen.known, 1.0)
     halves = columns(switch([0, 1, 2, 3], [False, True, True, True]), 1.0, 1 / 24, (0.0, 4.0), 2)
     np.testing.assert_allclose(halves.active, [0.5, 1.0])
-    assert runs(halves.some & ~halves.all) == [(0, 1)]
+    assert runs(halves.sometimes & ~halves.throughout) == [(0, 1)]
 
 
 def test_a_short_event_of_a_long_day_is_seen_and_so_is_a_short_pause() -> None:
@@ -52,7 +52,7 @@ def test_a_short_event_of_a_long_day_is_seen_and_so_is_a_short_pause() -> None:
         state = np.full(len(times), quiet)
         state[100_000] = not quiet
         seen = columns(switch(times.tolist(), state.tolist()), 0.5, 1 / 24, (0.0, 86_400.0), 1080)
-        changed = runs(seen.some & ~seen.all)
+        changed = runs(seen.sometimes & ~seen.throughout)
         assert changed == [(int(times[100_000] / 80), int(times[100_000] / 80) + 1)]
 
 
@@ -74,7 +74,7 @@ def test_where_readings_stop_coming_nothing_is_known() -> None:
     """On for a second each: switched off from 3 to 7, and not yet on before 1."""
     seen = columns(switch([1, 2, 7, 8], [True] * 4), 1.0, 1 / 24, (0.0, 9.0), 9)
     np.testing.assert_allclose(seen.known, [0, 1, 1, 0, 0, 0, 0, 1, 1])
-    assert not seen.some[3:7].any()
+    assert not seen.sometimes[3:7].any()
 
 
 def test_a_track_without_readings_is_nowhere_known() -> None:

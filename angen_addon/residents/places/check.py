@@ -29,8 +29,8 @@ HIP_M = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """What is marked, which of it nobody gets to, and by name of the place what is between;
-    `shut` are leaves that look like doors, without a mark."""
+    """The result of a check: the marked places; which of them nobody can reach, and what is in the
+    way, by the place's name; `shut`: leaves that look like doors, without a mark."""
 
     places: Places
     lost: list[Unreached]

@@ -227,8 +227,8 @@ class RayCaster:
     def _hits(
         self, bundle: CastBundle, frames: Index, columns: Index
     ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
-        """By frame and row, of solids given by frame (p,) and column (p,): which rays of a bundle
-        meet it, how far they go and to which face."""
+        """The hits on solids that are given by frame (p,) and column (p,), by frame and row: which
+        rays of a bundle meet each, how far they go and to which face."""
         at, found = self.frames, {}
         rays, limits = bundle.rays, bundle.still.ranges
         size = max(1, PAIRS_AT_ONCE // len(rays.length))
@@ -272,8 +272,8 @@ class RayCaster:
                 yield i, (which[nearer], far[nearer], faces[nearer])
 
     def _near(self, rows: Index, rays: RayBundle, box: tuple[Array, Array]) -> list[Index]:
-        """Those of the solids `rows` whose bounds meet the box of the rays, so many at once as one
-        may compare with each ray."""
+        """The solids among `rows` whose bounds meet the box of the rays, in portions that can be
+        compared with each ray."""
         near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
         rows = rows[near.all(axis=1)]
         at_once = max(1, PAIRS_AT_ONCE // len(rays.length))

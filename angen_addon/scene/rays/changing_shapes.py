@@ -58,8 +58,8 @@ def apex_of(origins: Array, directions: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class FrameHits:
-    """What (p,) of some rays meet at some frames, in order of these: the `frame`, the `ray`, how
-    `far` it goes, in lengths of its direction, and to which `triangle`."""
+    """The hits (p,) of some rays at some frames, in the order of the frames: the `frame`, the
+    `ray`, how `far` it goes, in lengths of its direction, and to which `triangle`."""
 
     frame: Index
     ray: Index
@@ -138,8 +138,8 @@ def _narrow(ways: Array) -> list[Index]:
 
 
 class RayPicture:
-    """Those of a bundle's `rays` (n,) that are looked along in the `ways` (n, 3) from an `eye`
-    (3,), and the grid of the cells that they are in."""
+    """The `rays` (n,) of a bundle that one picture holds: their directions `ways` (n, 3) from an
+    `eye` (3,), and the grid of the cells that they are in."""
 
     def __init__(self, rays: Index, ways: Array, eye: Array) -> None:
         self._rays, self._eye = rays, eye

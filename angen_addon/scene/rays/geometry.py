@@ -95,7 +95,7 @@ class Surface:
 
 @dataclass
 class Built:
-    """What is made of a surface when it is asked for, once for all objects of one mesh: its `tree`
+    """What is made from a surface when it is needed, once for all objects of one mesh: its `tree`
     about the `pivot` (3,), whose faces are triangles or those of the mesh."""
 
     tree: BVHTree | RayTree | None = None

@@ -123,11 +123,9 @@ class Sweeper:
         beam: SweptRays,
         tolerance: float,
     ) -> RayCrossings:
-        """What the rays met between the steps `before`, when the beam was `start`, and `now`; in
-        Blender units, the `tolerance` too.
-
-        `sensor` is the session uid of the object whose own solids are passed through.
-        """
+        """The crossings of the rays between the steps `before`, when the beam was `start`, and
+        `now`; in Blender units, the `tolerance` too. `sensor` is the session uid of the object
+        whose own solids do not count."""
         moves = self._moves_since(before, now)
         stands = start is beam or bool(np.array_equal(start.matrix, beam.matrix))
         if stands and not _overlap(moves, moves.moved, *beam.bounds).any():

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all sensors of a scene see at its present frame, as lines and surfaces: made of what the
-sensors' own rays met when they sensed last, and made anew only where that changed."""
+"""Makes lines and surfaces of what all sensors of a scene see: from the hits of their own rays when
+they sensed last, and only anew where those changed."""
 
 from __future__ import annotations
 

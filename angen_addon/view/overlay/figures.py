@@ -57,8 +57,8 @@ def _append(into: dict[str, Lines], meaning: str, parts: list[Any]) -> None:
 
 
 def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Where rays that stand in so many equal rows start and end, (rows, n, 3) in Blender units, and
-    which of them met something, (rows, n)."""
+    """The starts and ends of rays in so many equal rows, (rows, n, 3) in Blender units, and which
+    of them met something, (rows, n)."""
     hit = met.ranges < met.reach
     off = np.minimum(OFF_SURFACE, met.ranges / 2) * hit
     ends = met.origins + met.directions * (met.ranges - off)[:, None]
@@ -87,8 +87,8 @@ def corners_of(met: RaysMet, apex: Array, edges: Array, metres: float) -> Array:
 def straight(
     points: Array, drawn: NDArray[np.bool_], metres: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Of the steps (rows, n − 1) between points (rows, n, 3) that are drawn, those that begin and
-    those that end a straight line."""
+    """Which of the steps (rows, n − 1) between points (rows, n, 3) begin a straight line, and which
+    end one; the drawn steps alone count."""
     way, middle = points[:, 2:] - points[:, :-2], points[:, 1:-1] - points[:, :-2]
     square = np.maximum((way * way).sum(axis=2), 1e-24)
     along = (middle * way).sum(axis=2)

@@ -133,8 +133,8 @@ class Going(Actor):
         return found
 
     def _aside(self, step: ActivityStep, place: Place) -> tuple[Array, float | None]:
-        """Where somebody waits for a place: short of the last door on the way or of the place, and
-        where no leaf swings; where the person is, if that is nearer."""
+        """The point where a person waits for a place: before the last door on the way or before the
+        place, out of the swing of leaves; or where the person is, if that is nearer."""
         ground, home = self.home.ground, self.home
         doors = self._doors_to(step, place.at[:2], place.storey)
         start, goal = self.here, place.at[:2]
@@ -193,8 +193,8 @@ class Going(Actor):
         self._walk(path, yaw, opened)
 
     def _without_frame(self, path: Array, opened: dict[str, float]) -> Array:
-        """What is left of a way (n, 2) after the frame was left on it, where it does not fit at the
-        end."""
+        """The rest of a way (n, 2) after the walking frame was left on it, where it does not fit at
+        the end."""
         floor = self.home.ground.floor(self.storey, opened)
         points = rounded(floor, path) if length(path) > 0.05 else path
         found = parked_on(floor, points, self._ends, self.build)

@@ -112,8 +112,8 @@ class Ground:
 
     # --- doors ------------------------------------------------------------------------------
     def spot(self, door: Door, side: float, radius: float) -> Spot | None:
-        """Where to stand on one side of a door to move it: clear of its swing, in reach of the
-        handle. None where there is no room, as inside a cupboard."""
+        """A spot on one side of a door from which a person moves it: clear of its swing, in reach
+        of the handle. None without room, as inside a cupboard."""
         key = door.name, side, radius
         if key not in self._spots:
             self._spots[key] = self._found_spot(door, side, radius)
@@ -291,8 +291,8 @@ class Ground:
 
 
 def door_axes(door: Door, side: float) -> tuple[Array, Array, Array]:
-    """Of a shut door on the floor: its hinge, the way along it, and straight away from it to a
-    side; each (2,)."""
+    """The hinge of a shut door on the floor, the direction along the leaf, and the one straight
+    away from it to a side; each (2,)."""
     first, last = door.line(door.closed, 2)
     along = (last - first) / max(math.hypot(*(last - first)), 1e-9)
     ahead = np.array([-along[1], along[0]])

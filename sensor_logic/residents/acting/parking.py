@@ -54,8 +54,8 @@ def fits(floor: Floor, at: Array, yaw: float, build: Build) -> bool:
 def parked_on(
     floor: Floor, points: Array, ends: Sequence[At], build: Build
 ) -> tuple[int, float] | None:
-    """On a way of dense points (n, 2) that ends in these poses: at which point the frame is left,
-    turned to which yaw; None where it fits to the end, or nowhere."""
+    """The point of a way of dense points (n, 2) at which the walking frame is left, and the yaw
+    that it is turned to; None if it fits to the end, or nowhere."""
     if all(fits(floor, at, yaw, build) for at, yaw in ends):
         return None
     gaps = np.diff(points, axis=0)

@@ -26,8 +26,9 @@ GRIP = 0.05  # from the middle of a leaf to the hand on its handle, m
 def hands_at_work(
     point: Array, yaw: float, began: float, seconds: float, stream: Stream
 ) -> Callable[[float, Array], Array]:
-    """Where a hand is (n, 3), +1 the left and -1 the right, at times (n,), of one who looks along a
-    yaw and works for so many seconds: now here, now there about a point, and never still."""
+    """The places (n, 3) of a hand, +1 the left and -1 the right, at times (n,), of a person who
+    looks along a yaw and works for so many seconds: now here, now there about a point, never
+    still."""
     across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
     nearer = -np.array([math.cos(yaw), math.sin(yaw), 0.0])
     begins, spots = _spots(seconds, stream)
@@ -50,8 +51,8 @@ def hands_at_work(
 def hand_on_leaf(
     door: Door, here: Array, moves: tuple[float, float], start: float, seconds: float
 ) -> Callable[[Array], Array]:
-    """Where a hand on the handle is (n, 3) at times (n,), of one who stands `here` (2,), while the
-    leaf moves from one opening to another: with it while it is in reach."""
+    """The places (n, 3) of a hand on the handle at times (n,), of a person who stands `here` (2,),
+    while the leaf moves from one opening to another; the hand follows while it reaches."""
     limit = SLIDES_ALONG if door.slides else FOLLOWS[door.side(here)]
     away = yaw_to(door.handle_at(door.closed), here)
     towards = GRIP * np.array([math.cos(away), math.sin(away), 0.0])

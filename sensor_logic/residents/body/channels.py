@@ -19,8 +19,8 @@ Channel = tuple[str, int, Array]
 def channels(
     pose: BodyPose, rest: Mapping[str, Array], bones: Bones | None = None
 ) -> Iterator[Channel]:
-    """Those of an armature object whose bones' axes at rest are `rest` (4,): its location (m) on
-    the floor under the pelvis, its heading, the pelvis's height, the bones' turns."""
+    """The channels of an armature object whose bones' axes at rest are `rest` (4,): its location
+    (m) on the floor under the pelvis, its heading, the pelvis's height, the bones' turns."""
     bones = bones or solve(pose)
     scale = pose.build.scale
     at_rest = skeleton_of(pose.build).head["pelvis"]

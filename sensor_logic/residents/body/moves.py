@@ -11,8 +11,8 @@ from .pose import BodyPose
 
 
 def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """What `Walk` walks: from a stand along the points of a path (n, 2), with turns on the spot at
-    its ends. Two steps are no walk."""
+    """The steps for a `Walk`: from a stand along the points of a path (n, 2), with turns on the
+    spot at its ends. Two steps are no walk."""
     if build.is_cat:
         return cat.footsteps(start, path, end_yaw, build)
     return gait.footsteps(start, path, end_yaw, build)

@@ -33,8 +33,8 @@ def seat_distance(build: Build) -> float:
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """On the seat, the feet where they stand, the hands on the thighs. Who is too short for the
-    seat lets the legs hang."""
+    """The pose on a seat: the feet where they stand, the hands on the thighs. The legs of a body
+    that is too short hang."""
     scale = stand.build.scale
     ahead = about_z(stand.heading)
     pelvis = np.asarray(seat, float) + PELVIS_OVER_SEAT * scale * _Z + np.zeros((1, 3))
@@ -89,8 +89,8 @@ def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """On the back (side 0), the left (1) or the right side (-1), the knees drawn up on a side. The
-    yaw (rad) is the way from the feet to the head."""
+    """The pose on the back (side 0), the left (1) or the right side (-1), the knees drawn up on a
+    side. The yaw (rad) is the direction from the feet to the head."""
     up = turned(about_z(yaw), X)
     front = _Z if side == 0 else side * cross(up, _Z)
     left = cross(front, -up)
@@ -155,8 +155,8 @@ def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """From one way of lying (t = 0) to another (1), the hips a little lifted and the knees drawn
-    up on the way."""
+    """The poses from one way of lying (t = 0) to another (1): the hips a little lifted, the knees
+    drawn up on the way."""
     s = ease(t)
     pose = before.mixed(after, s)
     lift = np.sin(np.pi * s) ** 2

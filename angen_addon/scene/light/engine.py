@@ -80,6 +80,7 @@ def why_no_eevee() -> str:
     return "" if not bpy.app.background else _why_no_eevee_in_background()
 
 
+# Once, until Blender ends; without it a process that starts Blender each time: seconds to a minute.
 @functools.cache
 def _why_no_eevee_in_background() -> str:
     script = TRY_EEVEE.format(engine=EEVEE)

@@ -16,6 +16,7 @@ PARTS = (
     "home",
     "day",
     "days",
+    "live",
     "rays",
     "pir",
     "pir_pyroelectric",

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Iterator
@@ -33,6 +34,7 @@ TRUSTED = "--enable-autoexec"
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
 # Verbs whose `--jobs` are processes that each have Blender.
 WITH_JOBS = ("day",)
+INTERRUPTED = "interrupted; nothing was written"
 USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
 
 
@@ -63,7 +65,7 @@ def main(arguments: list[str]) -> int:
         if problem:
             note(problem)
             return 2
-    with standard_output_silenced():
+    with standard_output_silenced(), _ended_by_ctrl_c():
         with _on_one_core(verb[0] in WITH_JOBS and _has_jobs(options)):
             import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
 
@@ -100,6 +102,22 @@ def _on_one_core(wanted: bool) -> Iterator[None]:
         os.sched_setaffinity(0, cores)
 
 
+@contextmanager
+def _ended_by_ctrl_c() -> Iterator[None]:
+    """While Blender starts and opens the file: an exception raised in one of its handlers would be
+    lost, and the command go on."""
+    before = signal.signal(signal.SIGINT, lambda *_: _give_up())
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+
+
+def _give_up() -> NoReturn:
+    note(INTERRUPTED)
+    leave_hard(1)
+
+
 def command() -> NoReturn:
     """The command `angen`, and `python -m angen_addon`."""
     fill_closed_streams()
@@ -109,7 +127,7 @@ def command() -> NoReturn:
     except SystemExit as stop:
         status = int(stop.code or 0)
     except KeyboardInterrupt:
-        note("interrupted; nothing was written")
+        note(INTERRUPTED)
     except BaseException:
         traceback.print_exc()
     finally:

@@ -28,10 +28,10 @@ runpy.run_path({str(STANDALONE)!r})["load_extension"]()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 """
 # Dask has its workers give each freed array back to the system, an eighth of the time of living
-# a day; these are what the allocator would come to by itself (bytes).
+# a day. These (bytes) keep what is freed for the next array, and leave no large holes.
 ALLOCATOR = {
-    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 64 << 20,
-    "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 32 << 20,
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 16 << 20,
+    "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 4 << 20,
 }
 # s: who answers later than this at an address is not there.
 ANSWERS_S = 10.0

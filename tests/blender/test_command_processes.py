@@ -135,6 +135,25 @@ def test_ctrl_c_leaves_no_file(world, tmp_path):
     assert list(out.iterdir()) == []
 
 
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="has no /proc")
+def test_ctrl_c_while_blender_starts(home, tmp_path):
+    """An exception in one of its start-up scripts, or in a handler, would be lost."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "angen_addon", "simulate", home, "--events", tmp_path / "e.csv"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    maps = Path(f"/proc/{process.pid}/maps")
+    while "/bpy/" not in maps.read_text():
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=60)
+    assert (process.returncode, stdout) == (1, b"")
+    assert stderr == b"angen: interrupted; nothing was written\n"
+    assert not (tmp_path / "e.csv").exists()
+
+
 def test_ctrl_c_breaks_off_a_picture_of_the_light(world, tmp_path):
     """One that takes longer than anybody waits: light paths without end."""
     lamp = world.bpy.data.lights.new("lamp", "POINT")

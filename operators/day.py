@@ -121,6 +121,7 @@ class ANGEN_OT_day_show(Operator):
         shown.show(scene, acted, places, residents, item.start, item.end)
         settings.active = self.index
         state.CACHE.settings_changed(scene)
+        _scroll_timelines(context)
         return {"FINISHED"}
 
 
@@ -140,7 +141,19 @@ class ANGEN_OT_day_leave(Operator):
     def execute(self, context: Context) -> set[str]:
         shown.leave(context.scene)
         state.CACHE.settings_changed(context.scene)
+        _scroll_timelines(context)
         return {"FINISHED"}
+
+
+def _scroll_timelines(context: Context) -> None:
+    """Timelines show the scene's frames, which are others than before."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type != "DOPESHEET_EDITOR":
+                continue
+            region = next(region for region in area.regions if region.type == "WINDOW")
+            with context.temp_override(window=window, area=area, region=region):
+                bpy.ops.anim.scene_range_frame()
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -67,6 +67,8 @@ def run_home(
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
         raise BadInput(ends_before_time(scene, first, last))
+    if first > scene.frame_end:
+        note(f"frames {first}:{last} are after the animation's last, frame {scene.frame_end}")
     recording = Recording()
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None

@@ -64,6 +64,7 @@ def _run(options: argparse.Namespace) -> int:
             return FAILED
         line.end()
         driver.write_tables()
+    note(f"{line.done} of {driver.total} runs are in {options.out}; see `study report`")
     if line.failed:
         note(
             f"{line.failed} of {driver.total} runs failed: the column error of results.csv says why"

@@ -29,7 +29,7 @@ def read_json(text: str) -> tuple[Any, dict[JsonPath, int]]:
         lines: dict[JsonPath, int] = {}
         _note_lines(_tokens(text), (), lines)
     except json.JSONDecodeError as error:
-        raise LineError(error.lineno, f"this is no JSON: {error.msg}") from None
+        raise LineError(error.lineno, f"no JSON at column {error.colno}: {error.msg}") from None
     except RecursionError:
         raise LineError(1, "its brackets are nested too deep") from None
     except ValueError as error:

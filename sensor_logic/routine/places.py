@@ -19,9 +19,21 @@ def line_of(text: str, path: Sequence[str | int]) -> int:
     for number in range(first, len(lines)):
         if _HEADER.match(lines[number]) and not lines[number].lstrip().startswith("[{"):
             break
-        if re.match(rf"\s*[\"']?{re.escape(str(path[depth]))}[\"']?\s*=", lines[number]):
-            return number + 1 + _rows_into(lines[number:], path[depth + 1 :])
+        named = _names(lines[number], path[depth:])
+        if named:
+            return number + 1 + _rows_into(lines[number:], path[depth + named :])
     return table + 1
+
+
+def _names(line: str, path: Sequence[str | int]) -> int:
+    """How much of the path the key of a line takes; 0 where it is another one."""
+    for count in range(len(path), 0, -1):
+        key = r"\s*\.\s*".join(rf"[\"']?{re.escape(str(name))}[\"']?" for name in path[:count])
+        # A table may be given by its keys alone: `sensors.of = …`.
+        within = r"(\s*\.[^=]+)?" if count == len(path) else ""
+        if re.match(rf"\s*{key}{within}\s*=", line):
+            return count
+    return 0
 
 
 def _table(lines: Sequence[str], path: Sequence[str | int]) -> tuple[int, int, int]:

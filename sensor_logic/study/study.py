@@ -228,11 +228,16 @@ def _choices(table: Table) -> tuple[tuple[str, ...], ...]:
     """Every choice of `least` to `most` of some sensors, the small ones first. Raises
     RoutineError."""
     names = table.take("of", texts)
-    least = table.take("least", _whole(1, len(names)), 1) if names else 0
-    most = table.take("most", _whole(max(least, 1), len(names)), len(names)) if names else 0
+    if not names:
+        raise table.error("it names no sensor", "of")
+    for name in names:
+        if names.count(name) > 1:
+            raise table.error(f"{name!r} is given twice", "of")
+    least = table.take("least", _whole(1, len(names)), 1)
+    most = table.take("most", _whole(1, len(names)), len(names))
     table.finish()
-    if not names or len(set(names)) < len(names):
-        raise table.error("give each sensor once, and one at least", "of")
+    if most < least:
+        raise table.error(f"'most', {most}, is below 'least', {least}", "most")
     counts = range(least, most + 1)
     total = sum(math.comb(len(names), count) for count in counts)
     if total > MOST_CHOICES:

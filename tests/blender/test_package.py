@@ -159,7 +159,7 @@ WRONG = [
     ("setattr(home.sensor('PIR hall'), 'reach', 1.0)", ["reach", "range_max"]),
     ("setattr(home.sensor('PIR hall'), 'model', 'SONAR')", ["model", "SONAR"]),
     ("setattr(home.sensor('PIR hall'), 'update_rate', 'fast')", ["update_rate"]),
-    ("home.apply('script.py')", ["script.py, line 1: this is no JSON"]),
+    ("home.apply('script.py')", ["script.py, line 1: no JSON at column 1"]),
     ("home.simulate(frames=(5, 1))", ["frames 5 to 1"]),
     ("home.simulate(sensors=['no'])", ["'no'"]),
     ("home.simulate().samples('no')", ["'no'", "PIR hall"]),

@@ -63,8 +63,14 @@ def study(tmp_path: Path):
         ('[vary]\n"a.b" = { from = 0, to = 1 }', "line 3: a grid needs steps"),
         ('draw = "list"\n[vary]\n"a.b" = [1]\n"a.c" = [1, 2]', "a.b has 1, a.c has 2"),
         ('[vary]\n"a.b" = [1]\n[set]\n"a.b" = 2', "line 5: 'a.b' also varies"),
-        ("[vary]\nsensors = { of = [] }", "line 3: give each sensor once, and one at least"),
-        ('[vary]\nsensors = { of = ["a", "a"] }', "line 3: give each sensor once"),
+        ("[vary]\nsensors = { of = [] }", "line 3: it names no sensor"),
+        ("[vary]\nsensors.of = []", "line 3: it names no sensor"),
+        ('[vary]\n\nsensors.of = ["a"]\nsensors.least = 2', "line 5: least: 2 is no whole"),
+        (
+            '[vary]\nsensors = { of = ["a", "b"], least = 2, most = 1 }',
+            "line 3: 'most', 1, is below 'least', 2",
+        ),
+        ('[vary]\nsensors = { of = ["a", "a"] }', "line 3: 'a' is given twice"),
         ('[vary]\nsensors = { of = ["a"], least = 2 }', "least: 2 is no whole number from 1 to 1"),
         (
             f"[vary]\nsensors = {{ of = {[str(n) for n in range(14)]} }}",
@@ -77,6 +83,10 @@ def test_what_is_wrong_in_a_file_is_told_with_its_line(study, text, told) -> Non
     with pytest.raises(StudyError) as error:
         study(text)
     assert told in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_key_that_is_given_by_dots_has_its_line(study) -> None:
+    assert study('seeds = 1\n[vary]\nsensors.of = ["a", "b"]').where("sensors") == "s.toml, line 4"
 
 
 def test_choices_of_sensors_are_all_of_their_sets(study) -> None:

@@ -18,6 +18,7 @@ def check(data: dict[str, Any], bounds: Bounds) -> None:
         if row is None:
             continue
         bounds.equal(f"sensors of '{name}'", row["sensors"], sensors)
+        bounds.at_least(f"rounds of '{name}'", row["cost_ms"]["runs"], 2)
         bounds.at_least(f"readings of '{name}'", row["read"], 1000)
         bounds.at_least(f"active ones of '{name}'", row["active"], 10)
         bounds.equal(f"readings as a run's of '{name}'", row["same"], row["read"])

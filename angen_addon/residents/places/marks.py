@@ -9,12 +9,12 @@ from typing import Any
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
-from bpy.types import Context, Object, PropertyGroup
+from bpy.types import Context, Object
 
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents import places as known
 from ...scene.door_motion import MOTIONS
-from ...scene.lengths import OVERRIDABLE, length_in_units
+from ...scene.lengths import OVERRIDABLE, property_group
 
 NONE = "NONE"
 USES = [
@@ -35,9 +35,6 @@ LABELS = {identifier: label for identifier, label, *_ in USES}
 FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
 BEFORE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
 
-_AWAY = "From its front to whoever uses it; 0: as near as there is room"
-_SLIDE = "How far it slides; 0: nearly its own width, or its depth"
-
 
 def _use_changed(self: Any, context: Context) -> None:
     from .guess import guess
@@ -47,69 +44,57 @@ def _use_changed(self: Any, context: Context) -> None:
         guess(obj, context.evaluated_depsgraph_get())
 
 
-class AngenPlace(PropertyGroup):
-    use: EnumProperty(
-        name="Use",
-        description="What residents do there",
-        items=USES,
-        options=set(),
-        update=_use_changed,
-        override=OVERRIDABLE,
-    )
-    facing: FloatProperty(
-        name="Facing",
-        description="Where one looks who sits, stands or works there, or where the head lies: "
-        "about the object's own Z, from its front (-Y) on",
-        subtype="ANGLE",
-        options=set(),
-        override=OVERRIDABLE,
-    )
-    away: FloatProperty(
-        name="Distance", description=_AWAY, subtype="DISTANCE", min=0.0, soft_max=2.0,
-        options=set(), override=OVERRIDABLE,
-    )  # fmt: skip
-    away_in_units: length_in_units("away", "Distance", _AWAY)
-    motion: EnumProperty(
-        name="Motion",
-        description="How the leaf moves",
-        items=MOTIONS,
-        options=set(),
-        override=OVERRIDABLE,
-    )
-    other_side: BoolProperty(
-        name="Other Side",
-        description="It opens to the other side, or slides to the other end",
-        options=set(),
-        override=OVERRIDABLE,
-    )
-    angle: FloatProperty(
-        name="Opens by",
-        description="How far the leaf turns from shut to open",
-        subtype="ANGLE",
-        default=math.radians(90),
-        min=0.0,
-        max=math.pi,
-        options=set(),
-        override=OVERRIDABLE,
-    )
-    slide: FloatProperty(
-        name="Slides by", description=_SLIDE, subtype="DISTANCE", min=0.0, soft_max=3.0,
-        options=set(), override=OVERRIDABLE,
-    )  # fmt: skip
-    slide_in_units: length_in_units("slide", "Slides by", _SLIDE)
-    entrance: BoolProperty(
-        name="Entrance",
-        description="Residents come and go by this door",
-        options=set(),
-        override=OVERRIDABLE,
-    )
-    switch: PointerProperty(
-        name="Switch",
-        description="The object, such as an empty on a wall, where a hand switches the lamp; "
-        "without one at the lamp itself, or, above 2.2 m, from anywhere",
-        type=Object,
-        override=OVERRIDABLE,
-    )
+MARK = property_group(
+    "AngenPlace",
+    {
+        "use": EnumProperty(
+            name="Use", description="What residents do there", items=USES, update=_use_changed
+        ),
+        "facing": FloatProperty(
+            name="Facing",
+            description="Where one looks who sits, stands or works there, or where the head lies: "
+            "about the object's own Z, from its front (-Y) on",
+            subtype="ANGLE",
+        ),
+        "away": FloatProperty(
+            name="Distance",
+            description="From its front to whoever uses it; 0: as near as there is room",
+            subtype="DISTANCE",
+            min=0.0,
+            soft_max=2.0,
+        ),
+        "motion": EnumProperty(name="Motion", description="How the leaf moves", items=MOTIONS),
+        "other_side": BoolProperty(
+            name="Other Side",
+            description="It opens to the other side, or slides to the other end",
+        ),
+        "angle": FloatProperty(
+            name="Opens by",
+            description="How far the leaf turns from shut to open",
+            subtype="ANGLE",
+            default=math.radians(90),
+            min=0.0,
+            max=math.pi,
+        ),
+        "slide": FloatProperty(
+            name="Slides by",
+            description="How far it slides; 0: nearly its own width, or its depth",
+            subtype="DISTANCE",
+            min=0.0,
+            soft_max=3.0,
+        ),
+        "entrance": BoolProperty(name="Entrance", description="Residents come and go by this door"),
+        "switch": PointerProperty(
+            name="Switch",
+            description="The object, such as an empty on a wall, where a hand switches the lamp; "
+            "without one at the lamp itself, or, above 2.2 m, from anywhere",
+            type=Object,
+            options={"ANIMATABLE"},
+        ),
+    },
+    options=set(),
+    override=OVERRIDABLE,
+)
 
 
 def marked(view_layer: Any) -> list[Any]:
@@ -137,12 +122,12 @@ def set_look(obj: Any, matrix: Any, look: Array) -> None:
     obj.angen_place.facing = math.atan2(local[0], -local[1])
 
 
-_register, _unregister = bpy.utils.register_classes_factory((AngenPlace,))
+_register, _unregister = bpy.utils.register_classes_factory((MARK,))
 
 
 def register() -> None:
     _register()
-    Object.angen_place = PointerProperty(type=AngenPlace, override=OVERRIDABLE)
+    Object.angen_place = PointerProperty(type=MARK, override=OVERRIDABLE)
 
 
 def unregister() -> None:

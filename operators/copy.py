@@ -9,8 +9,9 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
+from ..angen_addon.scene.instances import is_sensor
 from ..sensor_logic.kind import Kind
-from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
 from .polls import cancelled, needs
 
@@ -21,7 +22,7 @@ SHOWN = 3
 def suggested_parameters(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
     """Suggestions for the field of a parameter: names with their labels."""
     found = [(RATE, "Update rate")]
-    if context.object is not None and context.object.angen_sensor.kind != NO_KIND:
+    if is_sensor(context.object):
         kind = KINDS[context.object.angen_sensor.kind]
         found += [(name, spec.label) for name, spec in specs(kind.parameters).items()]
     return [pair for pair in found if text.lower() in " ".join(pair).lower()]
@@ -47,7 +48,7 @@ class ANGEN_OT_copy_to_selected(Operator):
     def poll(cls, context: Context) -> bool:
         return needs(
             cls,
-            context.object is not None and context.object.angen_sensor.kind != NO_KIND,
+            is_sensor(context.object),
             "Make the sensor to copy from the active object",
         ) and needs(
             cls,
@@ -92,7 +93,7 @@ def _owner(obj: Any, kind: Kind, name: str) -> Any:
 
 
 def _why_not(obj: Any, kind: Kind) -> str:
-    if obj.angen_sensor.kind == NO_KIND:
+    if not is_sensor(obj):
         return "not a sensor"
     if obj.angen_sensor.kind != kind.identifier:
         return f"another kind: {KINDS[obj.angen_sensor.kind].label}"

@@ -10,8 +10,8 @@ import bpy
 from bpy.types import Context, Operator
 from mathutils import Matrix
 
+from ..angen_addon.scene.instances import is_sensor
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.kinds import NO_KIND
 from .polls import cancelled, needs
 
 
@@ -56,7 +56,7 @@ class ANGEN_OT_instance_override(Operator):
             if obj.parent is None:
                 obj.parent = holder
                 obj.matrix_parent_inverse = Matrix.Translation(-made.instance_offset)
-        sensors = [obj for obj in made.all_objects if obj.angen_sensor.kind != NO_KIND]
+        sensors = [obj for obj in made.all_objects if is_sensor(obj)]
         if sensors:
             context.view_layer.objects.active = sensors[0]
         names = ", ".join(obj.name for obj in sensors)

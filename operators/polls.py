@@ -9,7 +9,7 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.runtime import state
-from ..sensor_logic.kinds import NO_KIND
+from ..angen_addon.scene.instances import is_sensor
 
 
 def needs(operator: Any, condition: Any, message: str) -> bool:
@@ -54,9 +54,7 @@ def has_editable_collection(operator: Any, context: Context) -> bool:
 
 def has_sensor(operator: Any, context: Context) -> bool:
     """Whether the active object is a sensor."""
-    obj = context.object
-    is_sensor = obj is not None and obj.angen_sensor.kind != NO_KIND
-    return needs(operator, is_sensor, "Select a sensor")
+    return needs(operator, is_sensor(context.object), "Select a sensor")
 
 
 def can_change_sensor(operator: Any, context: Context) -> bool:

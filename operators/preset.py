@@ -10,7 +10,8 @@ from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
-from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..angen_addon.scene.instances import is_sensor
+from ..sensor_logic.kinds import KINDS
 from .polls import can_change_sensor, cancelled
 
 
@@ -26,7 +27,7 @@ class ANGEN_OT_preset_apply(Operator):
     def description(cls, context: Context, properties: Any) -> str:
         """The tooltip of a menu item, with the source of its preset."""
         obj = context.object
-        if obj is not None and obj.angen_sensor.kind != NO_KIND:
+        if is_sensor(obj):
             for preset in KINDS[obj.angen_sensor.kind].presets:
                 if preset.identifier == properties.preset:
                     return f"{cls.bl_description}.\nSource: {preset.source}"

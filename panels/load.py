@@ -12,7 +12,7 @@ from bpy.types import Context, Panel
 from ..angen_addon.advice import weights
 from ..angen_addon.advice.sensing import may_be_simulated
 from ..angen_addon.scene.bearers import bearer, candidates, has_mass
-from ..sensor_logic.kinds import NO_KIND
+from ..angen_addon.scene.instances import is_sensor
 from ..sensor_logic.wording import named
 from .lines import Sidebar, draw_lines, draw_property, has_name_column
 
@@ -124,7 +124,7 @@ class ANGEN_PT_sidebar_weight(_Weight, Sidebar, Panel):
     @classmethod
     def poll(cls, context: Context) -> bool:
         # Sensors seldom have a weight: it can be set in the Physics tab.
-        return super().poll(context) and context.object.angen_sensor.kind == NO_KIND
+        return super().poll(context) and not is_sensor(context.object)
 
 
 register, unregister = bpy.utils.register_classes_factory(

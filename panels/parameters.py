@@ -8,9 +8,10 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.kinds import appearance_of
+from ..angen_addon.scene.instances import is_sensor
 from ..angen_addon.scene.sensors import Sensor, SensorError, check
 from ..angen_addon.scene.units import lengths_of
-from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import Spec, is_chosen, specs
 from . import origin
 from .lines import draw_lines, draw_property, has_name_column
@@ -19,7 +20,7 @@ from .readings import shown
 
 def sensor_of(obj: Any) -> Sensor | None:
     """The sensor of an object, or None."""
-    if obj is None or obj.angen_sensor.kind == NO_KIND:
+    if not is_sensor(obj):
         return None
     return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
 

@@ -11,7 +11,7 @@ from bpy.types import Context, Panel
 from ..angen_addon.residents.places.leaves import as_door
 from ..angen_addon.residents.places.marks import BEFORE, FACING, NONE, marked
 from ..angen_addon.runtime import state
-from ..sensor_logic.kinds import NO_KIND
+from ..angen_addon.scene.instances import is_sensor
 from ..sensor_logic.residents.places import DOOR, DRAWER, LAMP, MOVED
 from ..sensor_logic.wording import capital
 from .lines import ClosedSidebar, draw_lines, draw_property, has_name_column
@@ -81,7 +81,7 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
     def draw(self, context: Context) -> None:
         layout = self.layout
         obj = context.object
-        if obj is not None and obj.angen_sensor.kind == NO_KIND:
+        if obj is not None and not is_sensor(obj):
             layout.label(text=obj.name, icon="OBJECT_DATA")
             draw_place(layout, context)
         layout.operator_menu_enum("angen.place_point", "use", text="Add Place at 3D Cursor")

@@ -12,7 +12,6 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor
 from ..operators.show import show, why_hidden
-from ..sensor_logic.kinds import NO_KIND
 from .instanced import draw_rows
 from .lines import Sidebar
 from .parameters import sensor_of
@@ -111,7 +110,7 @@ def arranged(
     by, words = settings.sort, settings.search
     flags, keys = [0] * len(objects), []
     for number, obj in enumerate(objects):
-        sensor = None if obj.angen_sensor.kind == NO_KIND else sensor_of(obj)
+        sensor = sensor_of(obj)
         if sensor is None:
             continue
         seen = shown(sensor, scene) if words or by == "STATE" else None

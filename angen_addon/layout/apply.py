@@ -16,7 +16,7 @@ from ...sensor_logic.layout.entries import LayoutEntry, read_layout
 from ...sensor_logic.wording import named
 from ..authoring.housing import Housing, housing_of, mesh_of
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.instances import chain
+from ..scene.instances import chain, is_sensor
 from ..scene.sensors import Sensor, unit_scale
 from .measured import of_faces
 from .plan import Planner, SensorChange
@@ -278,7 +278,7 @@ def _delete(sensor: Sensor) -> bool:
     if not _is_only_sensor(sensor):
         obj.angen_sensor.kind = NO_KIND
         return False
-    below = [child for child in obj.children_recursive if child.angen_sensor.kind == NO_KIND]
+    below = [child for child in obj.children_recursive if not is_sensor(child)]
     bpy.context.view_layer.update()
     for child in set(obj.children_recursive) - set(below):
         world = child.matrix_world.copy()

@@ -22,6 +22,11 @@ Holders = tuple[Any, ...]
 UNUSED_LEVEL = 2**31 - 1
 
 
+def is_sensor(obj: Any) -> bool:
+    """Whether an object, or None, is a sensor."""
+    return obj is not None and obj.angen_sensor.kind != NO_KIND
+
+
 def uid_of(obj: Any, holders: Holders) -> Uid:
     """An identifier of an object, or of its place in an instance, that no other object has."""
     if not holders:
@@ -68,7 +73,7 @@ class SensorFinder:
         if collection not in self._known:
             shown = shown_in(collection)
             self._known[collection] = (
-                [obj for obj in shown if obj.angen_sensor.kind != NO_KIND],
+                [obj for obj in shown if is_sensor(obj)],
                 [obj for obj in shown if is_holder(obj)],
             )
         return self._known[collection]
@@ -148,7 +153,7 @@ class Paths:
         """The objects of a collection in the order in which `persistent_id` counts them."""
         if collection not in self._contents:
             self._contents[collection] = [
-                (obj, [owner for owner in chain(obj) if owner.angen_sensor.kind != NO_KIND])
+                (obj, [owner for owner in chain(obj) if is_sensor(owner)])
                 for obj in collection.all_objects
             ]
         return self._contents[collection]

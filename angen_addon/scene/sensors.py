@@ -11,13 +11,13 @@ from operator import attrgetter
 from typing import Any
 
 from ...sensor_logic.kind import Field, Kind
-from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose, pose_from_matrix
 from ...sensor_logic.parameters import Parameters, specs
 from ...sensor_logic.quantities import METRES, Lengths
 from ...sensor_logic.spelling import hint
 from .animation import is_animated
-from .instances import Holders, SensorFinder, Uid, is_holder, matrix_of, uid_of
+from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
 from .rooms import room_of
 
 
@@ -109,7 +109,7 @@ def all_sensors(view_layer: Any) -> list[Sensor]:
         if obj is None:
             # Just after a script removed objects there are gaps.
             continue
-        if obj.angen_sensor.kind != NO_KIND:
+        if is_sensor(obj):
             found.append(sensor_of(obj))
         if is_holder(obj):
             found += [sensor_of(*place) for place in finder.sensors_in(obj)]

@@ -8,8 +8,7 @@ from typing import Any
 from bpy.props import StringProperty
 from bpy.types import WindowManager
 
-from ...sensor_logic.kinds import NO_KIND
-from ..scene.instances import SensorFinder, is_holder
+from ..scene.instances import SensorFinder, is_holder, is_sensor
 from ..scene.sensors import Sensor, sensor_of
 
 
@@ -19,7 +18,7 @@ def active_sensor(context: Any) -> Sensor | None:
     obj = context.view_layer.objects.active
     if obj is None:
         return None
-    if obj.angen_sensor.kind != NO_KIND:
+    if is_sensor(obj):
         return sensor_of(obj)
     if not is_holder(obj):
         return None

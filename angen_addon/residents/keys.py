@@ -18,7 +18,7 @@ from mathutils import Matrix, Quaternion
 from ...sensor_logic.model import Array, Index
 from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.body.channels import channels
-from ...sensor_logic.residents.body.pose import BodyPose as Pose
+from ...sensor_logic.residents.body.pose import BodyPose
 from ...sensor_logic.residents.body.reach import palm, upright
 from ...sensor_logic.residents.body.solve import Bones, solve
 from ...sensor_logic.residents.body.turns import ease, mix, mix_turns, times, turned
@@ -94,7 +94,7 @@ class KeyedStretch:
     def show(self, acted: Acted, start: float, end: float) -> None:
         """Keys from `start` to `end` (s of the day), in place of those of the stretch before."""
         frames = np.arange(ceil(1 + FPS * start - 1e-6), floor(1 + FPS * end + 1e-6) + 1)
-        shown: dict[str, tuple[Array, Pose, Bones]] = {}
+        shown: dict[str, tuple[Array, BodyPose, Bones]] = {}
         for person, line in acted.bodies.items():
             if person in self._residents:
                 shown[person] = self._show_body(person, line, frames)
@@ -111,7 +111,7 @@ class KeyedStretch:
     # --- bodies -------------------------------------------------------------------------------
     def _show_body(
         self, person: str, line: Timeline, frames: Index
-    ) -> tuple[Array, Pose, Bones]:  # fmt: skip
+    ) -> tuple[Array, BodyPose, Bones]:  # fmt: skip
         rig = self._residents[person]
         at = _moving_frames(frames, line.moving())
         pose = line.poses((at - 1) / FPS)
@@ -182,7 +182,7 @@ class KeyedStretch:
     # --- things -------------------------------------------------------------------------------
     def _show_thing(
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
-        shown: Mapping[str, tuple[Array, Pose, Bones]],
+        shown: Mapping[str, tuple[Array, BodyPose, Bones]],
     ) -> None:  # fmt: skip
         """In the hand the middle of its box is; where it was put, its underside's middle stands."""
         obj = _object(name)
@@ -251,7 +251,7 @@ class KeyedStretch:
 
 
 def _carried(
-    hold: Hold, at: Array, tilt: Array, shown: tuple[Array, Pose, Bones], turn: Array,
+    hold: Hold, at: Array, tilt: Array, shown: tuple[Array, BodyPose, Bones], turn: Array,
     offset: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Where a thing in a hand is (n, 3) m and how it is turned (n, 4): with the body's heading, and

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..model import Array
-from .body.pose import BodyPose as Pose
+from .body.pose import BodyPose
 from .body.turns import ease
 
 
@@ -23,11 +23,11 @@ class Clip:
 
     start: float
     end: float
-    pose: Callable[[Array], Pose]
+    pose: Callable[[Array], BodyPose]
     still: bool = False
     away: bool = False
 
-    def at(self, times: Array) -> Pose:
+    def at(self, times: Array) -> BodyPose:
         pose = self.pose(np.clip(times - self.start, 0.0, self.end - self.start))
         return pose if len(pose) == len(times) else pose.spread(len(times))
 
@@ -42,7 +42,7 @@ class Gesture:
     end: float
     rise: float
     fall: float
-    apply: Callable[[Pose, Array, Array], Pose]
+    apply: Callable[[BodyPose, Array, Array], BodyPose]
     steady: bool = False
 
     def weight(self, times: Array) -> Array:
@@ -101,12 +101,12 @@ class Timeline:
     def duration(self) -> float:
         return self.clips[-1].end
 
-    def base(self, times: Array) -> Pose:
+    def base(self, times: Array) -> BodyPose:
         """The body without gestures, n moments; before and after the clips it keeps still."""
         times = np.asarray(times, float)
         ends = np.array([clip.end for clip in self.clips])
         which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
-        pose: Pose | None = None
+        pose: BodyPose | None = None
         for number in np.unique(which):
             index = np.flatnonzero(which == number)
             part = self.clips[number].at(times[index])
@@ -116,7 +116,7 @@ class Timeline:
         assert pose is not None
         return pose
 
-    def poses(self, times: Array) -> Pose:
+    def poses(self, times: Array) -> BodyPose:
         """The body at times (n,), n > 0."""
         times = np.asarray(times, float)
         pose = self.base(times)

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..routine.routine import RoutineError
-from ..routine.table import TomlTable as Table
-from ..routine.table import number, suggestion, text, texts
+from ..routine.table import TomlTable, number, suggestion, text, texts
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")
@@ -120,13 +119,13 @@ def read(path: Path) -> Study:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise StudyError(f"{path.name}: {error}") from None
     try:
-        return _study(Table(path.name, content, values), path.resolve().parent)
+        return _study(TomlTable(path.name, content, values), path.resolve().parent)
     except RoutineError as error:
         # The reader of tables is that of routines.
         raise StudyError(str(error)) from None
 
 
-def _study(top: Table, folder: Path) -> Study:
+def _study(top: TomlTable, folder: Path) -> Study:
     homes = top.take("home", lambda value: _files(value, folder))
     routines = top.take("routine", lambda value: _files(value, folder), ())
     days = None
@@ -144,7 +143,7 @@ def _study(top: Table, folder: Path) -> Study:
     vary = {key: _values(table, key) for table, key in _keys(top, "vary")}
     fixed = {key: _value(table, key) for table, key in _keys(top, "set")}
     for key in vary.keys() & fixed.keys():
-        raise Table(top.name, top.text, fixed, ("set",)).error(f"{key!r} also varies", key)
+        raise TomlTable(top.name, top.text, fixed, ("set",)).error(f"{key!r} also varies", key)
     if len(homes) > 1:
         vary = {HOME: tuple(str(home) for home in homes), **vary}
     if len(routines) > 1:
@@ -176,8 +175,8 @@ def _study(top: Table, folder: Path) -> Study:
     return found
 
 
-def _keys(top: Table, name: str) -> list[tuple[Table, str]]:
-    table = Table(top.name, top.text, top.take(name, dict, {}), (name,))
+def _keys(top: TomlTable, name: str) -> list[tuple[TomlTable, str]]:
+    table = TomlTable(top.name, top.text, top.take(name, dict, {}), (name,))
     for key in table.values:
         if "." not in key and key != SENSORS:
             raise table.error(
@@ -188,17 +187,17 @@ def _keys(top: Table, name: str) -> list[tuple[Table, str]]:
     return [(table, key) for key in table.values]
 
 
-def _place(table: Table, key: str) -> str:
+def _place(table: TomlTable, key: str) -> str:
     return str(table.error("", key)).removesuffix(": ")
 
 
-def _values(table: Table, key: str) -> tuple[Value, ...] | Range:
+def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
     """What a key of [vary] takes. Raises RoutineError."""
     found = table.values[key]
     if isinstance(found, dict) and key == SENSORS:
-        return _choices(Table(table.name, table.text, found, (*table.path, key)))
+        return _choices(TomlTable(table.name, table.text, found, (*table.path, key)))
     if isinstance(found, dict):
-        return _range(Table(table.name, table.text, found, (*table.path, key)))
+        return _range(TomlTable(table.name, table.text, found, (*table.path, key)))
     if not isinstance(found, list) or not found:
         raise table.error(
             f"{key}: give a list of values, [1, 2, 3], or {{ from = 1, to = 3, steps = 3 }}", key
@@ -207,7 +206,7 @@ def _values(table: Table, key: str) -> tuple[Value, ...] | Range:
     return table.take(key, lambda values: tuple(map(one, values)))
 
 
-def _value(table: Table, key: str) -> Value:
+def _value(table: TomlTable, key: str) -> Value:
     return table.take(key, _one_set if key == SENSORS else _scalar)
 
 
@@ -224,7 +223,7 @@ def _one_set(value: Any) -> tuple[str, ...]:
     return (text(value),) if isinstance(value, str) else texts(value)
 
 
-def _choices(table: Table) -> tuple[tuple[str, ...], ...]:
+def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
     """Every choice of `least` to `most` of some sensors, the small ones first. Raises
     RoutineError."""
     names = table.take("of", texts)
@@ -249,7 +248,7 @@ def _choices(table: Table) -> tuple[tuple[str, ...], ...]:
     return tuple(chosen for count in counts for chosen in combinations(names, count))
 
 
-def _range(table: Table) -> Range:
+def _range(table: TomlTable) -> Range:
     any_number = number(-1e12, 1e12)
     found = Range(
         table.take("from", any_number),

@@ -277,7 +277,8 @@ def _moving_frames(frames: Index, spans: Array) -> Array:
     keyed[[0, -1]] = True
     first = frames[0]
     for start, end in spans:
-        low, high = floor(1 + FPS * start) - first, ceil(1 + FPS * end) - first
+        # At the start itself it may stand elsewhere than before, as who comes home.
+        low, high = ceil(1 + FPS * start) - 1 - first, ceil(1 + FPS * end) - first
         keyed[max(low, 0) : max(high + 1, 0)] = True
     return np.asarray(frames[keyed], np.float64)
 

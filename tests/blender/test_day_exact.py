@@ -21,6 +21,39 @@ AROUND = 8.0
 KINDS = {"PIR", "OPTICAL_SWITCH", "PRESSURE", "CONTACT"}
 
 
+# s of a day in which somebody gets up, and of one in which somebody leaves for long.
+MORNING, OUT = (24_000.0, 27_000.0), (25_000.0, 77_500.0)
+
+
+@pytest.mark.parametrize(
+    ("home", "week", "between"),
+    [
+        ("angen.blend", "week.toml", MORNING),
+        ("atelier.blend", "atelier_week.toml", MORNING),
+        ("angen.blend", "story.toml", OUT),
+    ],
+)
+def test_keys_change_nothing_while_nobody_moves(
+    home: str,
+    week: str,
+    between: tuple[float, float],
+    addon_part: Callable[[str], Any],
+    empty_scene: Any,
+) -> None:
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / home), load_ui=False)
+    run, scene = addon_part("angen_addon.days.run"), bpy.context.scene
+    household = run.Household(scene, [], run.Plan.read(SAMPLES / week), START, 1)
+    acted = household.acted(0)
+    with household.keyed() as keys, addon_part("angen_addon.days.living").at_ten_frames(scene):
+        keys.show(acted, *between)
+        still = addon_part("angen_addon.runtime.stillness").find(scene, {"RAYS"})
+    assert not still.reasons
+    moving = np.clip(acted.spans(*between), *between)
+    # A frame before each movement, and up to two after it.
+    most = float(np.diff(moving).sum()) + 0.3 * len(moving)
+    assert 0.0 < float(np.diff(still.busy).sum()) / 10.0 < most + 1.0
+
+
 @pytest.mark.parametrize("seed", [1])
 @pytest.mark.parametrize(
     ("home", "week"), [("angen.blend", "week.toml"), ("atelier.blend", "atelier_week.toml")]

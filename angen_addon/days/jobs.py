@@ -11,12 +11,13 @@ from pathlib import Path
 
 import bpy
 
+from ...sensor_logic.kind import FORCES, LIGHT, RAYS
 from ..scene.sensors import Sensor
 
 # s
 LOOK_EVERY = 0.2
-# How long a day of a sensor takes, beside one of a kind that is not named here.
-WORK = {"LIGHT": 100, "PRESSURE": 15, "PIR": 3}
+# How long a day of a sensor that needs this takes, beside one that needs none of it.
+WORK = {LIGHT: 100, FORCES: 15, RAYS: 3}
 # Runs the command line of this very package in another Python.
 _START = (
     "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
@@ -26,7 +27,7 @@ _START = (
 
 def share_of(sensors: Sequence[Sensor], part: int, parts: int) -> list[Sensor]:
     """The sensors of one of several processes, which are to take as long as each other."""
-    each = [WORK.get(sensor.kind.identifier, 1) for sensor in sensors]
+    each = [max((WORK.get(need, 1) for need in s.kind.needs), default=1) for s in sensors]
     work, of = [0] * parts, [0] * len(each)
     for i in sorted(range(len(each)), key=lambda i: -each[i]):
         of[i] = work.index(min(work))

@@ -108,7 +108,9 @@ class Household:
         if not 0 <= seed <= LARGEST_SEED:
             raise DayError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
         self.scene, self.sensors, self.plan = scene, list(sensors), plan
-        self.take_share(self.sensors, True)
+        # None: days are those of all sensors.
+        self._share: list[Sensor] | None = None
+        self._with_truth = True
         self.start, self.seed = start, seed
         self.residents = {
             name: resident_of(person) for name, person in plan.routine.persons.items()
@@ -129,7 +131,7 @@ class Household:
 
     def take_share(self, sensors: Sequence[Sensor], truth: bool) -> None:
         """From now on days are those of some of the sensors, and perhaps without the truth."""
-        self._share, self._truth = list(sensors), truth
+        self._share, self._with_truth = list(sensors), truth
 
     def acted(self, number: int) -> Acted:
         """What is done on day `number`, whatever days are asked for. Raises DayError."""
@@ -159,11 +161,12 @@ class Household:
         SensorError."""
         acted = self.acted(number)
         what = acted, self.residents, keys, number, between, self.causes
-        day = DayRun(self.scene, self._share, *what)
+        sensors = self.sensors if self._share is None else self._share
+        day = DayRun(self.scene, sensors, *what)
         on = self.start + timedelta(number)
-        with Daylight(self.scene, self._share, on), self._seeded():
+        with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
-        if not self._truth:
+        if not self._with_truth:
             return Day(on, day.events, (), ())
         done = tuple(activities(acted, self.places.room_of))
         return Day(on, day.events, done, tuple(people(acted, self._room_at)))

@@ -104,8 +104,11 @@ def html(facts: dict[str, Any], results: Results) -> str:
     if len(results):
         measures = summary.main_measures(results, best)
         found = summary.settings(results)
-        parts += _best(results, found, measures, best, way)
-        shown = summary.pictured(results)
+        ranked = _ranked(results, found, best, way)
+        parts += _best(results, ranked, measures, best, way)
+        shown = summary.pictured(results, ranked)
+        if len(shown) < len(results):
+            parts.append("<p>Pictures are of the best sensors of each number.</p>")
         parts += _curves(shown, measures)
         parts += _maps(shown, measures[0])
         parts += _all(results, found, measures)
@@ -137,8 +140,19 @@ def _fact(name: str, value: str) -> str:
     return f"<div><dt>{safe(name)}</dt><dd>{safe(value)}</dd></div>"
 
 
+def _ranked(results: Results, found: Sequence[Setting], best: str, way: str) -> Sequence[Setting]:
+    """The settings that have the best measure, by it; all of them where there is none."""
+    if best not in results.measured:
+        return found
+    sign = -1.0 if way == "most" else 1.0
+    return sorted(
+        (s for s in found if math.isfinite(_of(results, best, s).value)),
+        key=lambda setting: sign * _of(results, best, setting).value,
+    )
+
+
 def _best(
-    results: Results, found: Sequence[Setting], measures: Sequence[str], best: str, way: str
+    results: Results, ranked: Sequence[Setting], measures: Sequence[str], best: str, way: str
 ) -> Iterator[str]:
     yield "<h2>Best settings</h2>"
     if best not in results.measured:
@@ -146,11 +160,6 @@ def _best(
         line = f'best = "most {measures[0]}"'
         yield f"<p>{safe(what)}: its file may say, for one, <code>{safe(line)}</code>.</p>"
         return
-    sign = -1.0 if way == "most" else 1.0
-    ranked = sorted(
-        (s for s in found if math.isfinite(_of(results, best, s).value)),
-        key=lambda setting: sign * _of(results, best, setting).value,
-    )
     yield (
         f"<p>The {way} {safe(best)}, and what that costs: the sensors that are on, and seconds of "
         "computing a run. Means over seeds, ± half of the 95 % confidence interval.</p>"

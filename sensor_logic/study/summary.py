@@ -172,16 +172,27 @@ def of_sensors(results: Results, measure: str) -> list[str]:
     return [name for name in results.measured if name.startswith(f"{measure} ")]
 
 
-def pictured(results: Results) -> Results:
-    """With what varied as pictures can show it: in place of many sets of sensors, how many are on;
-    without other texts of which there are many."""
-    varied = {}
-    for key, values in results.varied.items():
-        if numeric(values) or len(set(values)) <= FEW:
-            varied[key] = values
-        elif key == SENSORS and "sensors_on" in results.measured:
-            varied["sensors on"] = [f"{count:g}" for count in results.measured["sensors_on"]]
-    return replace(results, varied=varied)
+def pictured(results: Results, ranked: Sequence[Setting]) -> Results:
+    """The results with what varied as pictures can show it: of many sets of sensors, the first of
+    the `ranked` settings with so many sensors on, shown by their number; without other texts of
+    which there are many."""
+    many = {k for k, v in results.varied.items() if not numeric(v) and len(set(v)) > FEW}
+    varied = {key: values for key, values in results.varied.items() if key not in many}
+    if SENSORS not in many or "sensors_on" not in results.measured:
+        return replace(results, varied=varied)
+    sets, counts = results.varied[SENSORS], results.measured["sensors_on"]
+    best: dict[float, str] = {}
+    for setting in ranked:
+        best.setdefault(counts[setting.rows[0]], sets[setting.rows[0]])
+    rows = [i for i, chosen in enumerate(sets) if best.get(counts[i]) == chosen]
+    varied["sensors on"] = [f"{count:g}" for count in counts]
+    return replace(
+        results,
+        varied={key: [values[i] for i in rows] for key, values in varied.items()},
+        measured={name: pick(values, rows) for name, values in results.measured.items()},
+        seeds=[results.seeds[i] for i in rows],
+        runs=[results.runs[i] for i in rows],
+    )
 
 
 def pick(values: Array, rows: Sequence[int]) -> Array:

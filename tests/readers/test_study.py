@@ -15,6 +15,7 @@ from angen_addon.process.standalone import load_extension
 
 load_extension()
 from angen_sensors.angen_addon.study import report, results  # noqa: E402
+from angen_sensors.sensor_logic.study import summary  # noqa: E402
 
 # Two seeds of three settings; of the last one a run failed.
 ROWS = [
@@ -109,6 +110,12 @@ def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, reader) -> Non
     assert re.findall(r"<tr><td>([^<]*)</td>", table) == ["c", "a; c", "a; b; c"]
     drawn = (tmp_path / "pictures" / "01 noticed against what varied.svg").read_text()
     assert "sensors on" in drawn and "a; b" not in drawn
+    read = summary.read(tmp_path / "results.csv", ["sensors"])
+    shown = summary.pictured(
+        read, sorted(summary.settings(read), key=lambda s: "c" not in s.values[0])
+    )
+    assert shown.varied == {"sensors on": ["1", "1", "2", "2", "3", "3"]}
+    assert shown.measured["noticed"].tolist() == pytest.approx([0.3, 0.3, 0.5, 0.5, 0.7, 0.7])
 
 
 def test_a_folder_without_results_is_one_clear_line(folder) -> None:

@@ -16,6 +16,7 @@ from ...sensor_logic.files import OutputError
 from ...sensor_logic.formats import FORMATS
 from ..commands.console import note
 from ..output.output_files import check_not_read
+from ..runtime.outputs import are_driven
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
 from .folder import WHOLE, Folder
@@ -118,11 +119,18 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     return _all(household, folder, options)
 
 
+def shared(days: int, sensors: int, jobs: int) -> tuple[str, int]:
+    """What so many processes at most share of the days and sensors that are left to do, and how
+    many of them there is something to do for."""
+    # Sensors that drivers read are not independent of each other.
+    of = SENSORS if days < jobs and not are_driven() else DAYS
+    return of, min(jobs, max(sensors if of == SENSORS else days, 1))
+
+
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
     line = DayLine(sys.stderr, options.quiet, options.days, folder)
     left = [n for n in range(options.days) if not folder.has(n)]
-    of = SENSORS if len(left) < options.jobs else DAYS
-    jobs = min(options.jobs, max(len(household.sensors if of == SENSORS else left), 1))
+    of, jobs = shared(len(left), len(household.sensors), options.jobs)
     if left and of == SENSORS:
         options.sensor_share = 0, jobs
     else:

@@ -242,6 +242,17 @@ def test_shares_of_sensors_of_a_day_that_are_there_are_gone_on_with(
         assert sorted(found) == sorted(s.name for s in sensors)
 
 
+def test_sensors_that_drivers_read_stay_in_one_process(
+    world: Any, addon_part: Callable[[str], Any]
+) -> None:
+    shared = addon_part("angen_addon.days.command").shared
+    assert shared(1, 15, 2) == ("sensor-share", 2) and shared(3, 15, 2) == ("day-share", 2)
+    variable = world.box((1, 1, 1)).driver_add("location", 0).driver.variables.new()
+    variable.targets[0].id = world.pir("PIR")
+    variable.targets[0].data_path = "angen_sensor.active"
+    assert shared(1, 15, 2) == ("day-share", 1)
+
+
 @pytest.mark.parametrize(
     ("more", "text", "changed"),
     [

@@ -113,8 +113,6 @@ class CyclesLight:
         # What the light paths of pictures found at this update, and in the references.
         self._found: dict[Hashable, Array] = {}
         self._references: dict[Hashable, list[Array]] = {}
-        # By what a sensor asks, its last closer look: what its few paths found then, and it.
-        self._looks: dict[Hashable, tuple[Hashable, Array]] = {}
         self._looks_at_frame: bool | None = None
 
     def look(self, scene: Any, view_layer: Any) -> None:
@@ -170,7 +168,6 @@ class CyclesLight:
     def close(self) -> None:
         self._close_scene()
         self._references.clear()
-        self._looks.clear()
         self._simulated = Simulated()
         self._looks_at_frame = None
 
@@ -206,16 +203,14 @@ class CyclesLight:
         return self._found[asked.pixels]
 
     def _closer(self, asked: _Asked, own: Array, one: int) -> Steps[Array]:
-        """(groups, TWICE, views, 3): what more light paths find for the request of that number, or
-        found last, if none of its few paths has met anything else since."""
-        request = list(asked.together.values())[one].request
-        scene, key = self._stand(PRESENT), (_bits(request), asked.few, asked.near)
-        state = own[:, one].tobytes(), self._contents, scene.groups.state
-        if key not in self._looks or self._looks[key][0] != state:
+        """(groups, TWICE, views, 3): what more light paths find for the request of that number."""
+        key = asked.pixels, one
+        if key not in self._found:
+            scene = self._stand(PRESENT)
             tracing = scene.traced(self._picture(asked), asked.few, asked.near, CLOSELY, one)
             more = _twice((yield from tracing))
-            self._looks[key] = state, (asked.few * own[:, one] + more[:, one]) / asked.near
-        return self._looks[key][1]
+            self._found[key] = (asked.few * own[:, one] + more[:, one]) / asked.near
+        return self._found[key]
 
     def _reference(self, asked: _Asked) -> Steps[list[Array]]:
         """(groups, requests, TWICE, views, 3): what few, more and many light paths find at the

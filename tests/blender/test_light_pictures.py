@@ -5,7 +5,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
-from light_stage import facing, key_lamp, lit_room, material, objects, part, plate, request
+from light_stage import key_lamp, lit_room, objects
 
 
 @pytest.fixture
@@ -91,45 +91,3 @@ def test_how_far_a_reference_is_is_told(room):
     told = [progress.doing for progress in run if "reference" in progress.doing]
     shares = [int(text.rsplit(" ", 3)[-3]) for text in told]
     assert len(told) >= 8 and shares == sorted(shares) and shares[-1] > 80
-
-
-def test_a_closer_look_holds_while_few_paths_meet_nothing_new(room, monkeypatch):
-    """Something comes into a room that is otherwise than at the first frame: until it is there, one
-    look is enough, and is what would be seen anew."""
-    light, cycles = part("light.cycles"), part("light.cycles_scene").CyclesScene
-    traced, looks = cycles.traced, []
-
-    def noted(scene, picture, first, last, doing="", *more, **of):
-        looks.append(doing)
-        return traced(scene, picture, first, last, doing, *more, **of)
-
-    monkeypatch.setattr(cycles, "traced", noted)
-    glow = bpy.data.materials["screen"].node_tree.nodes["Emission"].inputs["Strength"]
-    for frame, strength in ((1, 0.2), (5, 2.0)):
-        glow.default_value = strength
-        glow.keyframe_insert("default_value", frame=frame)
-    objects("screen").animation_data_clear()
-    thing = plate(room, 1.0, (9, 0, 0), (-1, 0, 0), material(0.5, name="thing"), "thing")
-    room.key(thing, "location", {5: (9, 0, 0), 9: (9, 3, 0), 10: (0.5, 0, 0)})
-    asked = [request("looks", facing((0, 1, 0), (1, -1, 0.2)), method="ILLUMINANCE", samples=64)]
-
-    def read(lights, frame):
-        bpy.context.scene.frame_set(frame)
-        what = bpy.context.scene, bpy.context.view_layer, asked, 1.0, lights
-        return part("light.probe").measure(*what)["looks"]
-
-    run, anew = light.CyclesLight(2048), light.CyclesLight(2048)
-    try:
-        read(run, 5)
-        looks.clear()
-        kept = [read(run, frame) for frame in (6, 9)]
-        assert light.CLOSELY not in looks
-        assert kept == [read(anew, 9)] * 2
-        assert light.CLOSELY in looks
-        looks.clear()
-        there = read(run, 10)
-        assert light.CLOSELY in looks
-        assert there != kept[0]
-    finally:
-        run.close()
-        anew.close()

@@ -154,8 +154,6 @@ def test_other_sensors_do_not_count(room, scenes, few):
         scene.frame_set(frame)
         together = part("light.probe").measure(scene, layer, sensors(few), 1.0, scenes)
         for alone in sensors(few):
-            # What was looked at more closely for all is not to be taken from there.
-            scenes.close()
             found = part("light.probe").measure(scene, layer, [alone], 1.0, scenes)
             assert found == {alone.name: together[alone.name]}
 

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The fast ray caster against Blender's own `scene.ray_cast`, on random scenes that change."""
 
+from fractions import Fraction
+
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import matrices
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from random_scene import LAST_FRAME, RandomScene
@@ -73,3 +76,21 @@ def test_same_ranges_as_scene_ray_cast(empty_scene, figure, seed, instances):
     figure(worst, "m")
     assert instances or fast.solids.listing < STEPS, "every step made the list anew"
     assert hits > compared / 8, "the scene is too empty to show anything"
+
+
+def test_inverses_of_scaled_and_mirrored_matrices_are_exact():
+    """Against rational arithmetic; numpy's own would wait for threads (4 ms on a busy machine)."""
+    rng = np.random.default_rng(7)
+    for scale in ((1, 1, 1), (-1, 1, 1), (1e-3, 1, 1e3), (2, 0, 1)):
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = turn * np.array(scale, float), (1e5, -3.0, 0.1)
+        assert matrices.invertible(matrix) == (0 not in scale)
+        if 0 in scale:
+            continue
+        found = matrices.inverted(matrix[None])[0]
+        product = np.vectorize(Fraction)(found) @ np.vectorize(Fraction)(matrix)
+        # What rounding leaves of terms that cancel, as large as these are.
+        size = np.abs(found) @ np.abs(matrix)
+        off = np.abs(product.astype(float) - np.eye(4))
+        assert (off <= 1e-15 * np.maximum(size, 1.0)).all()

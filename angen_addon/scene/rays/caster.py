@@ -23,6 +23,7 @@ from .bundles import Array, CastBundle, Index, RayBundle, RayHits
 from .changing_shapes import turned
 from .frames import Frames
 from .geometry import Geometry
+from .matrices import inverted
 from .solids import Solids
 
 # A box test of more pairs of boxes and rays than this is split, to bound its memory.
@@ -242,7 +243,7 @@ class RayCaster:
                 whens, matrix = frame[which].tolist(), at.matrix[frame[which], own]
                 surfaces = [at.surface(self.solids, row, when) for when in whens]
                 shape = self.solids.solids[row].geometry, surfaces, matrix
-                inverse = np.linalg.inv(matrix)
+                inverse = inverted(matrix)
                 for i, hit in self._meet_shape(*shape, inverse, rays, limits, crossed[which]):
                     found[whens[i], row] = hit
         return found

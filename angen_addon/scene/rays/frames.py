@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .geometry import Surface, read_surface
 from .listed import pointers_of
-from .matrices import matrices_of, world_bounds
+from .matrices import invertible, matrices_of, world_bounds
 from .solids import Solids
 
 Array = NDArray[np.float64]
@@ -182,5 +182,6 @@ class Film:
             shapes: list[Any] = [self._solids.solids[row].geometry]
             shapes = list(frames.surfaces.get(row, shapes))
             lo, hi = np.stack([s.lo for s in shapes]), np.stack([s.hi for s in shapes])
-            bounds = world_bounds(frames.matrix[:, column], lo, hi)
+            matrix = frames.matrix[:, column]
+            bounds = world_bounds(matrix, invertible(matrix), lo, hi)
             frames.lo[:, column], frames.hi[:, column] = bounds

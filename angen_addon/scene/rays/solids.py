@@ -19,7 +19,7 @@ from ..instances import Paths, Uid, parts_of_instances
 from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
 from .listed import is_own_surface, is_transient, name_of, owners_of, pointers_of
 from .made_by_nodes import MadeByNodes, made_shape
-from .matrices import invertible, matrices_of, world_bounds
+from .matrices import inverted, invertible, matrices_of, world_bounds
 
 Array = NDArray[np.float64]
 
@@ -153,7 +153,7 @@ class Solids:
             rows = np.array(sorted(self._not_inverted), np.intp)
             self._not_inverted.clear()
             good = self._invertible[rows, None, None]
-            self._inverse[rows] = np.linalg.inv(np.where(good, self.matrix[rows], np.eye(4)))
+            self._inverse[rows] = inverted(np.where(good, self.matrix[rows], np.eye(4)))
         return self._inverse
 
     def sync(self, depsgraph: Any) -> None:
@@ -279,7 +279,8 @@ class Solids:
         self.version[rows] = self.syncs
         shapes = [self.solids[row].geometry for row in rows.tolist()]
         lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
-        self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], lo, hi)
+        good = self._invertible[rows]
+        self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], good, lo, hi)
 
     def _list(self, depsgraph: Any) -> None:
         """Makes the list anew; what was known of solids that stay is kept."""

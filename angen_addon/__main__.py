@@ -19,12 +19,6 @@ from .commands.leaving import leave_hard
 from .process.quiet import fill_closed_streams, standard_output_silenced
 from .process.standalone import PACKAGE, load_extension
 
-VERBS = (
-    "{simulate,list,apply,check,explain,coverage,place,places,day,doctor,convert,compare,replay,"
-    "study}"
-)
-# Verbs that need no blend file, each in the module of its name.
-WITHOUT_BLENDER = ("convert", "compare", "replay", "study")
 # Positions of the home among the arguments, where it is not the first.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
@@ -35,26 +29,33 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
 # Verbs whose `--jobs` are processes that each have Blender.
 WITH_JOBS = ("day",)
 INTERRUPTED = "interrupted; nothing was written"
-USAGE = f"usage: python -m angen_addon {VERBS} HOME.blend [options]\n"
+USAGE = """usage: {0} {{{1}}} HOME.blend [options]
+       {0} {{{2}}} [options]
+"""
 
 
 def main(arguments: list[str]) -> int:
-    if len(arguments) == 1 and arguments[0] in {"-h", "--help"}:
-        sys.stdout.write(USAGE + "Give --help after the verb for its options.\n")
-        return 0
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
+    extension = load_extension()
+    verbs = import_module(f"{PACKAGE}.angen_addon.commands.parser")
+    usage = USAGE.format(PROGRAM, ",".join(verbs.VERBS), ",".join(verbs.WITHOUT_BLENDER))
     verb, options = arguments[:1], arguments[1:]
-    if verb and verb[0] in WITHOUT_BLENDER:
-        load_extension()
+    if verb and verb[0] in {"-h", "--help"}:
+        sys.stdout.write(usage + "Give --help after the verb for its options.\n")
+        return 0
+    if verb and verb[0] in verbs.WITHOUT_BLENDER:
         return int(
             import_module(f"{PACKAGE}.angen_addon.commands.{verb[0]}").main(options, PROGRAM)
         )
+    if verb and verb[0] not in verbs.VERBS:
+        note(verbs.wrong_verb(verb[0]))
+        return 2
     help_only = "-h" in options or "--help" in options
     file = None
     if not help_only:
         if not options or options[0].startswith("-"):
-            tell(USAGE + "angen: the blend file comes right after the verb\n")
+            tell(usage + "angen: the blend file comes right after the verb\n")
             return 2
         at = HOME_AT.get(verb[0], 0)
         if len(options) <= at:
@@ -69,7 +70,6 @@ def main(arguments: list[str]) -> int:
         with _on_one_core(verb[0] in WITH_JOBS and _has_jobs(options)):
             import bpy  # noqa: F401  (Blender 5.2 greets on standard output)
 
-        extension = load_extension()
         extension.register()
         command_line = import_module(f"{PACKAGE}.angen_addon.commands.command_line")
         trusted = TRUSTED in options

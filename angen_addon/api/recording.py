@@ -16,7 +16,7 @@ from ...sensor_logic.formats.columns import event_columns
 from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.source import SourceError, make_log
-from ...sensor_logic.log.event_log import events, rows_csv
+from ...sensor_logic.log.event_log import events
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..output.faulty import Faults
 from .error import AngenError, raised_as_angen_error
@@ -104,8 +104,6 @@ class Recording:
             check_out(target, out)
             written = target.write(log)
             files = output_files(target, out, written)
-            if format == "events":
-                files = {out: rows_csv((change.event for change in log.changes), start)}
             for file in truth_files:
                 check_apart("truth", file, files)
             if target.is_folder:

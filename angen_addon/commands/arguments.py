@@ -16,7 +16,7 @@ from ..coverage.arguments import add_verbs
 from ..days import command as days
 from ..output import faulty
 from ..output.mqtt import address
-from .parser import Parser, path
+from .parser import VERBS, Parser, path, wrong_verb
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
@@ -26,7 +26,10 @@ def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
         # argparse would read a negative first frame as an option.
         place = arguments.index("--frames")
         arguments[place : place + 2] = [f"--frames={arguments[place + 1]}"]
-    return _make_parser(program).parse_args(arguments)
+    parser = _make_parser(program)
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in VERBS:
+        parser.error(wrong_verb(arguments[0]))
+    return parser.parse_args(arguments)
 
 
 def _frames(text: str) -> tuple[int, int]:
@@ -73,8 +76,7 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(
         dest="verb",
         required=True,
-        metavar="simulate | list | apply | check | explain | coverage | place | places | day | "
-        "doctor",
+        metavar=" | ".join(VERBS),
     )
 
     every = Parser(add_help=False)
@@ -104,6 +106,10 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     places.add_argument("--json", action="store_true", help="for programs")
     add_verbs(verbs, path, every)
     days.add_verb(verbs, path, every)
+    if "--command" not in program:  # else Blender has opened the home
+        for name, verb in verbs.choices.items():
+            verb.prog += " LAYOUT.json HOME.blend" if name == "apply" else " HOME.blend"
+        verbs.choices["apply"].usage = "%(prog)s --save FILE.blend [options]"
     return parser
 
 
@@ -185,7 +191,7 @@ def _add_apply(verbs: Any, every: Parser) -> None:
     )
     verb.add_argument("layout", type=path, metavar="LAYOUT.json", help="as `list --json` prints it")
     verb.add_argument(
-        "--save", type=path, required=True, metavar="FILE.blend", help="the home with the sensors"
+        "--save", type=path, metavar="FILE.blend", help="the home with the sensors; needed"
     )
     verb.add_argument(
         "--remove", action="store_true", help="delete the sensors that the layout lacks"

@@ -119,6 +119,8 @@ def _list(options: argparse.Namespace, outputs: Outputs) -> int:
 
 
 def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
+    if not options.save:
+        raise BadInput("apply changes the file: give --save FILE.blend, or it would be lost")
     open_home(options)
     try:
         check_outputs({"--save": options.save})

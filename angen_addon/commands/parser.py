@@ -7,10 +7,27 @@ import argparse
 from pathlib import Path
 from typing import NoReturn
 
+from ...sensor_logic.spelling import hint
+
+VERBS = (
+    *("simulate", "list", "apply", "check", "explain", "coverage", "place", "places", "day"),
+    "doctor",
+)
+# Verbs that need no blend file, each in the module of its name.
+WITHOUT_BLENDER = ("convert", "compare", "replay", "study")
+
 
 class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"angen: {message} (see --help)\n")
+
+
+def wrong_verb(name: str) -> str:
+    """What to tell where `name` is no verb on a blend file."""
+    if name in WITHOUT_BLENDER:
+        return f"{name} runs without Blender: python -m angen_addon {name}"
+    every = (*VERBS, *WITHOUT_BLENDER)
+    return f"there is no verb '{name}'; {hint(name, every, len(every))}"
 
 
 def path(text: str) -> Path:

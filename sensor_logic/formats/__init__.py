@@ -35,7 +35,8 @@ class Format:
 FORMATS = {
     format.name: format
     for format in (
-        Format("events", ".csv", "The event log itself", events.write),
+        # Its reader, in reading.py, also reads folders of days.
+        Format("events", ".csv", "The event log itself", events.write, begins=events.BEGINS),
         Format(
             "casas",
             ".txt",

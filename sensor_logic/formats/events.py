@@ -4,10 +4,15 @@
 from __future__ import annotations
 
 from ..log.event_log import rows_csv
-from .log import Log
+from .log import DEFAULT_START, Log
 from .written import FormatFiles
+
+# The first names in the header of a log, and of a day's.
+BEGINS = rb"\"?(time_s\"?,\"?frame|time\"?,\"?sensor)\b"
 
 
 def write(log: Log) -> FormatFiles:
-    """A row for each change, initial states included."""
-    return FormatFiles({"": rows_csv(change.event for change in log.changes)})
+    """A row for each change, initial states included; with dates, unless the log has none."""
+    # Not `==`: a log may also begin in 1970.
+    start = None if log.start is DEFAULT_START else log.start
+    return FormatFiles({"": rows_csv((change.event for change in log.changes), start)})

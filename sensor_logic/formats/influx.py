@@ -17,7 +17,8 @@ from .log import Change, Log
 from .read import DatedChange, ParsedLog, since_epoch, value_text
 from .written import FormatFiles
 
-BEGINS = rb"(#|[^\s,={]+(,(\\.|[^\\ ])+)? [^\s=]+=)"
+# Comments, and a line that ends with its time.
+BEGINS = rb"((#[^\n]*)?\r?\n)*[^\s,={#]+(,(\\.|[^\\\s])+)? [^\s=]+=[^\n]* -?\d+\s*(\n|\Z)"
 ACTIVITY = "activity"
 
 

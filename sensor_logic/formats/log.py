@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
 from ..log.event_log import Event, format_value
+from ..log.start import moment
 from ..recording.tracks import Recording
 
 # The start of a log without dates, so that its seconds are seconds since 1970.
@@ -113,11 +114,7 @@ class Log:
 
     def local(self, time: int) -> datetime:
         """The local time of the home `time` microseconds after the start."""
-        elapsed = timedelta(microseconds=time)
-        if self.start.tzinfo is None:
-            return self.start + elapsed
-        # Added in UTC: daylight saving moves the clock, not the elapsed time.
-        return (self.start.astimezone(UTC) + elapsed).astimezone(self.start.tzinfo)
+        return moment(self.start, timedelta(microseconds=time))
 
     def epoch_us(self, time: int) -> int:
         """Microseconds since 1970 in UTC; a start without a time zone counts as UTC."""

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
-from ..log.event_log import Event
+from ..log.event_log import HEADER, Event
 from . import FORMATS, Format
 from .log import SensorFacts
 from .read import events_of
@@ -41,10 +41,14 @@ def read_log(path: Path, start: datetime | None = None) -> LoadedLog:
     """
     found = _format_of(path)
     if found is None:
+        raise SourceError(
+            f"{path}: its format is not recognised by line 1; known are {', '.join(FORMATS)}; an "
+            f"event log begins with {','.join(HEADER)}"
+        )
+    if found.read is None:
         log_path = path / "events.csv" if path.is_dir() else path
         return LoadedLog(*read_log_events(log_path, start), {})
     try:
-        assert found.read is not None
         read = found.read(path)
         events, begin = events_of(read, start)
     except KeyError as error:
@@ -62,11 +66,12 @@ def read_log(path: Path, start: datetime | None = None) -> LoadedLog:
 
 
 def _format_of(path: Path) -> Format | None:
-    """The format of a file or folder; None for an event log and for unknown content."""
+    """The format of a file or folder, that of any other folder being `events`; None for unknown
+    content."""
     if path.is_dir():
         names = "\n".join(sorted(one.name for one in path.iterdir())).encode("utf-8", "replace")
         folders = (f for f in FORMATS.values() if f.is_folder)
-        return next((f for f in folders if re.search(f.begins, names)), None)
+        return next((f for f in folders if re.search(f.begins, names)), FORMATS["events"])
     with open(path, "rb") as file:
         head = file.read(HEAD).removeprefix(b"\xef\xbb\xbf")
     files = (f for f in FORMATS.values() if not f.is_folder)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 
 COLUMN = "time"
 
@@ -24,7 +24,15 @@ def parse_start(text: str) -> datetime | None:
     return start
 
 
+def moment(start: datetime, elapsed: timedelta) -> datetime:
+    """The time so long after the start, in the start's time zone if it has one."""
+    if start.tzinfo is None:
+        return start + elapsed
+    # Added in UTC: daylight saving moves the clock, not the elapsed time.
+    return (start.astimezone(UTC) + elapsed).astimezone(start.tzinfo)
+
+
 def iso_time(start: datetime, seconds: float) -> str:
     """The time `seconds` after the start in ISO 8601 with milliseconds, in the start's time zone if
     it has one."""
-    return (start + timedelta(seconds=seconds)).isoformat(timespec="milliseconds")
+    return moment(start, timedelta(seconds=seconds)).isoformat(timespec="milliseconds")

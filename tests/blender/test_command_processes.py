@@ -104,7 +104,15 @@ def test_arguments_in_the_wrong_place():
     done = module("simulate", "--frames", "1:2")
     assert done.returncode == 2 and b"usage" in done.stderr
     done = module("--help")
-    assert done.returncode == 0 and b"simulate" in done.stdout
+    assert done.returncode == 0 and b"simulate" in done.stdout and b"study" in done.stdout
+    for arguments in (["simul"], ["simul", "home.blend"]):
+        done = module(*arguments)
+        assert done.returncode == 2
+        assert one_line(done.stderr.decode()).endswith("did you mean simulate?")
+    done = module("explain", "--help")
+    assert done.stdout.startswith(b"usage: python -m angen_addon explain HOME.blend [-h]")
+    done = module("apply", "--help")
+    assert b"apply LAYOUT.json HOME.blend --save FILE.blend [options]\n" in done.stdout
 
 
 def test_ctrl_c_leaves_no_file(world, tmp_path):

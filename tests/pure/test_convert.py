@@ -64,8 +64,32 @@ def one_line(err: str) -> str:
 
 def test_the_event_log_comes_back_byte_for_byte(convert, tmp_path) -> None:
     out = tmp_path / "same.csv"
-    assert convert("--format", "events", "--out", out, "--start", "2026-03-02") == (0, "")
+    status, err = convert("--format", "events", "--out", out)
+    assert status == 0 and "begins at 1970" in one_line(err)
     assert out.read_bytes() == EVENTS.encode()
+
+
+def test_an_event_log_gets_dates_where_its_start_is_given_and_keeps_them(convert, tmp_path) -> None:
+    rows = HEADER + "0,1,P,PIR,moved,0\r\n7200.5,1,P,PIR,moved,1\r\n"
+    dated, again, out = (tmp_path / name for name in ("dated.csv", "again.csv", "out.txt"))
+    start = ["--start", "2026-03-29T01:00", "--timezone", "Europe/Stockholm"]
+    assert convert("--format", "events", "--out", dated, *start, events=rows) == (0, "")
+    # At 02:00 of this night clocks in Sweden went to 03:00.
+    assert dated.read_bytes().decode() == (
+        "time_s,frame,sensor,kind,field,value,time\r\n"
+        "0.000000,1,P,PIR,moved,0,2026-03-29T01:00:00.000+01:00\r\n"
+        "7200.500000,1,P,PIR,moved,1,2026-03-29T04:00:00.500+02:00\r\n"
+    )
+    rows = dated.read_bytes().decode()
+    assert convert("--format", "casas", "--out", out, events=rows) == (0, "")
+    assert out.read_text().startswith("2026-03-29 03:00:00.500000")
+    assert convert("--format", "events", "--out", again, events=rows) == (0, "")
+    assert [line.split(",")[:6] for line in again.read_text().splitlines()] == [
+        line.split(",")[:6] for line in rows.splitlines()
+    ]
+    midnight = ["--format", "events", "--out", again, "--start", "1970-01-01"]
+    assert convert(*midnight) == (0, "")
+    assert again.read_text().splitlines()[1].endswith(",1970-01-01T00:00:00.000")
 
 
 def test_a_year_later_no_microsecond_is_lost(convert, tmp_path) -> None:

@@ -52,7 +52,7 @@ def test_what_was_written_is_read_back(written, name) -> None:
         first = 2.833333
         expected = [(max(t - first, 0.0), *rest) for t, *rest in expected]
         assert source.start == START + timedelta(seconds=first)
-    elif name != "events":
+    else:
         assert source.start == START
     assert [row[1:] for row in found] == [row[1:] for row in sorted(expected)]
     assert [row[0] for row in found] == pytest.approx(
@@ -135,7 +135,11 @@ def test_convert_takes_any_format(written, tmp_path) -> None:
         (b"2010-11-04 00:00:01 M001 ON\n2010-13-04 00:00:02 M001 ON\n", ["casas", "line 2"]),
         (b"2010-11-04 00:00:02 M001 ON\n2010-11-04 00:00:01 M001 ON\n", ["casas", "sort"]),
         (b"2010-11-04 00:00:02 T001 21.5\n", ["no sensor"]),
-        (b"a,b\n1,2\n", ["line 1", "time_s,frame"]),
+        (b"a,b\n1,2\n", ["line 1", "time_s,frame", "pyadlml"]),
+        (b"# A page\n\nIts text: a=1.\n", ["not recognised", "influx"]),
+        (b"# A recipe\nVENV ?= a=1\n", ["not recognised", "influx"]),
+        (b"BLENDER-v402\x8f\xff", ["not recognised", "influx"]),
+        (b"# by influx\ncpu,host=a load=1 1\nno line\n", ["read as influx", "no line"]),
     ],
 )
 def test_a_file_that_is_none_is_told_in_a_line(tmp_path, content, words) -> None:

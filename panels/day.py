@@ -8,12 +8,14 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UIList
 
+from ..angen_addon.days.daylight import site_of
 from ..sensor_logic.days.times import hours_minutes, time_at
-from .lines import ClosedSidebar
+from .lines import ClosedSidebar, draw_lines
 
 HOUR_S = 3600.0
 # The lines of the strip: night and morning, day, and evening.
 HOURS_A_LINE = 8
+FILE_SUN = "Sun and sky are the file's, not the day's: light differs from that of angen day"
 
 
 def longest(done: list[Any], start: float, end: float) -> int | None:
@@ -80,6 +82,7 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
         if not asked.done:
             return
         layout.label(text=asked.told)
+        layout.label(text="Hours; a click shows the longest activity")
         for person in dict.fromkeys(item.person for item in asked.done):
             _strip(layout, asked, person)
         layout.template_list("ANGEN_UL_done", "", asked, "done", asked, "active", rows=6)
@@ -91,6 +94,8 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
                 text=f"{hours_minutes(now)}:{now % 60:04.1f}, {shown.name} ({shown.person})",
                 icon="TIME",
             )
+            if site_of(scene):
+                draw_lines(layout, FILE_SUN, "INFO")
             layout.operator("angen.day_leave", icon="LOOP_BACK")
 
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ..angen_addon.runtime import playhead, state
+from ..angen_addon.runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
 from ..angen_addon.runtime.playhead import Playhead, PlayheadReading
 from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.scene.units import lengths_of
@@ -120,6 +121,8 @@ def _words(
             return f"Not yet sure, {value}", NOT_SURE, f"{quantity.short(reading.value, lengths)}?"
         return f"Invalid, {value}" if reading.value else "Invalid", DOUBTFUL, "Invalid"
     if reading is None:
+        if found.old in (LIGHT_AT_REST, LIGHT_BEFORE):
+            return "Measured at rest", UNKNOWN, "at rest"
         return "No reading", UNKNOWN, NOTHING
     text = state_text(kind, quantity, reading, lengths)
     brief = text.partition(",")[0]

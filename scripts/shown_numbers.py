@@ -236,7 +236,8 @@ def compare_panel(found: Comparison, sensor: Any, frame: int, at: dict[str, str]
     if sensor.kind.identifier != "PRESSURE":
         return
     names = ", ".join(filter(None, at["partners"].split(";"))) or "–"
-    found.equal(frame, sensor, "Pressed By", after["Pressed By"], names)
+    label = "Pressed By" if at["pressed"] == "1" else "On It"
+    found.equal(frame, sensor, "Pressed By", after[label], names)
     for axis, column in (("X", "cop_x_m"), ("Y", "cop_y_m")):
         match = re.search(rf"{axis} (-?[\d.]+) cm", after["Centre"])
         if match is None or not at[column]:

@@ -170,7 +170,7 @@ def _made(
 
     def progress(number: int, step: Progress) -> None:
         options.interrupt.check()
-        show(step)
+        show(step, household.acted(number))
 
     every = range(part, options.days, parts)
     left = [n for n in every if not (folder.has(n) or folder.has(n, share))]

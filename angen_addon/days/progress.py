@@ -6,6 +6,10 @@ from __future__ import annotations
 import time
 from typing import Protocol, TextIO
 
+import numpy as np
+
+from ...sensor_logic.days.truth import DAY_S
+from ...sensor_logic.residents.acted import Acted
 from ..commands.console import tell
 from ..runtime.simulation import Progress
 
@@ -30,19 +34,21 @@ class DayLine:
     def _whole(self) -> int:
         return sum(self._kept.has(number) for number in range(self._days))
 
-    def show(self, step: Progress | None = None) -> None:
+    def show(self, step: Progress | None = None, acted: Acted | None = None) -> None:
+        """`step` of the day that was `acted`; without them, of several processes."""
         now = time.perf_counter()
         if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):
             return
         self._shown = now
         whole = self._whole()
         part = step.seconds_done / max(step.seconds_total, 1e-9) if step is not None else 0.0
-        made = whole - self._had + part
+        moved = _moved(acted, part) if acted is not None else part
+        made = whole - self._had + moved
         text = f"day {min(whole + 1, self._days)} of {self._days}"
         text += f", {part:.0%} of it" if step is not None else ""
         if made > 0.02:
             each = (now - self._begin) / made
-            left = each * (self._days - whole - part)
+            left = each * (self._days - whole - moved)
             text += f", {60 / each:.2g} days a minute, about {_rounded(left)} left"
         if step is not None and step.doing:
             text += f", {step.doing}"
@@ -56,6 +62,15 @@ class DayLine:
         """What was made, and how fast."""
         made, took = self._whole() - self._had, time.perf_counter() - self._begin
         return f"; {made} made in {_rounded(took)}" if made else ""
+
+
+def _moved(acted: Acted, part: float) -> float:
+    """How much of a day's movement is in the first part of its time: while all rest, a run takes
+    no time."""
+    spans = acted.spans(0.0, DAY_S)
+    moving = float(np.diff(spans).sum())
+    before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())
+    return before / moving if moving else part
 
 
 def _rounded(seconds: float) -> str:

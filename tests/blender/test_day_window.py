@@ -110,6 +110,10 @@ def test_the_panel_shows_the_day_and_its_time(scene: Any) -> None:
     hour = int((sitting.start + sitting.end) / 2 // 3600)
     assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
     panel = drawn("ANGEN_PT_day")
+    assert panel.labels.index("Hours; a click shows the longest activity") == 2
+    assert "Sun and sky" not in panel.text
+    scene.angen_site.latitude = scene.angen_site.longitude = 0.5
+    assert "Sun and sky are the file's" in drawn("ANGEN_PT_day").text
     hours = {text: item.index for text, _, item in panel.operators if str(text).isdecimal()}
     assert list(hours) == [f"{number:02d}" for number in range(24)] and hours["02"] == 0
     lasting = {i: d.end - d.start for i, d in enumerate(scene.angen_day.done)}

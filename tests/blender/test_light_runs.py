@@ -8,6 +8,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, resting, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
 from bl_ext.user_default.angen_sensors.panels import readings
 from light_stage import material, plate
 
@@ -136,7 +137,11 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
-    assert told(world).text == "No reading" and "once the playhead rests" in told(world).old
+    waiting = told(world)
+    assert (waiting.text, waiting.short) == ("Measured at rest", "at rest")
+    assert "once the playhead rests" in waiting.old
+    label = labels._texts(bpy.context, "lux", waiting, False)
+    assert label == ("lux", "at rest"), "it says why it has no value"
     assert not lamp.angen_sensor.active and not calls
     following = state.CACHE.live
     assert following.left_to_do
@@ -212,7 +217,7 @@ def test_at_rest_the_selected_sensor_comes_first(world, lamp):
     world.scene.frame_set(5)
     state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
     texts = {s.name: readings.shown(s, world.scene).text for s in world.sensors()}
-    assert texts["lux"].startswith("Lit") and texts["a"] == "No reading"
+    assert texts["lux"].startswith("Lit") and texts["a"] == "Measured at rest"
     state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
     assert not state.CACHE.live.left_to_do
     assert all(readings.shown(s, world.scene).old == "" for s in world.sensors())

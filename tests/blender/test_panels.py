@@ -207,6 +207,16 @@ def test_a_recorded_pad_is_shown_in_full(physics):
     assert [item.name for _, _, item in readings.operators] == ["pad"], "to show it again"
 
 
+def test_a_free_pad_names_what_rests_on_it(physics):
+    """Its newtons are of something, as the log says."""
+    pad().angen_sensor.pressure.threshold = 100.0
+    ops.simulate()
+    physics.scene.frame_set(40)
+    layout = drawn("ANGEN_PT_physics")
+    assert layout.labels[0] == "Free, 49.05 N"
+    assert layout.labels[2:4] == ["On It", "box"] and "Pressed By" not in layout.labels
+
+
 def test_what_is_not_valid_says_why(physics):
     ops.simulate()
     physics.scene.frame_set(1)

@@ -215,6 +215,18 @@ def test_check_places_draws_how_far_one_gets(world, addon_part):
     flat.chair.angen_place.use = "NONE"
 
 
+def test_places_behind_one_thing_are_told_together(world, addon_part):
+    locked_in(world)
+    for name in ("Desk", "Shelf"):
+        world.link(name, None, (5.0, 1.0 + len(name) / 5.0, 0)).angen_place.use = "STAND"
+    bpy.ops.angen.places_check()
+    count, (mend, told) = addon_part("angen_addon.runtime.state").CACHE.places
+    assert count == "3 of 7 places cannot be reached" and mend.startswith("Nobody opens 'Door'")
+    assert told.startswith("'Bed', 'Desk', 'Shelf' cannot be reached from 'Point 0': one gets as")
+    assert " short of 'Desk'; " in told or " short of 'Bed'; " in told
+    assert told.endswith("; 'Door' is between")
+
+
 def test_the_command_tells_the_same(world, addon_part, tmp_path, capsys):
     locked_in(world)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))

@@ -3,8 +3,10 @@
 
 import io
 import itertools
+import re
 import types
 
+import numpy as np
 import pytest
 
 
@@ -110,6 +112,27 @@ def test_an_even_run_tells_it_soon_in_round_numbers(parts):
     assert left(0.1, 1000, 900) == "about 10 s left"
     assert left(10.0, 1000, 100) == "about 2 h 30 min left"
     assert left(10.0, 1000, 1) == "" and left(10.0, 1000, 0) == ""
+
+
+def test_the_time_left_of_a_day_falls_though_most_of_it_is_rest(parts, addon_part, monkeypatch):
+    """Movement from 6 to 9 and from 18 to 22 o'clock; 10 s of work an hour of it, none of rest."""
+    progress = addon_part("angen_addon.days.progress")
+    clock = Clock(monkeypatch, progress)
+    hours = 3600.0 * np.array([[6.0, 9.0], [18.0, 22.0]])
+    acted = types.SimpleNamespace(spans=lambda first, last: np.clip(hours, first, last))
+    stream = io.StringIO()
+    monkeypatch.setattr(progress, "LOG_S", 0.0)
+    kept = types.SimpleNamespace(has=lambda number: False)
+    line = progress.DayLine(stream, False, 1, kept)
+    real = []
+    for hour in range(1, 25):
+        clock.now += 10.0 if 6 < hour <= 9 or 18 < hour <= 22 else 0.0
+        line.show(parts.Progress(3600.0 * hour, 86400.0, 1.0), acted)
+        real.append(70.0 - (clock.now - 100.0))
+    told = [re.search(r"about (\d+) (s|min) left", text) for text in stream.getvalue().splitlines()]
+    assert [bool(one) for one in told] == [hour > 6 for hour in range(1, 25)]
+    left = [int(one[1]) * (60 if one[2] == "min" else 1) for one in told if one]
+    assert left == pytest.approx(real[6:])
 
 
 def test_the_command_line_tells_the_same(parts):

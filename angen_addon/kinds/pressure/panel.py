@@ -96,7 +96,9 @@ def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> N
     """Shows all but the force, which stands in the sensor's state above."""
     column = layout.column(align=True)
     of = KIND.fields
-    draw_row(column, "Pressed By", ", ".join(split(fields["partners"])) or NOTHING)
+    # Below its threshold a pad is free, and may carry a cushion.
+    label = "Pressed By" if fields["pressed"] else "On It"
+    draw_row(column, label, ", ".join(split(fields["partners"])) or NOTHING)
     draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"], lengths))
     draw_row(column, "Resistor", of["resistance_ohm"].text(fields["resistance_ohm"]))
     voltage = of["voltage_v"].text(fields["voltage_v"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.quantities import Lengths
 from ....sensor_logic.residents.places import Place, Places
 from ....sensor_logic.residents.reach import Unreached, unreached
-from ....sensor_logic.wording import named
+from ....sensor_logic.wording import named, quoted
 from ...doctor.doors import leaves
 from ...doctor.examined import Examined
 from .floor import WalkedStorey
@@ -88,21 +88,37 @@ def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> s
     return names.get(int(met[0]), "")
 
 
-def sentence(checked: Checked, lost: Unreached, lengths: Lengths) -> str:
-    """One line: what cannot be reached, from where, how far one gets, and what is in the way."""
-    place = lost.place
-    text = f"'{place.name}' cannot be reached from '{lost.start}': "
-    if not len(lost.way):
-        return text + "it is on another floor, and residents do not climb stairs"
-    x, y = (lengths.text(float(c)) for c in lost.nearest)
-    text += f"one gets as far as ({x}, {y}), {lengths.text(lost.short)} short of it"
-    between = checked.between.get(place.name, "")
+def _causes(checked: Checked) -> Iterable[list[Unreached]]:
+    """The places that cannot be reached, in groups: of each the same thing is in the way, or one
+    gets as far."""
+    found: dict[Any, list[Unreached]] = {}
+    for one in checked.lost:
+        far = tuple(one.nearest) if len(one.way) else ()
+        cause = one.start, checked.between.get(one.place.name) or far
+        found.setdefault(cause, []).append(one)
+    return found.values()
+
+
+def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
+    """One line on places of one cause: from where they cannot be reached, how far one gets, and
+    what is in the way."""
+    nearest = min(lost, key=lambda one: one.short)
+    several = len(lost) > 1
+    names = named((one.place.name for one in lost), len(lost))
+    text = f"{names} cannot be reached from '{nearest.start}': "
+    if not len(nearest.way):
+        on = "they are" if several else "it is"
+        return text + f"{on} on another floor, and residents do not climb stairs"
+    x, y = (lengths.text(float(c)) for c in nearest.nearest)
+    of = quoted(nearest.place.name) if several else "it"
+    text += f"one gets as far as ({x}, {y}), {lengths.text(nearest.short)} short of {of}"
+    between = checked.between.get(nearest.place.name, "")
     return text + (f"; '{between}' is between" if between else "")
 
 
 def sentences(checked: Checked, lengths: Lengths) -> list[str]:
     shut = f"Nobody opens {named(checked.shut)}: what is a door has to be marked as one"
-    lost = [sentence(checked, one, lengths) for one in checked.lost]
+    lost = [sentence(checked, group, lengths) for group in _causes(checked)]
     return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
 
 

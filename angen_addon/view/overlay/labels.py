@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....panels.readings import IDLE, UNKNOWN, ReadingText
+from ....sensor_logic.quantities import NOTHING
 from .covered import covered
 from .drawn_sensors import DrawnSensors, SensorRow
 from .label_layout import Point, Rect, arrange
@@ -161,10 +162,11 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
 
 
 def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, str]:
-    """Name and reading; in full for what is selected or hovered. Of a sensor without a reading
-    the sign tells enough."""
+    """Name and reading; in full for what is selected or hovered. Of a sensor without a reading,
+    unless it waits for the playhead to rest, the sign tells enough."""
     settings = context.scene.angen_overlay
-    value = "" if one.icon == UNKNOWN else one.text if full else one.short
+    is_nothing = one.icon == UNKNOWN and one.brief in ("", NOTHING)
+    value = "" if is_nothing else one.text if full else one.short
     return name if settings.names else "", value if settings.values else ""
 
 

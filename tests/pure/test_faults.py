@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import fields
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -308,9 +309,9 @@ def test_a_wrong_file_is_told_by_its_line(plan, tmp_path, text, words) -> None:
 
 @pytest.fixture
 def convert(tmp_path):
-    (tmp_path / "events.csv").write_text(
-        rows_csv(change.event for change in log_of(blinking(count=200)).changes), newline=""
-    )
+    rows = (change.event for change in log_of(blinking(count=200)).changes)
+    text = rows_csv(rows, datetime(2026, 3, 2))
+    (tmp_path / "events.csv").write_text(text, newline="")
     (tmp_path / "faults.toml").write_text(EVERYTHING)
 
     def run(*options: str) -> tuple[int, str]:

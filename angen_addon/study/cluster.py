@@ -28,8 +28,10 @@ runpy.run_path({str(STANDALONE)!r})["load_extension"]()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 """
 # Dask has its workers give each freed array back to the system, an eighth of the time of living
-# a day. These (bytes) keep what is freed for the next array, and leave no large holes.
-ALLOCATOR = {
+# a day. These (bytes) keep what is freed for the next array, and leave no large holes. Nor does
+# anybody look at the profile that Dask takes of each worker, a hundred times a second.
+SETTINGS = {
+    "distributed.worker.profile.enabled": False,
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 16 << 20,
     "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 4 << 20,
 }
@@ -56,7 +58,7 @@ class FilesOfStudy(distributed.WorkerPlugin):
 def here(jobs: int) -> Iterator[distributed.Client]:
     """A client of `jobs` processes of this machine, each with one thread."""
     with (
-        dask.config.set(ALLOCATOR),
+        dask.config.set(SETTINGS),
         tempfile.TemporaryDirectory(prefix="angen-study-") as folder,
         distributed.LocalCluster(
             n_workers=jobs,

@@ -83,10 +83,10 @@ def measured(
     together: Sequence[Day], task: Task, on: Sequence[Sensor]
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Of a run, among those that lived these days together: measures by name, and tables."""
-    tables = DayRows.of([day_of_run(day, on) for day in together]).files()
+    rows = DayRows.of([day_of_run(day, on) for day in together])
     sensors = named(on)
     rooms = {sensor.name: sensor.room for sensor in sensors}
-    lived = truth.read(tables, task.days)
+    lived = truth.lived(rows, task.days)
     values: dict[str, Any] = {}
     if "events" in task.measure:
         counts = Counter(event.sensor for event in lived.events if event.time_s > 0.0)
@@ -99,6 +99,7 @@ def measured(
     if "truth" in task.measure:
         values |= truth.judged(lived, rooms, task.empty_for)
     values |= of_functions(task, lived, lived.truth)
+    tables = rows.files() if task.keep else {}
     return values, {f"{task.digest}/{name}": text for name, text in tables.items()}
 
 

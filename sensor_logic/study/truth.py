@@ -1,22 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Judges what sensors told of days by what people did: the tables of a folder of days."""
+"""Judges what sensors told of days by what people did."""
 
 from __future__ import annotations
 
-import csv
-import io
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from ..days.rows import DayRows
 from ..kinds import KINDS
 
 DAY_S = 86_400.0
 # Fields of other quantities than these tell nothing of people by being on.
 TELLING = ("motion", "opening", "occupancy", "proximity")
-TABLES = ("events.csv", "activities.csv", "people.csv")
 Span = tuple[float, float]
 
 
@@ -69,41 +66,20 @@ class Lived:
     days: int
 
 
-class TableError(ValueError):
-    """A table is not one of a folder of days; the text names it and its line."""
+def lived(rows: DayRows, days: int) -> Lived:
+    """What these rows of `days` whole days tell, to the milliseconds that their tables have."""
+    told = (CausedEvent(_seconds(row.time), *row[1:]) for row in rows.events)
+    done = (
+        Activity(_seconds(row.start), _seconds(row.end), row.person, row.activity, row.room)
+        for row in rows.activities
+    )
+    where = (Where(_seconds(row.time), row.person, row.room, row.posture) for row in rows.people)
+    return Lived(tuple(told), Truth(tuple(done), tuple(where)), days)
 
 
-def read(tables: Mapping[str, str], days: int) -> Lived:
-    """Of the texts of the tables by name. Raises TableError."""
-    rows = {name: list(_rows(name, tables[name])) for name in TABLES}
-    first = next((row["time"] for row in rows["events.csv"]), datetime(1970, 1, 1))
-    midnight = first.replace(hour=0, minute=0, second=0, microsecond=0)
-
-    def values(name: str, *columns: str) -> Iterator[list[Any]]:
-        for row in rows[name]:
-            found = [row[column] for column in columns]
-            yield [
-                (value - midnight).total_seconds() if isinstance(value, datetime) else value
-                for value in found
-            ]
-
-    told = values("events.csv", "time", "sensor", "kind", "field", "value", "person", "because")
-    done = values("activities.csv", "start", "end", "person", "activity", "room")
-    where = values("people.csv", "time", "person", "room", "posture")
-    truth = Truth(tuple(Activity(*row) for row in done), tuple(Where(*row) for row in where))
-    return Lived(tuple(CausedEvent(*row) for row in told), truth, days)
-
-
-def _rows(name: str, text: str) -> Iterator[dict[str, Any]]:
-    rows = csv.DictReader(io.StringIO(text))
-    for row in rows:
-        try:
-            for key in ("time", "start", "end"):
-                if key in row:
-                    row[key] = datetime.fromisoformat(row[key])
-        except (ValueError, TypeError) as error:
-            raise TableError(f"{name}, line {rows.line_num}: {error}") from None
-        yield row
+def _seconds(time: int) -> float:
+    """Of µs: whole ms."""
+    return time // 1000 / 1000
 
 
 def judged(lived: Lived, rooms: Mapping[str, str], empty_for: float) -> dict[str, float | None]:

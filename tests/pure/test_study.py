@@ -4,11 +4,15 @@
 from __future__ import annotations
 
 import math
+from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sensor_logic.days.rows import DayRows, Happening
+from sensor_logic.days.truth import Whereabouts
+from sensor_logic.formats.log import LoggedActivity
 from sensor_logic.study import draws, summary, targets, truth
 from sensor_logic.study.study import Study, StudyError, read
 from sensor_logic.study.targets import HomeFacts
@@ -189,41 +193,53 @@ def test_levels_are_values_bins_or_names() -> None:
     assert bins[0].at == pytest.approx(0.245)
 
 
-DAYS = {
-    "events.csv": """time,sensor,kind,field,value,person,because
-2026-03-02T00:00:00.000,PIR bed,PIR,moved,0,,
-2026-03-02T00:00:00.000,Door bath,CONTACT,open,0,,
-2026-03-02T00:00:00.000,Lamp,LIGHT,lit,0,,
-2026-03-02T07:00:04.000,PIR bed,PIR,moved,1,Ada,Ada
-2026-03-02T07:00:06.000,PIR bed,PIR,moved,0,Ada,Ada
-2026-03-02T08:00:00.000,Lamp,LIGHT,lit,1,,
-2026-03-02T08:09:50.000,Door bath,CONTACT,open,1,Ada,Door
-2026-03-02T08:20:00.000,Door bath,CONTACT,open,0,Ada,Door
-2026-03-02T12:00:00.000,PIR bed,PIR,moved,1,,Curtain
-2026-03-02T12:00:05.000,PIR bed,PIR,moved,0,,Curtain
-""",
-    "activities.csv": """start,end,person,activity,room
-2026-03-02T00:00:00.000,2026-03-02T07:00:00.000,Ada,Sleeping,bedroom
-2026-03-02T07:00:00.000,2026-03-02T08:10:00.000,Ada,Dressing,bedroom
-2026-03-02T08:10:00.000,2026-03-02T08:12:00.000,Ada,Washing,bathroom
-2026-03-02T08:12:00.000,2026-03-02T09:00:00.000,Ada,Breakfast,kitchen
-2026-03-02T09:00:00.000,2026-03-03T00:00:00.000,Ada,Away,
-""",
-    "people.csv": """time,person,room,x_m,y_m,z_m,posture
-2026-03-02T00:00:00.000,Ada,bedroom,1.000,1.000,0.500,lying
-2026-03-02T08:09:55.000,Ada,bathroom,2.000,1.000,0.900,standing
-2026-03-02T08:12:00.000,Ada,kitchen,2.000,4.000,0.900,standing
-2026-03-02T09:00:00.000,Ada,,,,,away
-""",
-}
+def us(clock: str) -> int:
+    """µs since midnight."""
+    hours, minutes, seconds = clock.split(":")
+    return round((int(hours) * 3600 + int(minutes) * 60 + float(seconds)) * 1e6)
+
+
+EVENTS = [
+    ("00:00:00", "PIR bed", "PIR", "moved", "0", "", ""),
+    ("00:00:00", "Door bath", "CONTACT", "open", "0", "", ""),
+    ("00:00:00", "Lamp", "LIGHT", "lit", "0", "", ""),
+    ("07:00:04.0009", "PIR bed", "PIR", "moved", "1", "Ada", "Ada"),
+    ("07:00:06", "PIR bed", "PIR", "moved", "0", "Ada", "Ada"),
+    ("08:00:00", "Lamp", "LIGHT", "lit", "1", "", ""),
+    ("08:09:50", "Door bath", "CONTACT", "open", "1", "Ada", "Door"),
+    ("08:20:00", "Door bath", "CONTACT", "open", "0", "Ada", "Door"),
+    ("12:00:00", "PIR bed", "PIR", "moved", "1", "", "Curtain"),
+    ("12:00:05", "PIR bed", "PIR", "moved", "0", "", "Curtain"),
+]
+ACTIVITIES = [
+    ("00:00:00", "07:00:00", "Ada", "Sleeping", "bedroom"),
+    ("07:00:00", "08:10:00", "Ada", "Dressing", "bedroom"),
+    ("08:10:00", "08:12:00", "Ada", "Washing", "bathroom"),
+    ("08:12:00", "09:00:00", "Ada", "Breakfast", "kitchen"),
+    ("09:00:00", "24:00:00", "Ada", "Away", ""),
+]
+PEOPLE = [
+    ("00:00:00", "Ada", "bedroom", (1.0, 1.0, 0.5), "lying"),
+    ("08:09:55", "Ada", "bathroom", (2.0, 1.0, 0.9), "standing"),
+    ("08:12:00", "Ada", "kitchen", (2.0, 4.0, 0.9), "standing"),
+    ("09:00:00", "Ada", "", None, "away"),
+]
 ROOMS = {"PIR bed": "bedroom", "Door bath": "bathroom", "Lamp": "bedroom"}
 
 
+def lived(events=EVENTS) -> truth.Lived:
+    """The day above, with these events."""
+    happened = tuple(Happening(us(clock), *row) for clock, *row in events)
+    done = tuple(LoggedActivity(us(a), us(b), *row) for a, b, *row in ACTIVITIES)
+    where = tuple(Whereabouts(us(clock), *row) for clock, *row in PEOPLE)
+    return truth.lived(DayRows(date(2026, 3, 2), happened, done, where), 1)
+
+
 def test_sensors_are_judged_by_what_was_done() -> None:
-    lived = truth.read(DAYS, 1)
+    found = lived()
     # Of Sleeping, Dressing (after 4 s), Washing (its door is open already) and Breakfast two are
     # noticed; at noon nobody is in the bedroom. A lamp that the sun lights tells of nobody.
-    assert truth.judged(lived, ROOMS, 30.0) == {
+    assert truth.judged(found, ROOMS, 30.0) == {
         "noticed": 0.5,
         "missed_per_day": 2.0,
         "delay_s": 2.0,
@@ -231,30 +247,20 @@ def test_sensors_are_judged_by_what_was_done() -> None:
         "activities_per_day": 4.0,
     }
     # The door opens 5 s before she is in its room.
-    assert truth.judged(lived, ROOMS, 4.0)["false_alarms_per_day"] == 2.0
-    assert truth.judged(lived, ROOMS, 6.0)["false_alarms_per_day"] == 1.0
-    assert lived.events[3].person == "Ada" and lived.truth.activities[0].activity == "Sleeping"
+    assert truth.judged(found, ROOMS, 4.0)["false_alarms_per_day"] == 2.0
+    assert truth.judged(found, ROOMS, 6.0)["false_alarms_per_day"] == 1.0
+    assert found.events[3].person == "Ada" and found.truth.activities[0].activity == "Sleeping"
+    # As in the table: to the millisecond.
+    assert found.events[3].time_s == 7 * 3600 + 4.0
 
 
 def test_a_sensor_that_stays_on_is_on_until_the_end() -> None:
-    events = DAYS["events.csv"].replace(
-        "T07:00:06.000,PIR bed,PIR,moved,0", "T07:00:06.000,PIR bed,PIR,moved,1"
-    )
-    kept = "\n".join(line for line in events.splitlines() if "T12:00:05" not in line) + "\n"
-    found = truth.judged(truth.read(DAYS | {"events.csv": kept}, 1), ROOMS, 30.0)
+    ends = ("07:00:06", "12:00:05")
+    found = truth.judged(lived([row for row in EVENTS if row[0] not in ends]), ROOMS, 30.0)
     assert found["false_alarms_per_day"] == 0.0 and found["noticed"] == 0.5
 
 
-@pytest.mark.parametrize("name", ["events.csv", "activities.csv", "people.csv"])
-def test_a_table_that_is_damaged_is_named_with_its_line(name) -> None:
-    lines = DAYS[name].splitlines()
-    lines[2] = lines[2].replace("2026-03-02T", "noon ")
-    with pytest.raises(truth.TableError, match=f"{name}, line 3: "):
-        truth.read(DAYS | {name: "\n".join(lines)}, 1)
-
-
 def test_nothing_to_notice_is_no_share() -> None:
-    bare = {name: text.splitlines()[0] + "\n" for name, text in DAYS.items()}
-    found = truth.judged(truth.read(bare, 2), {}, 30.0)
+    found = truth.judged(truth.lived(DayRows(date(2026, 3, 2), (), (), ()), 2), {}, 30.0)
     assert found["noticed"] is None and found["delay_s"] is None
     assert found["missed_per_day"] == found["false_alarms_per_day"] == 0.0

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,17 @@ def test_what_is_missing_is_told(scene: Any, name: str, value: Any, text: str) -
     setattr(scene.angen_day, name, value)
     with pytest.raises(RuntimeError, match=text):
         bpy.ops.angen.day_read()
+
+
+def test_panel_command_and_package_have_the_same_seed_unless_told(
+    scene: Any, addon_part: Any
+) -> None:
+    """So that the panel lists the day that the command ran."""
+    arguments = ["day", "--routine", "a.toml", "--start", "2026-03-02", "--out", "b"]
+    command = addon_part("angen_addon.commands.arguments").parse(arguments, "angen").seed
+    package = signature(addon_part("angen_addon.api.home").Home.days).parameters["seed"].default
+    panel = scene.angen_day.bl_rna.properties["seed"].default
+    assert panel == command == package
 
 
 def test_the_panel_shows_the_day_and_its_time(scene: Any) -> None:

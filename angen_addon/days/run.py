@@ -21,6 +21,7 @@ from ...sensor_logic.residents.places import Places
 from ...sensor_logic.routine import diary, file
 from ...sensor_logic.routine.routine import DAY, Person, Routine, RoutineError, Segment
 from ...sensor_logic.routine.timetable import timetable
+from ..process.memory import give_back
 from ..residents.keys import KeyedStretch
 from ..residents.places.floor import PlaceError
 from ..residents.places.read import read_places
@@ -232,5 +233,6 @@ def run_days(
                     step = next(run)
                 except StopIteration as end:
                     yield end.value
+                    give_back()
                     break
                 progress(number, step)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from datetime import date, datetime, time, timedelta
+from itertools import pairwise
 from typing import Any
 
 import bpy
@@ -22,6 +23,7 @@ from ...sensor_logic.days.truth import DAY_S
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.model import Array
 from ..residents.curves import CONSTANT, Curves
+from ..scene.light.begins import take_begins, tell_begins
 from ..scene.sensors import Sensor
 
 # s
@@ -37,7 +39,7 @@ class Daylight:
     def __init__(self, scene: Any, sensors: Sequence[Sensor], day: date) -> None:
         self._scene, self._day = scene, day
         self._site = site_of(scene)
-        looked = any(s.kind.requires(LIGHT) for s in sensors)
+        self._looked = looked = any(s.kind.requires(LIGHT) for s in sensors)
         found = [obj for obj in scene.objects if obj.type == "LIGHT" and obj.data.type == "SUN"]
         free = [obj for obj in found if not _driven(obj) and not _driven(obj.data)]
         self._sun: Any = free[0] if free and looked and self._site else None
@@ -45,11 +47,14 @@ class Daylight:
         self._keyed: list[Any] = []
 
     def __enter__(self) -> Daylight:
+        if self._looked:
+            tell_begins(self._scene, [frame_at(-LEAD_S)])
         if self._sun is not None:
             self._write()
         return self
 
     def __exit__(self, *_: object) -> None:
+        take_begins(self._scene)
         for owner in self._keyed:
             bpy.data.actions.remove(owner.animation_data.action)
         for owner, name, value in reversed(self._before):
@@ -64,6 +69,11 @@ class Daylight:
         moments = [begin + timedelta(seconds=float(start) + EVERY / 2) for start in starts]
         stands = [position(site, moment) for moment in moments]
         frames = np.array([frame_at(float(start)) for start in starts])
+        # Where the sun moves while it shines, and where it has set.
+        up = [sunlight(altitude) > 0.0 for altitude, _ in stands]
+        parts = zip(starts[1:].tolist(), pairwise(up), strict=True)
+        begins = [frame_at(start) for start, shines in parts if any(shines) and start > -LEAD_S]
+        tell_begins(self._scene, [frame_at(-LEAD_S), *begins])
         away = sun.matrix_world.to_3x3() @ Vector((0.0, 0.0, 1.0))
         authored = max(math.asin(max(-1.0, min(1.0, away.normalized().z))), LOWEST)
         above = sun.parent.matrix_world.to_quaternion().inverted() if sun.parent else None

@@ -25,6 +25,7 @@ from ...sensor_logic.residents.body.turns import ease, mix, mix_turns, times, tu
 from ...sensor_logic.residents.places import Places
 from ...sensor_logic.residents.timeline import Gesture, Hold, Timeline, swung
 from ..scene.animation import action_curves
+from ..scene.light.begins import BEGINS, begins_of
 from .curves import CONSTANT, LINEAR, Curves
 from .person import body_of
 
@@ -94,6 +95,10 @@ class KeyedStretch:
     def show(self, acted: Acted, start: float, end: float) -> None:
         """Keys from `start` to `end` (s of the day), in place of those of the stretch before."""
         frames = np.arange(ceil(1 + FPS * start - 1e-6), floor(1 + FPS * end + 1e-6) + 1)
+        scene = bpy.context.scene
+        if BEGINS in scene:
+            # Light sensors look at how it was when the day and this part of it began.
+            frames = np.union1d(frames, begins_of(scene, int(frames[0])))
         shown: dict[str, tuple[Array, BodyPose, Bones]] = {}
         for person, line in acted.bodies.items():
             if person in self._residents:
@@ -272,14 +277,14 @@ def _until_wound(yaw: Array) -> Index:
 
 def _moving_frames(frames: Index, spans: Array) -> Array:
     """Those of the frames at which a body moves, the ones before and after each span among them,
-    and the first and the last of all."""
+    and the first and the last of all, also of those before a gap."""
     keyed = np.zeros(len(frames), bool)
     keyed[[0, -1]] = True
-    first = frames[0]
+    keyed[1:][np.diff(frames) > 1] = True
     for start, end in spans:
         # At the start itself it may stand elsewhere than before, as who comes home.
-        low, high = ceil(1 + FPS * start) - 1 - first, ceil(1 + FPS * end) - first
-        keyed[max(low, 0) : max(high + 1, 0)] = True
+        low, high = ceil(1 + FPS * start) - 1, ceil(1 + FPS * end)
+        keyed[slice(*np.searchsorted(frames, (low, high + 1)))] = True
     return np.asarray(frames[keyed], np.float64)
 
 

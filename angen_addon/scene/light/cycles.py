@@ -4,7 +4,8 @@
 To hand a home over to Cycles takes longer than its light paths. A scene that is kept is handed over
 once; afterwards Cycles takes over what changed, to the same bits. It forgets a scene as soon as
 another one is rendered: so there is but one, also for the reference, which is the same scene at
-its first frame.
+its first frame. In a day, where the light departs from that, one of the present part of the day is
+asked (begins.py).
 
 The reference takes noise out of a run: a control variate. Its picture by the update's own few light
 paths, with the same random numbers, errs much as the update's picture does; by many paths it hardly
@@ -37,6 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import faces, four_walls
+from .begins import begins_of
 from .colour import to_rec709
 from .cycles_scene import CyclesScene, Steps
 from .frozen import Simulated
@@ -51,8 +53,8 @@ METHODS: dict[str, Any] = {"FOUR_WALL": four_walls, "ILLUMINANCE": faces}
 CLOSER, ALIKE = 16, 0.1
 CLOSELY, REFERENCE = "a closer look at the light", "the light's reference"
 NOWHERE = np.zeros(0)
-# Where the light scene stands: at the present frame, the first one, or one of an earlier update.
-PRESENT, FIRST, EARLIER = "present", "first", "earlier"
+# Where the light scene stands: at the present frame, one of an earlier update, or at a reference's.
+PRESENT, EARLIER = "present", "earlier"
 # So many pictures and references are kept.
 PICTURES, REFERENCES = 64, 256
 # Whose drivers can look at a frame; those of lamps do not matter.
@@ -106,7 +108,7 @@ class CyclesLight:
         self._user: tuple[Any, Any]
         self._contents: Hashable = None
         self._scene: CyclesScene | None = None
-        self._stands: str = EARLIER
+        self._stands: str | int = EARLIER
         self._pictures: dict[Hashable, Picture] = {}
         # The requests that share pictures, by all that were asked.
         self._together: dict[Hashable, list[dict[int, Seen]]] = {}
@@ -184,14 +186,21 @@ class CyclesLight:
         if not asked.many:
             own = yield from self._own(asked)
             return _light_of(asked, own.mean(2), self._stand(PRESENT).weights())
-        by_few, by_more, by_many = yield from self._reference(asked)
+        first, begin = begins_of(self._user[0], self._user[0].frame_float)
+        stops = asked.few, asked.near, asked.many
+        by_few, by_more, by_many = yield from self._reference(asked, stops, first)
         own = yield from self._own(asked)
         weights = self._stand(PRESENT).weights()
-        far = _departs(own, by_few, weights)
-        found, known = own.copy(), by_few.copy()
-        for one in np.flatnonzero(far.any(axis=1)).tolist():
-            found[:, one] = yield from self._closer(asked, own, one)
-            known[:, one] = by_more[:, one]
+        found, known, by_many = own.copy(), by_few.copy(), by_many.copy()
+        for one in np.flatnonzero(_departs(own, by_few, weights).any(axis=1)).tolist():
+            nearer = None
+            if begin != first:
+                nearer = yield from self._nearer(asked, begin, own, one)
+            if nearer is not None:
+                known[:, one], by_many[:, one] = nearer
+            else:
+                found[:, one] = yield from self._closer(asked, own, one)
+                known[:, one] = by_more[:, one]
         return _light_of(asked, _corrected(found.mean(2), known.mean(2), by_many.mean(2)), weights)
 
     def _own(self, asked: _Asked) -> Steps[Array]:
@@ -212,16 +221,31 @@ class CyclesLight:
             self._found[key] = (asked.few * own[:, one] + more[:, one]) / asked.near
         return self._found[key]
 
-    def _reference(self, asked: _Asked) -> Steps[list[Array]]:
-        """(groups, requests, TWICE, views, 3): what few, more and many light paths find at the
-        first frame; the few are the first ones of the many."""
-        scene = self._stand(PRESENT)
-        key = asked.pixels, asked.few, asked.many, self._contents, scene.groups.state
+    def _nearer(
+        self, asked: _Asked, begin: int, own: Array, one: int
+    ) -> Steps[tuple[Array, Array] | None]:  # fmt: skip
+        """(groups, TWICE, views, 3): what few and many light paths find for the request of that
+        number when this part of the day began; None where the light departs from that too."""
+        few = (yield from self._reference(asked, (asked.few,), begin, one))[0]
+        weights = self._stand(PRESENT).weights()
+        if _departs(own[:, [one]], few[:, [one]], weights).any():
+            return None
+        few, many = yield from self._reference(asked, (asked.few, asked.many), begin, one)
+        return few[:, one], many[:, one]
+
+    def _reference(
+        self, asked: _Asked, stops: tuple[int, ...], frame: int, only: int | None = None
+    ) -> Steps[list[Array]]:
+        """(groups, requests, TWICE, views, 3): what so many light paths find at a frame, of the
+        request of that number `only`, if told; the fewer are the first ones of the more."""
+        state = self._contents, self._stand(PRESENT).groups.state
+        key = asked.pixels, stops, state, frame, only
         if key not in self._references:
-            scene = self._stand(FIRST)
+            scene = self._stand(frame)
             total, at, found = np.zeros(1), 0, []
-            for stop in (asked.few, asked.near, asked.many):
-                tracing = scene.traced(self._picture(asked), at, stop, REFERENCE, of=asked.many)
+            for stop in stops:
+                told = REFERENCE, only, stops[-1]
+                tracing = scene.traced(self._picture(asked), at, stop, *told)
                 total = total + (yield from tracing)
                 found.append(_twice(total) / stop)
                 at = stop
@@ -230,17 +254,17 @@ class CyclesLight:
             self._references[key] = found
         return self._references[key]
 
-    def _stand(self, where: str) -> CyclesScene:
-        """The light scene, at that frame."""
+    def _stand(self, where: str | int) -> CyclesScene:
+        """The light scene, at the present frame or that of a reference."""
         if self._scene is not None and self._stands != where:
-            # What was frozen was hidden at the first frame, and would come back in another order.
-            frozen = self._scene.frozen and self._stands == FIRST
+            # What was frozen was hidden for a reference, and would come back in another order.
+            frozen = self._scene.frozen and isinstance(self._stands, int)
             if frozen or self._scene.has_stiff_films:
                 self._close_scene()
         if self._scene is None:
             self._scene, self._stands = CyclesScene(*self._user, self._simulated), PRESENT
         if self._stands != where:
-            self._scene.follow(first_frame=where == FIRST)
+            self._scene.follow(where if isinstance(where, int) else None)
             self._stands = where
         return self._scene
 

@@ -32,6 +32,8 @@ FIRST_PICTURE = "Cycles takes the scene in"
 # Paths in all that a picture begins with, and the seconds that it should last: more pixels are
 # rendered at once, or fewer, by the time that the last picture took.
 PATHS, LONGEST_S, SHORTEST_S = 1 << 16, 0.4, 0.15
+# So few cost less than what Blender needs for any picture.
+FEWEST = 1 << 12
 # What the groups leave of the whole is a difference of single-precision sums: less is nothing.
 ROUNDING = 1e-5
 
@@ -88,8 +90,8 @@ class CyclesScene(LightScene):
                 world = self.scene.world = self.own(world.copy())
             self.groups.add_world(world, original)
 
-    def follow(self, first_frame: bool = False) -> None:
-        super().follow(first_frame)
+    def follow(self, reference: int | None = None) -> None:
+        super().follow(reference)
         self.groups.follow()
 
     def picture(self, method: Any, together: dict[int, Seen]) -> Picture:
@@ -144,7 +146,7 @@ class CyclesScene(LightScene):
 
     def _learn(self, seconds: float) -> None:
         if seconds > LONGEST_S:
-            self._paths_at_once = max(1, self._paths_at_once // 2)
+            self._paths_at_once = max(FEWEST, self._paths_at_once // 2)
         elif seconds < SHORTEST_S:
             self._paths_at_once = min(PATHS, 2 * self._paths_at_once)
 

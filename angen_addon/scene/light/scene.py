@@ -18,6 +18,7 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.quiet import standard_output_silenced
 from ..animation import is_animated
+from .begins import BEGINS
 from .frozen import Frozen, Simulated
 from .instances import Instances
 from .twins import twins
@@ -115,19 +116,19 @@ class LightScene:
         """Gives frozen copies their originals' present pose; False where one cannot follow."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
-    def follow(self, first_frame: bool = False) -> None:
+    def follow(self, reference: int | None = None) -> None:
         """Sets the frame, and copies the user scene's settings that drivers and nodes read.
 
-        `first_frame`: the scene's first frame instead of the present one; what is known only at the
-        present frame (frozen copies, animated custom properties) is hidden or left out.
+        `reference`: the frame of one, instead of the present one; what is known only at the present
+        frame (frozen copies, animated custom properties) is hidden or left out.
         """
         user, scene = self._user_scene, self.scene
         _take_over(user, scene, "frame_start", "frame_end")
         # A whole frame too: setting its number alone leaves the sub-frame as it was.
-        frame = float(user.frame_start) if first_frame else user.frame_float
+        frame = user.frame_float if reference is None else float(reference)
         if scene.frame_float != frame:
             scene.frame_float = frame
-        for found in self.frozen if first_frame else ():
+        for found in self.frozen if reference is not None else ():
             for made in found.made:
                 made.hide_render = True
         _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
@@ -138,8 +139,10 @@ class LightScene:
         ):
             before = own_properties(to)
             for key, value in own_properties(of).items():
+                if key == BEGINS:
+                    continue
                 escaped = bpy.utils.escape_identifier(key)
-                if first_frame and is_animated(user, f'{path}["{escaped}"]'):
+                if reference is not None and is_animated(user, f'{path}["{escaped}"]'):
                     if key in before:
                         del to[key]
                 elif before.get(key) != value:

@@ -25,8 +25,8 @@ from ..scene.sensors import Sensor
 class Causes:
     """Of the events of a day's run that takes `notes`, each told as soon as it was read.
     `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
-    `told`: the events, each with person and object; those up to midnight have none, and no event
-    has where they are not `wanted`."""
+    `told`: the events, each with the object that made it and who moves that, if anybody does; those
+    up to midnight have neither, and no event has where they are not `wanted`."""
 
     def __init__(
         self,
@@ -41,14 +41,12 @@ class Causes:
         self._scene = scene
         self._sensors = {sensor.name: sensor for sensor in sensors}
         self._recording = recording
-        self._new = NewEvents(recording)
+        self.new = NewEvents(recording)
         self._acted = acted
         self._midnight = midnight
         self._persons = {obj.name: person for person, obj in residents.items()}
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
-        # By sensor, what made the last event that something did, and who.
-        self._last: dict[str, tuple[str, str]] = {}
         self._left: list[Event] = []
         self.notes = Notes(self._note) if wanted else None
         self.told: list[tuple[Event, str, str]] = []
@@ -58,7 +56,7 @@ class Causes:
         scene are left."""
         sensor = self._sensors[name]
         because: dict[float, str] = {}
-        for event in self._new.take_of(name):
+        for event in self.new.take_of(name):
             if event.time <= self._midnight:
                 self.told.append((event, "", ""))
                 continue
@@ -76,7 +74,7 @@ class Causes:
         """The events that are left, while the keys of their time are in the home and nothing is
         sensed."""
         if self.notes is None:
-            self.told += [(event, "", "") for event in self._new.take()]
+            self.told += [(event, "", "") for event in self.new.take()]
             return
         was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
@@ -102,17 +100,8 @@ class Causes:
         return appearance_of(kind).explain(replay, index).because
 
     def _tell(self, event: Event, because: str) -> None:
-        person = self._person(event, because, event.time - self._midnight)
+        person = self.person_of(because, event.time - self._midnight) if because else ""
         self.told.append((event, person, because))
-
-    def _person(self, event: Event, because: str, time: float) -> str:
-        """Whose movement the event is of: what ends is of who began it."""
-        before, person = self._last.get(event.sensor, ("", ""))
-        if because:
-            now = self.person_of(because, time)
-            person = person if because == before and not now else now
-            self._last[event.sensor] = because, person
-        return person
 
     def person_of(self, name: str, time: float) -> str:
         """Whose body an object is part of, who moves it at a time, or who is on it, as on the

@@ -6,27 +6,31 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from datetime import date
+from datetime import date, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import bpy
 
+from ...sensor_logic.days.cuts import shares
+from ...sensor_logic.days.times import LEAD_S, hours_minutes
+from ...sensor_logic.days.truth import DAY_S
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.formats import FORMATS
 from ..commands.console import note
 from ..output.output_files import check_not_read
-from ..runtime.outputs import are_driven
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
-from .folder import WHOLE, Folder
-from .jobs import Workers, share_of
+from .folder import Folder
+from .jobs import Workers
 from .progress import DayLine
 from .run import DayError, Household, Plan, run_days
+from .stretch import State, Stretch, differing, why_whole
 
 MOST_DAYS = 10_000
-# What several processes share.
-DAYS, SENSORS = "day-share", "sensor-share"
+# One process makes all.
+WHOLE = 0, 1
 
 
 def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
@@ -60,12 +64,16 @@ def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentPa
         help="only this sensor; may be given again",
     )
     verb.add_argument(
-        "--jobs", type=_count, default=1, metavar="N", help="processes at once (default 1)"
+        "--jobs",
+        type=_count,
+        default=1,
+        metavar="N",
+        help="processes at once (default 1); they share the days, and the hours of days left over",
     )
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
-    # Which process this is of several that share the days or, where these are fewer, the sensors.
-    for of in (DAYS, SENSORS):
-        verb.add_argument(f"--{of}", type=_part, default=WHOLE, help=argparse.SUPPRESS)
+    # Which process this is of several that share the days, and which days are cut for them.
+    verb.add_argument("--day-share", type=_part, default=WHOLE, help=argparse.SUPPRESS)
+    verb.add_argument("--cut-days", type=_numbers, default=(), help=argparse.SUPPRESS)
 
 
 def _date(text: str) -> date:
@@ -98,6 +106,10 @@ def _part(text: str) -> tuple[int, int]:
     return int(first), int(count)
 
 
+def _numbers(text: str) -> tuple[int, ...]:
+    return tuple(map(int, text.split(",")))
+
+
 def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     """Runs what the options ask for; whether all days are whole. Raises DayError, OutputError,
     SensorError, NoSuchSensor; KeyboardInterrupt, when the whole days were kept."""
@@ -111,7 +123,7 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     # What cannot be acted is told before anything is written.
     household.acted(0)
     folder = Folder(options.out, household, options.format)
-    if options.day_share != WHOLE or options.sensor_share != WHOLE:
+    if options.day_share != WHOLE:
         # One of several processes, the first of which makes the tables.
         for _ in _made(household, folder, options, lambda *_: None):
             pass
@@ -119,34 +131,27 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     return _all(household, folder, options)
 
 
-def shared(days: int, sensors: int, jobs: int) -> tuple[str, int]:
-    """What so many processes at most share of the days and sensors that are left to do, and how
-    many of them there is something to do for."""
-    # Sensors that drivers read are not independent of each other.
-    of = SENSORS if days < jobs and not are_driven() else DAYS
-    return of, min(jobs, max(sensors if of == SENSORS else days, 1))
-
-
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
+    for number in range(options.days):
+        folder.join(number)
     line = DayLine(sys.stderr, options.quiet, options.days, folder)
     left = [n for n in range(options.days) if not folder.has(n)]
-    of, jobs = shared(len(left), len(household.sensors), options.jobs)
-    if left and of == SENSORS:
-        options.sensor_share = 0, jobs
-    else:
-        options.day_share = 0, jobs
+    jobs, options.cut_days = _shared(household, left, options)
+    options.day_share = 0, jobs
     try:
-        with Workers(jobs if left else 1, of) as workers:
+        with Workers(jobs, options.cut_days) as workers:
             for _ in _made(household, folder, options, line.show):
                 pass
             for _ in workers.wait():
                 options.interrupt.check()
                 line.show()
+                if all(folder.has(n) or folder.chain(n) for n in left):
+                    break
             good = workers.good
     finally:
         line.clear()
-        for number in left:
-            folder.join(number, options.sensor_share[1])
+        for number in options.cut_days:
+            folder.join(number)
         whole, notes = folder.finish(options.days)
         for text in notes:
             note(text)
@@ -158,25 +163,78 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
     return good and whole == options.days
 
 
+def _shared(
+    household: Household, left: list[int], options: argparse.Namespace
+) -> tuple[int, tuple[int, ...]]:
+    """How many processes there is something to do for, and which of the days that are `left` are
+    cut for them: each has as many of the others."""
+    over = len(left) % options.jobs
+    cut = tuple(left[len(left) - over :])
+    why = why_whole(household.scene) if cut else ""
+    if why:
+        note(f"--jobs: {why}, so no day is shared by several processes")
+        cut = ()
+    return (options.jobs if cut else min(options.jobs, max(len(left), 1))), cut
+
+
+def _cuts(household: Household, number: int, jobs: int) -> tuple[float, ...]:
+    """At which times (s since midnight) a day is cut for so many processes."""
+    spans = household.acted(number).spans(0.0, DAY_S)
+    return shares(spans, DAY_S, jobs, LEAD_S) if len(spans) else ()
+
+
 def _made(
     household: Household,
     folder: Folder,
     options: argparse.Namespace,
     show: Callable[..., None],
 ) -> Iterator[None]:
-    """This process's share of the days that are not there yet, one after the other."""
-    (part, parts), share = options.day_share, options.sensor_share
-    household.take_share(share_of(household.sensors, *share), share[0] == 0)
+    """This process's share of the days that are not there yet, one after the other, and its stretch
+    of each of those that are cut."""
+    part, parts = options.day_share
 
     def progress(number: int, step: Progress) -> None:
         options.interrupt.check()
         show(step, household.acted(number))
 
-    every = range(part, options.days, parts)
-    left = [n for n in every if not (folder.has(n) or folder.has(n, share))]
+    every = [n for n in range(part, options.days, parts) if n not in options.cut_days]
+    left = [n for n in every if not folder.has(n)]
     for number, made in zip(left, run_days(household, left, progress), strict=False):
-        folder.keep(number, made, share)
+        folder.keep(number, made)
         yield
+    for number in options.cut_days:
+        cuts = _cuts(household, number, parts)
+        count = len(cuts) + 1
+        if part >= count or folder.has(number) or (part, count) in folder.parts(number):
+            continue
+        stretch = _stretch(household, folder, options, number, part, cuts)
+        for made in run_days(household, [number], progress, stretch):
+            folder.keep_part(number, part, stretch.until or count, count, made)
+        yield
+
+
+def _stretch(
+    household: Household,
+    folder: Folder,
+    options: argparse.Namespace,
+    number: int,
+    part: int,
+    cuts: tuple[float, ...],
+) -> Stretch:
+    count = len(cuts) + 1
+
+    def meets(other: int, state: State) -> bool:
+        begun = folder.state(number, other, count)
+        if begun is None:
+            # Nobody has come so far: whoever does is late.
+            return False
+        names = differing(state, begun)
+        if names and not options.quiet:
+            when = f"{household.start + timedelta(number)} {hours_minutes(cuts[other - 1])}"
+            note(f"{when}: one process goes on, for {names[0] or 'a driver'} had not settled there")
+        return not names
+
+    return Stretch(part, cuts, partial(folder.keep_state, number, part, count), meets)
 
 
 __all__ = ["DayError", "OutputError", "add_verb", "day"]

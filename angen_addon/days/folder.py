@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import hashlib
+import json
+import re
 from collections.abc import Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
@@ -22,11 +24,12 @@ from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, decimal, unit_scale
 from .daylight import site_of
 from .run import Household
+from .stretch import State
 
 # The folder of whole days in that of a run, and the file that says which run that is.
 DAYS, MARK = "days", "days/run.txt"
-# All sensors of a day are in one share.
-WHOLE = 0, 1
+# What the name of a file of some stretches of a day ends with: from, to, of how many.
+PART = re.compile(r"\.(\d+)-to-(\d+)-of-(\d+)\.json$")
 
 
 class Folder:
@@ -60,20 +63,20 @@ class Folder:
                 "version differ; give a new folder, or remove it"
             )
 
-    def _file(self, number: int, share: tuple[int, int] = WHOLE) -> Path:
-        of = f".{share[0] + 1}-of-{share[1]}" if share != WHOLE else ""
-        return self._path / DAYS / f"{self._date(number).isoformat()}{of}.json"
+    def _file(self, number: int) -> Path:
+        return self._path / DAYS / f"{self._date(number).isoformat()}.json"
 
     def _date(self, number: int) -> date:
         return self._household.start + timedelta(number)
 
-    def has(self, number: int, share: tuple[int, int] = WHOLE) -> bool:
-        return self._file(number, share).is_file()
+    def has(self, number: int) -> bool:
+        return self._file(number).is_file()
 
-    def read(self, number: int, share: tuple[int, int] = WHOLE) -> Day | None:
-        """A day that is kept, or the share of a process in it; None where it is not. Raises
-        OutputError."""
-        path = self._file(number, share)
+    def read(self, number: int) -> Day | None:
+        """A day that is kept; None where it is not. Raises OutputError."""
+        return self._read(self._file(number))
+
+    def _read(self, path: Path) -> Day | None:
         try:
             return Day.of_json(path.read_text(encoding="utf-8"), self._digest)
         except FileNotFoundError:
@@ -81,22 +84,65 @@ class Folder:
         except (OSError, ValueError) as error:
             raise OutputError(f"cannot read {path}: {error}; remove it to have it anew") from None
 
-    def keep(self, number: int, day: Day, share: tuple[int, int] = WHOLE) -> None:
+    def keep(self, number: int, day: Day) -> None:
         """Raises OutputError, and keeps nothing then."""
-        path = self._file(number, share)
+        path = self._file(number)
         write_files({path: day.as_json(self._digest)})
-        if share == WHOLE:
-            for part in path.parent.glob(f"{path.stem}.*-of-*.json"):
-                part.unlink()
+        for part in path.parent.glob(f"{path.stem}.*-of-*.json"):
+            part.unlink()
 
-    def join(self, number: int, parts: int) -> None:
-        """Makes a day whole of so many shares, once all are there. Raises OutputError."""
-        shares = [(part, parts) for part in range(parts)]
-        if parts > 1 and all(self.has(number, share) for share in shares):
-            found = [self.read(number, share) for share in shares]
-            days = [day for day in found if day is not None]
-            if len(days) == parts:
-                self.keep(number, Day.joined(days))
+    def _beside(self, number: int, end: str) -> Path:
+        path = self._file(number)
+        return path.with_name(f"{path.stem}.{end}.json")
+
+    def keep_part(self, number: int, first: int, until: int, count: int, day: Day) -> None:
+        """What one process made of a day that is cut into `count` stretches: those from `first` to
+        before `until`. Raises OutputError, and keeps nothing then."""
+        path = self._beside(number, f"{first + 1}-to-{until}-of-{count}")
+        write_files({path: day.as_json(self._digest)})
+
+    def parts(self, number: int) -> dict[tuple[int, int], tuple[int, Path]]:
+        """What is kept of a day that is not whole: by the first stretch and their count, where the
+        process went until, and the file."""
+        found = {}
+        for path in sorted(self._file(number).parent.glob(f"{self._date(number)}.*.json")):
+            name = PART.search(path.name)
+            if name is not None:
+                first, until, count = map(int, name.groups())
+                found[first - 1, count] = until, path
+        return found
+
+    def keep_state(self, number: int, first: int, count: int, state: State) -> None:
+        """In which stretch `first` of a day is begun. Raises OutputError."""
+        write_files({self._beside(number, f"{first + 1}-of-{count}"): json.dumps(state)})
+
+    def state(self, number: int, first: int, count: int) -> State | None:
+        """None where that is not known yet."""
+        path = self._beside(number, f"{first + 1}-of-{count}")
+        try:
+            found: State = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return found
+
+    def chain(self, number: int) -> list[Path]:
+        """The files of a day's stretches, each of which goes on where the one before it ends, until
+        the end of the day; none as long as one is missing."""
+        parts = self.parts(number)
+        for count in sorted({count for _, count in parts}):
+            found, at = [], 0
+            while (at, count) in parts:
+                at, path = parts[at, count]
+                found.append(path)
+            if at == count:
+                return found
+        return []
+
+    def join(self, number: int) -> None:
+        """Makes a day whole of its stretches, once all are there. Raises OutputError."""
+        days = [day for path in self.chain(number) if (day := self._read(path)) is not None]
+        if days and len(days) == len(self.chain(number)):
+            self.keep(number, Day.joined(days))
 
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Writes the tables of the whole days from the first on, `days` at most; how many there

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Processes that make days of the same command, each its share of them, or of the sensors."""
+"""Processes that make days of the same command, each its share of them, and a stretch of each of
+those that are left over."""
 
 from __future__ import annotations
 
@@ -11,13 +12,8 @@ from pathlib import Path
 
 import bpy
 
-from ...sensor_logic.kind import FORCES, LIGHT, RAYS
-from ..scene.sensors import Sensor
-
 # s
 LOOK_EVERY = 0.2
-# How long a day of a sensor that needs this takes, beside one that needs none of it.
-WORK = {LIGHT: 100, FORCES: 15, RAYS: 3}
 # Runs the command line of this very package in another Python.
 _START = (
     "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
@@ -25,19 +21,10 @@ _START = (
 )
 
 
-def share_of(sensors: Sequence[Sensor], part: int, parts: int) -> list[Sensor]:
-    """The sensors of one of several processes, which are to take as long as each other."""
-    each = [max((WORK.get(need, 1) for need in s.kind.needs), default=1) for s in sensors]
-    work, of = [0] * parts, [0] * len(each)
-    for i in sorted(range(len(each)), key=lambda i: -each[i]):
-        of[i] = work.index(min(work))
-        work[of[i]] += each[i]
-    return [sensor for sensor, one in zip(sensors, of, strict=True) if one == part]
-
-
-def command_of(part: int, parts: int, of: str) -> list[str]:
-    """This process's own command, for a share `of` its days or of its sensors."""
-    share = [f"--{of}", f"{part}/{parts}", "--quiet"]
+def command_of(part: int, parts: int, cut: Sequence[int]) -> list[str]:
+    """This process's own command, for a share of its days and a stretch of those that are `cut`."""
+    share = ["--day-share", f"{part}/{parts}", "--quiet"]
+    share += ["--cut-days", ",".join(map(str, cut))] if cut else []
     if bpy.app.binary_path:
         # Threads that wait for each other at each frame cost more than they give.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], *share]
@@ -46,17 +33,17 @@ def command_of(part: int, parts: int, of: str) -> list[str]:
 
 
 class Workers:
-    """As a context: all processes but this one, each with a share `of` the days or the sensors,
-    ended with it. `good`: whether those that are over did what they should."""
+    """As a context: all processes but this one, each with its share of the days and a stretch of
+    those that are `cut`, ended with it. `good`: whether those that are over did their work."""
 
-    def __init__(self, parts: int, of: str) -> None:
-        self._parts, self._of = parts, of
+    def __init__(self, parts: int, cut: Sequence[int]) -> None:
+        self._parts, self._cut = parts, cut
         self._running: list[subprocess.Popen[bytes]] = []
         self.good = True
 
     def __enter__(self) -> Workers:
         for part in range(1, self._parts):
-            command = command_of(part, self._parts, self._of)
+            command = command_of(part, self._parts, self._cut)
             self._running.append(
                 subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
             )

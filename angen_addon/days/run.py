@@ -32,6 +32,7 @@ from ..scene.sensors import Sensor
 from .aside import put_aside
 from .daylight import Daylight
 from .living import DayRun
+from .stretch import Stretch
 
 LARGEST_SEED = 0x7FFFFFFF
 
@@ -109,9 +110,6 @@ class Household:
         if not 0 <= seed <= LARGEST_SEED:
             raise DayError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
         self.scene, self.sensors, self.plan = scene, list(sensors), plan
-        # None: days are those of all sensors.
-        self._share: list[Sensor] | None = None
-        self._with_truth = True
         self.start, self.seed = start, seed
         self.residents = {
             name: resident_of(person) for name, person in plan.routine.persons.items()
@@ -129,10 +127,6 @@ class Household:
         self._last: tuple[int, Acted] | None = None
         # Whether events are to be told with who and what made them.
         self.causes = True
-
-    def take_share(self, sensors: Sequence[Sensor], truth: bool) -> None:
-        """From now on days are those of some of the sensors, and perhaps without the truth."""
-        self._share, self._with_truth = list(sensors), truth
 
     def acted(self, number: int) -> Acted:
         """What is done on day `number`, whatever days are asked for. Raises DayError."""
@@ -156,18 +150,21 @@ class Household:
             raise DayError(f"{self.start + timedelta(number)}: {error}") from None
 
     def run(
-        self, number: int, keys: Any, between: tuple[float, float] | None = None
+        self,
+        number: int,
+        keys: Any,
+        between: tuple[float, float] | None = None,
+        stretch: Stretch | None = None,
     ) -> Generator[Progress, None, Day]:
-        """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises DayError,
-        SensorError."""
-        acted = self.acted(number)
-        what = acted, self.residents, keys, number, between, self.causes
-        sensors = self.sensors if self._share is None else self._share
+        """Day `number`, or the s `between` of it, or a `stretch`, of which the first has the truth;
+        with the keys of `keyed`. Raises DayError, SensorError."""
+        acted, sensors = self.acted(number), self.sensors
+        what = acted, self.residents, keys, number, between, self.causes, stretch
         day = DayRun(self.scene, sensors, *what)
         on = self.start + timedelta(number)
         with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
-        if not self._with_truth:
+        if stretch is not None and stretch.number:
             return Day(on, day.events, (), ())
         done = tuple(activities(acted, self.places.room_of))
         return Day(on, day.events, done, tuple(people(acted, self._room_at)))
@@ -223,11 +220,13 @@ def run_days(
     household: Household,
     numbers: Sequence[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
+    stretch: Stretch | None = None,
 ) -> Iterator[Day]:
-    """The days of these numbers, counted from 0. Raises DayError, SensorError."""
+    """The days of these numbers, counted from 0, or a `stretch` of one. Raises DayError,
+    SensorError."""
     with household.keyed() as keys:
         for number in numbers:
-            run = household.run(number, keys)
+            run = household.run(number, keys, stretch=stretch)
             while True:
                 try:
                     step = next(run)

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cuts a day into stretches, whose keys are set in the home one after the other."""
+"""Cuts a day into stretches: whose keys are set in the home one after the other, or which different
+processes live."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from ..model import Array
 
@@ -32,3 +35,20 @@ def stretches(spans: Array, first: float, last: float, most: float) -> list[floa
         if until - end > REST:
             rest = (end + until) / 2, moved
     return [cut for cut in cuts if first < cut < last]
+
+
+def shares(spans: Array, last: float, parts: int, lead: float) -> tuple[float, ...]:
+    """Times (s) at which to cut a day that ends at `last`, for so many processes at most: each a
+    little before a rest ends that is as long as the `lead` by which a process begins before its
+    cut, or the longest there is; with about as much movement between each two. `spans` (k, 2): when
+    anything moves."""
+    ends = np.append(spans[1:, 0], last)
+    rests = ends - spans[:, 1]
+    moved = np.cumsum(spans[:, 1] - spans[:, 0])
+    # Of the last rest nothing is left to be done.
+    long = np.flatnonzero(rests[:-1] >= max(min(lead, rests[:-1].max(initial=0.0)), REST))
+    if not len(long):
+        return ()
+    wanted = [moved[-1] * k / parts for k in range(1, parts)]
+    found = {int(long[np.abs(moved[long] - much).argmin()]) for much in wanted}
+    return tuple(float(ends[i]) - REST / 2 for i in sorted(found))

@@ -43,11 +43,11 @@ class Day:
     people: tuple[Whereabouts, ...]
 
     @classmethod
-    def joined(cls, shares: Sequence[Day]) -> Day:
-        """One day, of which each share has the events of other sensors, and the first the truth."""
-        events = [event for share in shares for event in share.events]
-        events.sort(key=lambda event: (event.time, event.sensor, event.field))
-        return replace(shares[0], events=tuple(events))
+    def joined(cls, parts: Sequence[Day]) -> Day:
+        """One day of stretches that follow each other, the first with the truth: their events are
+        not `attributed` yet."""
+        events = [event for part in parts for event in part.events]
+        return replace(parts[0], events=attributed(events))
 
     def as_json(self, digest: str) -> str:
         """To be kept; `digest` tells the run that it is of."""
@@ -81,6 +81,22 @@ class Day:
             )
         except (KeyError, TypeError) as error:
             raise ValueError(str(error)) from None
+
+
+def attributed(events: Iterable[Happening]) -> tuple[Happening, ...]:
+    """The events of a day in the log's order, each told with whose movement it is of. They come
+    with who moves the cause: what ends is of who began it."""
+    # By sensor, what made the last event that something did, and who.
+    last: dict[str, tuple[str, str]] = {}
+    found = []
+    for event in sorted(events, key=lambda event: (event.time, event.sensor, event.field)):
+        before, person = last.get(event.sensor, ("", ""))
+        if event.because:
+            if event.person or event.because != before:
+                person = event.person
+            last[event.sensor] = event.because, person
+        found.append(event._replace(person=person))
+    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ def event_updates(track: Track, published: Field) -> list[int]:
     for index in column.changes().tolist():
         value = column[index]
         if _is_event(value, last, step):
-            last = value
+            last = _told(value)
             found.append(index)
     return found
 
@@ -98,6 +98,11 @@ class NewEvents:
         self._recording = recording
         self._begin: dict[str, int] = {}
         self._last: dict[tuple[str, str], Any] = {}
+
+    def last_of(self, sensor: str) -> list[tuple[str, Any]]:
+        """The values of a sensor's last events by field: those to come are told from these."""
+        own = [(field, value) for (name, field), value in self._last.items() if name == sensor]
+        return sorted(own, key=lambda one: one[0])
 
     def take(self) -> list[Event]:
         """The events of the updates since the last call, in log order."""
@@ -114,9 +119,14 @@ class NewEvents:
             for index in column.changes(begin).tolist():
                 value = column[index]
                 if value != last and _is_event(value, last, step):
-                    self._last[key] = last = value
+                    self._last[key] = last = _told(value)
                     found.append(_event(track, published, index))
         return sorted(found)
+
+
+def _told(value: Any) -> Any:
+    """A value of an event as the log tells it, from which the next changes."""
+    return float(format_value(value)) if isinstance(value, float) else value
 
 
 def _is_event(value: Any, last: Any, step: float) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import json
 import math
 import os
 import signal
@@ -152,8 +153,8 @@ def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
     run, steps = addon_part("angen_addon.days.run"), []
     household_run = run.Household.run
 
-    def interrupted(self: Any, number: int, keys: Any) -> Any:
-        made = household_run(self, number, keys)
+    def interrupted(self: Any, number: int, keys: Any, **more: Any) -> Any:
+        made = household_run(self, number, keys, **more)
         for step in made:
             steps.append(step)
             if len(steps) == 3:
@@ -214,7 +215,7 @@ def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[
 
 @pytest.mark.parametrize(("days", "jobs"), [(2, 2), (1, 2), (2, 3)])
 def test_processes_write_the_same_bytes(day: Any, home: Path, days: int, jobs: int) -> None:
-    """They share the days or, where there are fewer of these, the sensors."""
+    """They share the days and, of those left over, the hours."""
     assert day(days=days)[0] == 0
     given = ["day", home, "--routine", home.parent / "week.toml", "--start", "2026-03-02", "--days"]
     given += [days, "--seed", 1, "--out", home.parent / "both", "--jobs", jobs]
@@ -225,32 +226,73 @@ def test_processes_write_the_same_bytes(day: Any, home: Path, days: int, jobs: i
     assert content(home.parent / "both") == content(home.parent / "out")
 
 
-def test_shares_of_sensors_of_a_day_that_are_there_are_gone_on_with(
-    day: Any, home: Path, addon_part: Callable[[str], Any]
+SECOND = ("--day-share", "1/2", "--cut-days", "0")
+FIRST = ("--day-share", "0/2", "--cut-days", "0")
+
+
+def test_stretches_of_a_day_are_joined_to_the_same_bytes(
+    day: Any, home: Path, monkeypatch: Any, addon_part: Any
 ) -> None:
     assert day(days=1)[0] == 0
     days = home.parent / "both" / "days"
-    assert day("--sensor-share", "1/2", days=1, out="both")[0] == 0
-    assert [path.name for path in days.glob("*.json")] == ["2026-03-02.2-of-2.json"]
-    # In one process now: what is of no use any more goes.
+    state, second = "2026-03-02.2-of-2.json", "2026-03-02.2-to-2-of-2.json"
+    assert day(*SECOND, days=1, out="both")[0] == 0
+    assert sorted(path.name for path in days.glob("*.json")) == [state, second]
+    # It ends where the other began, and what is there is gone on with.
+    assert day(*FIRST, days=1, out="both") == (0, "")
+    names = ["2026-03-02.1-to-1-of-2.json", state, second]
+    assert sorted(path.name for path in days.glob("*.json")) == names
+    shared = [json.loads((days / name).read_text("utf-8"))["events"] for name in names[::2]]
+    assert all(len(events) > 1 for events in shared)
+    monkeypatch.setattr(addon_part("angen_addon.days.run").Household, "run", None)
     assert day(days=1, out="both")[0] == 0
     assert content(home.parent / "both") == content(home.parent / "out")
-    shares = addon_part("angen_addon.days.jobs").share_of
-    sensors = addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
-    for parts in (1, 2, 3):
-        found = [s.name for part in range(parts) for s in shares(sensors, part, parts)]
-        assert sorted(found) == sorted(s.name for s in sensors)
 
 
-def test_sensors_that_drivers_read_stay_in_one_process(
+def test_where_a_sensor_had_not_settled_one_process_goes_on(day: Any, home: Path) -> None:
+    # What moved in the morning is held until the night.
+    bpy.data.objects["PIR left"].angen_sensor.pir.hold_time = 14 * 3600.0
+    assert day(days=1)[0] == 0
+    days = home.parent / "both" / "days"
+    assert day(*SECOND, days=1, out="both")[0] == 0
+    second = json.loads((days / "2026-03-02.2-to-2-of-2.json").read_text("utf-8"))["events"]
+    whole = json.loads((home.parent / "out/days/2026-03-02.json").read_text("utf-8"))["events"]
+    # By itself the second process tells what never was.
+    assert {tuple(e[:5]) for e in second} - {tuple(e[:5]) for e in whole}
+    status, told = day(*FIRST, days=1, out="both")
+    assert status == 0 and "one process goes on, for PIR left had not settled there" in told
+    assert (days / "2026-03-02.1-to-2-of-2.json").is_file()
+    assert day(days=1, out="both")[0] == 0
+    assert content(home.parent / "both") == content(home.parent / "out")
+
+
+def test_a_process_that_is_killed_loses_its_own_stretch_alone(
+    day: Any, home: Path, monkeypatch: Any, addon_part: Any
+) -> None:
+    assert day(days=1)[0] == 0
+    days = home.parent / "both" / "days"
+    assert day(*SECOND, days=1, out="both")[0] == 0
+    (days / "2026-03-02.2-to-2-of-2.json").unlink()
+    killed = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"]
+    jobs = addon_part("angen_addon.days.jobs")
+    monkeypatch.setattr(jobs, "command_of", lambda *_: killed)
+    status, told = day("--jobs", 2, days=1, out="both")
+    assert status == 1 and "0 of 1 days are in" in told
+    first = days / "2026-03-02.1-to-1-of-2.json"
+    kept = first.read_bytes()
+    assert day(*SECOND, days=1, out="both")[0] == 0
+    assert first.read_bytes() == kept
+    assert day(days=1, out="both")[0] == 0
+    assert content(home.parent / "both") == content(home.parent / "out")
+
+
+def test_what_goes_from_frame_to_frame_stays_in_one_process(
     world: Any, addon_part: Callable[[str], Any]
 ) -> None:
-    shared = addon_part("angen_addon.days.command").shared
-    assert shared(1, 15, 2) == ("sensor-share", 2) and shared(3, 15, 2) == ("day-share", 2)
-    variable = world.box((1, 1, 1)).driver_add("location", 0).driver.variables.new()
-    variable.targets[0].id = world.pir("PIR")
-    variable.targets[0].data_path = "angen_sensor.active"
-    assert shared(1, 15, 2) == ("day-share", 1)
+    why = addon_part("angen_addon.days.stretch").why_whole
+    assert why(world.scene) == ""
+    world.box((1, 1, 1)).modifiers.new("Cloth", "CLOTH")
+    assert why(world.scene) == "physics go from frame to frame"
 
 
 @pytest.mark.parametrize(

@@ -86,16 +86,25 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     for module in (living, addon_part("sensor_logic.days.times")):
         monkeypatch.setattr(module, "LEAD_S", 10.0)
 
-    def stretch() -> tuple[Any, Any]:
+    def stretch(part: Any = None) -> tuple[Any, Any]:
         with household.keyed() as keys:
             between = middle - AROUND, middle + AROUND
-            what = household.acted(number), household.residents, keys, number, between
+            what = household.acted(number), household.residents, keys, number, between, True, part
             day = living.DayRun(scene, sensors, *what)
             *_, last = day.progress()
         return day, last
 
     monkeypatch.setattr(living, "MOST_MOVEMENT", 3.0)
     found, steps = stretch()
+    # Two processes, of which one begins 14 s before the cut, are in the same state there.
+    monkeypatch.setattr(living, "TILTS_BACK", 14)
+    cut, of, states = ((middle + 4.0,),), addon_part("angen_addon.days.stretch"), []
+    after = of.Stretch(1, *cut, states.append, lambda *_: False)
+    before = of.Stretch(0, *cut, None, lambda _, state: not of.differing(state, states[0]))
+    second, first = stretch(after)[0], stretch(before)[0]
+    assert before.until == 1 and len(states) == 1, told
+    both = (*first.events, *second.events)
+    assert addon_part("sensor_logic.days.rows").attributed(both) == found.events, told
     stillness = addon_part("angen_addon.runtime.stillness")
     every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
     monkeypatch.setattr(stillness, "find", lambda *_: every)

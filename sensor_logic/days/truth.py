@@ -82,8 +82,8 @@ def _hips(body: Any, times: Array) -> Array:
 def _looks(first: float, end: float, moving: Array) -> Array:
     """The beginning of a stay, and every second of movement in it."""
     parts = [np.array([first])]
-    for start, stop in moving.tolist():
-        start, stop = max(start, first), min(stop, end)
+    inside = moving[(moving[:, 1] > first) & (moving[:, 0] < end)]
+    for start, stop in np.clip(inside, first, end).tolist():
         if start < stop:
             parts.append(np.arange(np.ceil(start / LOOK_EVERY), stop / LOOK_EVERY) * LOOK_EVERY)
     return np.unique(np.concatenate(parts))

@@ -51,13 +51,13 @@ def _run(options: argparse.Namespace) -> int:
             driver.run(line.show)
         except StudyError as error:
             line.end()
-            note(f"{line.done} of {driver.total} runs are done: {error}")
+            note(f"{driver.kept()} of {driver.total} runs are done: {error}")
             driver.write_tables()
             return FAILED
         except KeyboardInterrupt:
             line.end()
             note(
-                f"interrupted: {line.done} of {driver.total} runs are done and kept; the same "
+                f"interrupted: {driver.kept()} of {driver.total} runs are done and kept; the same "
                 "command goes on from there"
             )
             driver.write_tables()

@@ -155,6 +155,12 @@ class Driver:
                 tables = time.monotonic()
         shutil.rmtree(days, ignore_errors=True)
 
+    def kept(self) -> int:
+        """How many of the study's runs have a row, also where `run` was interrupted."""
+        self._store.read()
+        rows = (self._store.row(self._tasks.of(run).digest) for run in draws.runs(self._study))
+        return sum(row is not None for row in rows)
+
     def _missing(self) -> Iterator[Run]:
         for run in draws.runs(self._study):
             if not self._store.has(self._tasks.of(run).digest):

@@ -52,7 +52,7 @@ class Store:
         # Where the line of each run is, of those that went well and of those that failed.
         self._at: dict[str, int] = {}
         self._failed: set[str] = set()
-        self._read()
+        self.read()
 
     def __enter__(self) -> Store:
         return self
@@ -66,8 +66,9 @@ class Store:
             "command goes on from it"
         )
 
-    def _read(self) -> None:
-        """Finds what is there. What a killed driver left of a last line is cut off."""
+    def read(self) -> None:
+        """Finds what is there, also where `add` was interrupted. What a killed driver left of a
+        last line is cut off."""
         self._file.seek(0)
         end = 0
         for line in self._file:

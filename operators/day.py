@@ -12,8 +12,10 @@ from bpy.props import IntProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.days import shown
+from ..angen_addon.days.daylight import Daylight
 from ..angen_addon.days.run import DayError, Household, Plan, resident_of
 from ..angen_addon.runtime import state
+from ..angen_addon.scene.sensors import all_sensors, simulated
 from ..sensor_logic.days.times import hours_minutes
 from ..sensor_logic.days.truth import activities
 from ..sensor_logic.residents.acted import Acted
@@ -55,6 +57,10 @@ def _day(scene: Any) -> tuple[Acted, Places, Plan]:
     return _acted[1:]
 
 
+def _date(settings: Any) -> date:
+    return date.fromisoformat(settings.date) + timedelta(settings.number - 1)
+
+
 class ANGEN_OT_day_read(Operator):
     """Compute what the residents do on this day, and list it"""
 
@@ -79,7 +85,7 @@ class ANGEN_OT_day_read(Operator):
             item = settings.done.add()
             item.name, item.person, item.room = done.activity, done.person, done.room
             item.start, item.end = done.start / 1e6, done.end / 1e6
-        day = date.fromisoformat(settings.date) + timedelta(settings.number - 1)
+        day = _date(settings)
         settings.told = f"{day:%A} {day.isoformat()}: {len(settings.done)} activities"
         self.report({"INFO"}, settings.told)
         return {"FINISHED"}
@@ -118,7 +124,9 @@ class ANGEN_OT_day_show(Operator):
             residents = {p.name: resident_of(p) for p in plan.routine.persons.values()}
         except DayError as error:
             return cancelled(self, error)
-        shown.show(scene, acted, places, residents, item.start, item.end)
+        sensors = simulated(all_sensors(context.view_layer))
+        daylight = Daylight(scene, sensors, _date(settings))
+        shown.show(scene, acted, places, residents, daylight, item.start, item.end)
         settings.active = self.index
         state.CACHE.settings_changed(scene)
         _scroll_timelines(context)

@@ -8,14 +8,12 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UIList
 
-from ..angen_addon.days.daylight import site_of
 from ..sensor_logic.days.times import hours_minutes, time_at
-from .lines import ClosedSidebar, draw_lines
+from .lines import ClosedSidebar
 
 HOUR_S = 3600.0
 # The lines of the strip: night and morning, day, and evening.
 HOURS_A_LINE = 8
-FILE_SUN = "Sun and sky are the file's, not the day's: light differs from that of angen day"
 
 
 def longest(done: list[Any], start: float, end: float) -> int | None:
@@ -94,8 +92,6 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
                 text=f"{hours_minutes(now)}:{now % 60:04.1f}, {shown.name} ({shown.person})",
                 icon="TIME",
             )
-            if site_of(scene):
-                draw_lines(layout, FILE_SUN, "INFO")
             layout.operator("angen.day_leave", icon="LOOP_BACK")
 
 

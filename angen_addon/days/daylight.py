@@ -42,15 +42,12 @@ class Daylight:
         self._looked = looked = any(s.kind.requires(LIGHT) for s in sensors)
         found = [obj for obj in scene.objects if obj.type == "LIGHT" and obj.data.type == "SUN"]
         free = [obj for obj in found if not _driven(obj) and not _driven(obj.data)]
-        self._sun: Any = free[0] if free and looked and self._site else None
+        self.sun: Any = free[0] if free and looked and self._site else None
         self._before: list[tuple[Any, str, Any]] = []
         self._keyed: list[Any] = []
 
     def __enter__(self) -> Daylight:
-        if self._looked:
-            tell_begins(self._scene, [frame_at(-LEAD_S)])
-        if self._sun is not None:
-            self._write()
+        self.put_in()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -60,9 +57,20 @@ class Daylight:
         for owner, name, value in reversed(self._before):
             setattr(owner, name, value)
 
-    def _write(self) -> None:
-        sun, site = self._sun, self._site
-        assert site is not None
+    def skies(self) -> Iterator[tuple[Any, str, Any]]:
+        """What tells how strong the sky shines that follows the sun: tree, path and socket."""
+        if self.sun is not None:
+            yield from _skies(self._scene.world)
+
+    def put_in(self) -> None:
+        """Makes the keys, and notes at which frames references of light stand. Who calls it gives
+        back what was there before."""
+        if self._looked:
+            tell_begins(self._scene, [frame_at(-LEAD_S)])
+        if self.sun is not None and self._site is not None:
+            self._write(self.sun, self._site)
+
+    def _write(self, sun: Any, site: Site) -> None:
         begin = datetime.combine(self._day, time())
         starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY)
         # Of each stretch its middle.
@@ -89,7 +97,7 @@ class Daylight:
         self._keep(sun.data, "energy")
         self._key(sun.data, "energy", frames, np.array(powers)[:, None])
         skies = np.array([skylight(a) for a, _ in stands]) / skylight(authored)
-        for tree, path, socket in _skies(self._scene.world):
+        for tree, path, socket in self.skies():
             self._keep(socket, "default_value")
             self._key(tree, path, frames, socket.default_value * skies[:, None])
 

@@ -7,7 +7,7 @@ How the home was is noted in the scene as text, so that it survives undo, saving
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import bpy
@@ -17,6 +17,8 @@ from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.places import Places
 from ..residents.keys import MOVED, KeyedStretch
 from ..residents.person import body_of
+from ..scene.light.begins import take_begins
+from .daylight import Daylight
 
 # s before and after a stretch that can be scrubbed into.
 AROUND_S = 2.0
@@ -25,25 +27,35 @@ RANGE = ("frame_start", "frame_end", "frame_current", "use_preview_range")
 
 
 def show(
-    scene: Any, acted: Acted, places: Places, residents: Mapping[str, Any], start: float, end: float
+    scene: Any,
+    acted: Acted,
+    places: Places,
+    residents: Mapping[str, Any],
+    daylight: Daylight,
+    start: float,
+    end: float,
 ) -> None:
-    """What happens from `start` to `end` (s of the day) as animation at the home's frames."""
+    """What happens from `start` to `end` (s of the day) as animation at the home's frames, in the
+    day's light."""
     leave(scene)
     ranged = {name: getattr(scene, name) for name in RANGE}
     scene.frame_set(scene.frame_start)
-    owners = list(_owners(acted, places, residents))
+    lamps = _lamps(places)
+    owners = [*_objects(acted, places, residents, daylight), *_lights(lamps, daylight)]
+    skies = [(scene.world, path) for _, path, _ in daylight.skies()]
     before = {
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
-        "owners": [_noted(owner) for owner in owners],
+        "owners": [_noted(owner) for owner in owners] + [_noted_sky(*sky) for sky in skies],
     }
     scene.angen_day.before = json.dumps(before)
     keys = KeyedStretch(residents, places)
-    lights = {light for owner in owners for light in [owner] if isinstance(light, bpy.types.Light)}
     for owner in owners:
         data = owner.animation_data
-        if data is not None and owner not in lights:
+        # What a lamp shines with when it is on, its keys tell.
+        if data is not None and owner not in lamps:
             data.action, data.use_nla = None, False
+    daylight.put_in()
     first, last = max(start - AROUND_S, 0.0), end + AROUND_S
     keys.show(acted, first - 1.0, last + 1.0)
     render = scene.render
@@ -60,8 +72,11 @@ def leave(scene: Any) -> None:
         return
     before = json.loads(scene.angen_day.before)
     scene.angen_day.before = ""
+    take_begins(scene)
     for noted in before["owners"]:
         owner = getattr(bpy.data, noted["of"]).get(noted["name"])
+        if noted["of"] == "worlds" and owner is not None:
+            owner = owner.node_tree
         if owner is not None:
             _give_back(owner, noted)
     for name, value in before["time"].items():
@@ -72,40 +87,60 @@ def leave(scene: Any) -> None:
     scene.frame_set(wanted["frame_current"])
 
 
-def _owners(acted: Acted, places: Places, residents: Mapping[str, Any]) -> Iterator[Any]:
+def _objects(
+    acted: Acted, places: Places, residents: Mapping[str, Any], daylight: Daylight
+) -> list[Any]:
     """Whatever a day moves, and whatever the home's own story moves."""
     objects = bpy.data.objects
     named = [*acted.swings, *acted.holds, *places.doors, *(o.name for o in residents.values())]
     found = {name: objects[name] for name in named if name in objects}
+    parts = [daylight.sun]
     for rig in residents.values():
-        for obj in (body_of(rig), rig.angen_resident.walking_frame):
-            if obj is not None:
-                found[obj.name] = obj
+        parts += [body_of(rig), rig.angen_resident.walking_frame]
+    found |= {obj.name: obj for obj in parts if obj is not None}
     found |= {o.name: o for o in objects if o.animation_data is not None and o.library is None}
-    yield from found.values()
-    lamps = {objects[lamp.object] for lamp in places.lamps.values() if lamp.object in objects}
-    parts = {one for lamp in lamps for one in (lamp, *lamp.children_recursive)}
-    lights = {one.data for one in parts if one.type == "LIGHT"}
-    yield from lights | {light for light in bpy.data.lights if light.animation_data is not None}
+    return [*found.values()]
+
+
+def _lamps(places: Places) -> set[Any]:
+    """The lights of the lamps that people switch."""
+    lamps = [bpy.data.objects.get(lamp.object) for lamp in places.lamps.values()]
+    parts = {one for lamp in lamps if lamp for one in (lamp, *lamp.children_recursive)}
+    return {one.data for one in parts if one.type == "LIGHT"}
+
+
+def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
+    """Those, that of the sun, and those of the home's own story."""
+    sun = {daylight.sun.data} if daylight.sun is not None else set()
+    return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 
 
 def _noted(owner: Any) -> dict[str, Any]:
+    """How an object or a light is now."""
+    of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
+    bones = owner.pose.bones if getattr(owner, "pose", None) else ()
+    found = _noted_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
+    return found | {"bones": {bone.name: _values(bone) for bone in bones}}
+
+
+def _noted_sky(world: Any, path: str) -> dict[str, Any]:
+    """How strong a world's sky is now, which the path in its node tree tells."""
+    found = _noted_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
+    return found | {"values": {path: world.node_tree.path_resolve(path)}}
+
+
+def _noted_animation(owner: Any) -> dict[str, Any]:
     data = owner.animation_data
     action, slot = (data.action, getattr(data, "action_slot", None)) if data else (None, None)
     if action is not None:
         # Else it would be lost where the file is saved meanwhile.
         fake, action.use_fake_user = action.use_fake_user, True
-    bones = owner.pose.bones if getattr(owner, "pose", None) else ()
     return {
-        "of": "lights" if isinstance(owner, bpy.types.Light) else "objects",
-        "name": owner.name,
         "animated": data is not None,
         "action": action.name if action is not None else "",
         "fake": fake if action is not None else False,
         "slot": slot.identifier if slot is not None else "",
         "use_nla": data.use_nla if data is not None else True,
-        "values": _values(owner),
-        "bones": {bone.name: _values(bone) for bone in bones},
     }
 
 
@@ -124,12 +159,15 @@ def _give_back(owner: Any, noted: Mapping[str, Any]) -> None:
             data.action.use_fake_user = noted["fake"]
             if noted["slot"]:
                 data.action_slot = data.action.slots[noted["slot"]]
-    if ours is not None and ours.name != noted["action"] and ours.users == 0:
+    # Blender 4.2 goes on counting a world's nodes as a user.
+    unused = noted["of"] == "worlds" or (ours is not None and ours.users == 0)
+    if ours is not None and unused and ours.name != noted["action"]:
         bpy.data.actions.remove(ours)
     if data is not None and not noted["animated"] and not data.drivers:
         owner.animation_data_clear()
     parts = [(owner, noted["values"])]
     parts += [(owner.pose.bones[name], values) for name, values in noted["bones"].items()]
     for part, values in parts:
-        for name, value in values.items():
-            setattr(part, name, value)
+        for path, value in values.items():
+            holder, _, name = path.rpartition(".")
+            setattr(part.path_resolve(holder) if holder else part, name, value)

@@ -91,7 +91,8 @@ class _Line:
         if not self._started:
             self._started, self._first = True, done
             self._begin = self._shown = time.monotonic()
-            note(f"{done} of {total} runs are there already" if done else f"{total} runs")
+            runs = "1 run" if total == 1 else f"{total} runs"
+            note(f"{done} of {runs} are there already" if done else runs)
         self.done, self.failed = done, failed
         now = time.monotonic()
         if now - self._shown < (0.2 if self._terminal else 10.0):

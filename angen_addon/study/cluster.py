@@ -19,11 +19,13 @@ from ..api.error import AngenError
 from . import tasks
 from .tasks import File
 
-# In each process of this machine: the package is importable, installed or not; Ctrl-C, which a
-# terminal sends to all of them, is the driver's.
+# In each process of this machine: the package is importable, installed or not; what lies in the
+# current folder is not, for nobody would see that it changed; Ctrl-C, which a terminal sends to all
+# of them, is the driver's.
 STANDALONE = Path(__file__).resolve().parents[1] / "process" / "standalone.py"
 PRELOAD = f"""
-import runpy, signal
+import os, runpy, signal, sys
+sys.path[:] = [path for path in sys.path if os.path.abspath(path) != os.getcwd()]
 runpy.run_path({str(STANDALONE)!r})["load_extension"]()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 """

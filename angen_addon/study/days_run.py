@@ -98,7 +98,7 @@ def measured(
         values["coverage"] = coverage(sensors)
     if "truth" in task.measure:
         values |= truth.judged(lived, rooms, task.empty_for)
-    values |= of_functions(task, lived, lived.truth)
+    values |= of_functions(task, lived, lived.truth, values)
     tables = rows.files() if task.keep else {}
     return values, {f"{task.digest}/{name}": text for name, text in tables.items()}
 

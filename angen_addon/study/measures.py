@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -17,6 +17,7 @@ from ...sensor_logic.coverage.motions import MOTIONS
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording as Readings
 from ...sensor_logic.report.figures import figures, quantity
+from ...sensor_logic.study.study import COLUMNS, WITHOUT_DOT
 from ..api.error import AngenError
 from ..api.recording import Recording
 from ..coverage.maps import cover
@@ -50,12 +51,14 @@ def measured(
         found["coverage"] = coverage(sensors)
     if "light_error" in task.measure:
         found["light_error"] = _light_error(task, readings, sensors)
-    return found | of_functions(task, recording, None)
+    return found | of_functions(task, recording, None, found)
 
 
-def of_functions(task: Task, recording: Any, truth: Any) -> dict[str, Any]:
-    """What the user's own functions measure. Raises AngenError."""
+def of_functions(task: Task, recording: Any, truth: Any, measured: Iterable[str]) -> dict[str, Any]:
+    """What the user's own functions measure, beside what is `measured` already. Raises
+    AngenError."""
     found: dict[str, Any] = {}
+    others = {*measured, *COLUMNS, *WITHOUT_DOT, *task.versions}
     for label, name, source in task.functions:
         try:
             told = _function(name, source)(recording, truth)
@@ -64,7 +67,10 @@ def of_functions(task: Task, recording: Any, truth: Any) -> dict[str, Any]:
             raise AngenError(
                 f"{label} raised {type(error).__name__}: {error} (line {frame.lineno})"
             ) from None
-        found |= _numbers(label, name, told)
+        own = _numbers(label, name, told)
+        for key in own.keys() & (others | found.keys()):
+            raise AngenError(f"{label} gives {key!r}, which is another column: name it otherwise")
+        found |= own
     return found
 
 

@@ -17,7 +17,13 @@ from ..routine.table import TomlTable, number, suggestion, text, texts
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")
-MEASURES = ("events", "active", "coverage", "light_error", "truth")
+# The measures, and the columns of the table that each fills; of a sensor's own as well, as
+# "events NAME".
+OF_TRUTH = ("noticed", "missed_per_day", "delay_s", "false_alarms_per_day", "activities_per_day")
+MEASURES: dict[str, tuple[str, ...]] = {"events": ("events",), "active": ("active",)}
+MEASURES |= {"coverage": ("coverage",), "light_error": ("light_error",), "truth": OF_TRUTH}
+# Columns of every table.
+COLUMNS = ("run", "seed", "sensors_on", "seconds", "digest", "error")
 KEPT = ("events",)
 # Keys of [vary] and [set] that are no parameter of a sensor, and so have no dot.
 SENSORS, HOME, ROUTINE = "sensors", "home", "routine"
@@ -140,6 +146,10 @@ def _study(top: TomlTable, folder: Path) -> Study:
         raise top.error("truth is known of days alone: give a routine, start and days", "measure")
     if "light_error" in measure and routines:
         raise top.error("light_error is measured without a routine alone", "measure")
+    best = top.take("best", _best, None)
+    if best is not None and not functions and not _is_measured(best[0], measure):
+        known = [column for name in measure for column in MEASURES[name]]
+        raise top.error(f"{best[0]!r} is not measured; {suggestion(best[0], known)}", "best")
     vary = {key: _values(table, key) for table, key in _keys(top, "vary")}
     fixed = {key: _value(table, key) for table, key in _keys(top, "set")}
     for key in vary.keys() & fixed.keys():
@@ -161,7 +171,7 @@ def _study(top: TomlTable, folder: Path) -> Study:
         measure,
         functions,
         top.take("keep", _kept, ()),
-        top.take("best", _best, None),
+        best,
         routines,
         days,
         top.take("empty_for", number(0, 3600), 30.0),
@@ -276,7 +286,8 @@ def _check_ranges(study: Study) -> None:
     lengths = {len(values) for values in lists.values()}
     if study.draw == "list" and len(lengths) > 1:
         told = ", ".join(f"{key} has {len(values)}" for key, values in lists.items())
-        raise StudyError(f'{study.name}: draw = "list" takes lists of one length: {told}')
+        where = study.where(next(iter(lists)))
+        raise StudyError(f'{where}: draw = "list" takes lists of one length: {told}')
 
 
 def _files(value: Any, folder: Path) -> tuple[Path, ...]:
@@ -295,6 +306,8 @@ def _files(value: Any, folder: Path) -> tuple[Path, ...]:
 def _measures(value: Any, folder: Path) -> tuple[tuple[str, ...], tuple[Function, ...]]:
     names = (text(value),) if isinstance(value, str) else texts(value)
     functions = []
+    if not names:
+        raise ValueError("it names no measure")
     for name in names:
         if ".py:" in name:
             functions.append(_function(name, folder))
@@ -338,6 +351,11 @@ def _best(value: Any) -> tuple[str, Literal["most", "least"]]:
     if which == "least" and measure:
         return measure.strip(), "least"
     raise ValueError(f'{value!r} is not "most MEASURE" or "least MEASURE"')
+
+
+def _is_measured(column: str, measure: tuple[str, ...]) -> bool:
+    columns = {*COLUMNS, *(column for name in measure for column in MEASURES[name])}
+    return column in columns or column.partition(" ")[0] in {"events", "active"} & {*measure}
 
 
 def _seeds(value: Any) -> tuple[int, ...]:

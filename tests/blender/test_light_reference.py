@@ -145,32 +145,6 @@ def test_a_reading_is_the_same_whatever_was_read_before(room, scenes):
     assert (again == alone).all()
 
 
-def test_where_parts_have_references_far_from_the_first_one_theirs_counts(room, fcurves):
-    """In the part from frame 5 on the screen hangs elsewhere, and the point lamp too."""
-    tell = part("light.begins").tell_begins
-    for name in ("screen", "point"):
-        objects(name).animation_data_clear()
-        move(objects(name), "location", ((1, 1, 0), (-1, -1, 0.5)))
-        for curve in fcurves(objects(name)):
-            for key in curve.keyframe_points:
-                key.interpolation = "CONSTANT"
-    bpy.context.scene.frame_set(7)
-    # More than a closer look has.
-    many = plain(8 * MANY)
-    other = part("light.cycles").CyclesLight(8 * MANY)
-    try:
-        assert (np.abs(in_a_run(other) / many - 1) > 1e-3).any()
-        tell(bpy.context.scene, [1, 5])
-        for frame in (1, 8, 3, 7):
-            bpy.context.scene.frame_set(frame)
-            found = in_a_run(other)
-        assert {key[3] for key in other._references} == {1, 5}
-    finally:
-        other.close()
-        part("light.begins").take_begins(bpy.context.scene)
-    assert found == pytest.approx(many, rel=1e-5)
-
-
 @pytest.mark.parametrize("few", [32, FEW])
 def test_other_sensors_do_not_count(room, scenes, few):
     """Also where it is looked at more closely."""

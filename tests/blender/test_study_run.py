@@ -59,7 +59,8 @@ def folder(world, tmp_path) -> Path:
 def start(folder: Path, *options: str, **how: object) -> subprocess.Popen:
     command = [sys.executable, "-m", "angen_addon", "study", "run", str(folder / "study.toml")]
     command += ["--out", str(folder / "out"), *options]
-    return subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, **how)
+    how.setdefault("cwd", ROOT)
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how)
 
 
 def run(folder: Path, *options: str, status: int = 0, **how: object) -> str:
@@ -213,6 +214,25 @@ def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> N
     new = after.count(b"\n") - before.count(b"\n")
     assert new == 4 + failed
     assert len(results(folder)) == 12
+
+
+@pytest.mark.parametrize(
+    ("body", "error"),
+    [
+        ('return {"own": 1, "events": 7}', "gives 'events', which is another column"),
+        ('return {"seed": 7}', "gives 'seed', which is another column"),
+        # Nobody would see that it changed.
+        ("import neighbour; return 1", "No module named 'neighbour'"),
+    ],
+)
+def test_a_function_is_its_own_text_and_fills_its_own_columns(folder, body, error) -> None:
+    (folder / "neighbour.py").write_text("")
+    (folder / "score.py").write_text(f"def score(recording, truth):\n    {body}\n")
+    told = run(
+        folder, "--jobs", "1", status=1, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    assert f"{RUNS} of {RUNS} runs failed" in told
+    assert all(error in row["error"] for row in results(folder))
 
 
 def test_killed_workers_and_a_killed_driver_lose_nothing(folder) -> None:

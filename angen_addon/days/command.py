@@ -26,7 +26,7 @@ from .folder import Folder
 from .jobs import Workers
 from .progress import DayLine
 from .run import DayError, Household, Plan, run_days
-from .stretch import State, Stretch, differing, why_whole
+from .stretch import DayStretch, State, differing, why_whole
 
 MOST_DAYS = 10_000
 # One process makes all.
@@ -220,7 +220,7 @@ def _stretch(
     number: int,
     part: int,
     cuts: tuple[float, ...],
-) -> Stretch:
+) -> DayStretch:
     count = len(cuts) + 1
 
     def meets(other: int, state: State) -> bool:
@@ -234,7 +234,7 @@ def _stretch(
             note(f"{when}: one process goes on, for {names[0] or 'a driver'} had not settled there")
         return not names
 
-    return Stretch(part, cuts, partial(folder.keep_state, number, part, count), meets)
+    return DayStretch(part, cuts, partial(folder.keep_state, number, part, count), meets)
 
 
 __all__ = ["DayError", "OutputError", "add_verb", "day"]

@@ -21,7 +21,7 @@ from ..runtime.sensor_runner import SensorRunner
 from ..runtime.simulation import Exchange, Progress, simulate
 from ..scene.sensors import Sensor, decimal
 from .causes import Causes
-from .stretch import Stretch, state_of
+from .stretch import DayStretch, state_of
 
 # s: with more movement than this between two exchanges keys take much memory.
 MOST_MOVEMENT = 300.0
@@ -54,7 +54,7 @@ class DayRun:
         number: int,
         between: tuple[float, float] | None = None,
         causes: bool = True,
-        stretch: Stretch | None = None,
+        stretch: DayStretch | None = None,
     ) -> None:
         self._scene, self._sensors, self._keys, self._acted = scene, sensors, keys, acted
         self._clock = clock_of_day(number)

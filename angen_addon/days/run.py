@@ -32,7 +32,7 @@ from ..scene.sensors import Sensor
 from .aside import put_aside
 from .daylight import Daylight
 from .living import DayRun
-from .stretch import Stretch
+from .stretch import DayStretch
 
 LARGEST_SEED = 0x7FFFFFFF
 
@@ -154,7 +154,7 @@ class Household:
         number: int,
         keys: Any,
         between: tuple[float, float] | None = None,
-        stretch: Stretch | None = None,
+        stretch: DayStretch | None = None,
     ) -> Generator[Progress, None, Day]:
         """Day `number`, or the s `between` of it, or a `stretch`, of which the first has the truth;
         with the keys of `keyed`. Raises DayError, SensorError."""
@@ -220,7 +220,7 @@ def run_days(
     household: Household,
     numbers: Sequence[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
-    stretch: Stretch | None = None,
+    stretch: DayStretch | None = None,
 ) -> Iterator[Day]:
     """The days of these numbers, counted from 0, or a `stretch` of one. Raises DayError,
     SensorError."""

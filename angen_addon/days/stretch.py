@@ -24,7 +24,7 @@ State = dict[str, str]
 
 
 @dataclass
-class Stretch:
+class DayStretch:
     """Stretch `number` (from 0) of a day that is cut at the times `cuts` (s since midnight). `tell`
     is called with the state at its beginning, `meets` with the number of a later stretch and the
     state in which its beginning is come to: whether it was begun in that very state. Afterwards it

@@ -92,7 +92,7 @@ def test_a_day_in_stretches_tells_the_same(
 
     for number in (2, 1, 0):
         tell = partial(states.__setitem__, number)
-        stretch = of.Stretch(number, cuts, tell, meets)
+        stretch = of.DayStretch(number, cuts, tell, meets)
         made[number] = stretch, run(world, acted, 2, None, stretch)
     told, at = [], 0
     while at < 3:

@@ -99,8 +99,8 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     # Two processes, of which one begins 14 s before the cut, are in the same state there.
     monkeypatch.setattr(living, "TILTS_BACK", 14)
     cut, of, states = ((middle + 4.0,),), addon_part("angen_addon.days.stretch"), []
-    after = of.Stretch(1, *cut, states.append, lambda *_: False)
-    before = of.Stretch(0, *cut, None, lambda _, state: not of.differing(state, states[0]))
+    after = of.DayStretch(1, *cut, states.append, lambda *_: False)
+    before = of.DayStretch(0, *cut, None, lambda _, state: not of.differing(state, states[0]))
     second, first = stretch(after)[0], stretch(before)[0]
     assert before.until == 1 and len(states) == 1, told
     both = (*first.events, *second.events)

@@ -11,13 +11,12 @@ from .tables import columns, short
 TEXT = """\
 ## Studies
 
-{runs} runs of {frames} frames of one detector, by worker processes of this machine. *Overhead*:
-what a run takes beside its simulation, with handing it out and keeping its row; *start*: of the
-workers, Blender in them, and the home's first opening.
+{runs} runs of one detector, by worker processes of this machine. *Overhead*: what a run takes
+beside its simulation, with handing it out and keeping its row; *start*: of the workers, Blender in
+them, and the home's first opening.
 
 {ways}
-Two workers are {faster} times as fast as one; {same} of {runs} rows are the same to the byte, but
-for the seconds. Over {rows} rows, of runs of one frame, the driver's memory grows by {grown} MiB in
+{faster} Over {rows} rows, of runs of one frame, the driver's memory grows by {grown} MiB in
 the second half, and has {mib} MiB in the end; writing the tables of all of them adds {tables} MiB.
 
 {settings} hold times of the seven detectors of the Ängen home, over {story} frames of its story: a
@@ -27,13 +26,12 @@ for all ({alone} and {once} s), with the same rows.
 
 
 def section(data: dict[str, Any]) -> str:
-    one, two = data["ways"]
     driver = data["driver"]
     return TEXT.format(
         runs=data["runs"],
-        frames=data["frames"],
         ways=columns(
-            data["ways"],
+            [way for length in data["lengths"] for way in length["ways"]],
+            "frames of a run=frames",
             "workers=jobs",
             "start s=start_s:.1f",
             "wall s=wall_s:.1f",
@@ -41,8 +39,7 @@ def section(data: dict[str, Any]) -> str:
             "overhead a run s=overhead_s:.3f",
             "memory of a worker MiB=worker_mib:.0f",
         ),
-        faster=short(one["wall_s"] / two["wall_s"], 2),
-        same=data["same_rows"],
+        faster=" ".join(_faster(length, data["runs"]) for length in data["lengths"]),
         rows=f"{driver['rows']:,}",
         grown=f"{driver['grown_mib']:.1f}",
         mib=f"{driver['mib']:.0f}",
@@ -52,4 +49,13 @@ def section(data: dict[str, Any]) -> str:
         alone=short(data["together"]["alone_s"], 2),
         once=short(data["together"]["once_s"], 2),
         tables=f"{max(driver['tables_mib'], 0.0):.1f}",
+    )
+
+
+def _faster(length: dict[str, Any], runs: int) -> str:
+    one, two = (way["wall_s"] for way in length["ways"])
+    return (
+        f"Of runs of {length['frames']} frames two workers do {short(one / two, 2)} times as many "
+        f"a second as one; {length['same_rows']} of {runs} rows are the same to the byte, but for "
+        "the seconds."
     )

@@ -29,7 +29,8 @@ from .study_bounds import STORY  # noqa: E402
 HOME = Path(__file__).resolve().parent.parent / "sample_blends" / "light_control.blend"
 MIB = 2**20
 ANGEN = HOME.with_name("angen.blend")
-FRAMES = 96
+# Frames of a run: some 0.05 s of simulation, and 0.3 s.
+SHORT, LONG = 96, 576
 # The driver's memory is looked at so many times.
 LOOKS = 20
 
@@ -38,12 +39,20 @@ def measure(quick: bool) -> dict[str, Any]:
     runs = 40 if quick else 200
     rows = 400 if quick else 10_000
     with tempfile.TemporaryDirectory() as folder:
-        ways = [_way(Path(folder), jobs, runs) for jobs in (1, 2)]
+        found = []
+        for frames in (SHORT, LONG):
+            ways = [_way(Path(folder), jobs, runs, frames) for jobs in (1, 2)]
+            one, two = (way.pop("table") for way in ways)
+            found.append(
+                {
+                    "frames": frames,
+                    "ways": ways,
+                    "same_rows": sum(a == b for a, b in zip(one, two, strict=True)),
+                }
+            )
         return {
             "runs": runs,
-            "frames": FRAMES,
-            "ways": [{k: v for k, v in way.items() if k != "table"} for way in ways],
-            "same_rows": sum(a == b for a, b in zip(*(w["table"] for w in ways), strict=True)),
+            "lengths": found,
             "together": _together(Path(folder), 6),
             "driver": _driver(Path(folder), rows),
         }
@@ -60,14 +69,14 @@ def _study(folder: Path, runs: int, frames: int) -> Path:
     return path
 
 
-def _way(folder: Path, jobs: int, runs: int) -> dict[str, Any]:
-    """All runs by this many workers, one run before them apart, in which each opens the home."""
-    out = folder / f"jobs{jobs}"
+def _way(folder: Path, jobs: int, runs: int, frames: int) -> dict[str, Any]:
+    """All runs by this many workers, some before them apart, in which each opens the home."""
+    out = folder / f"jobs{jobs}-{frames}"
     begin = time.perf_counter()
     with results.Store(out) as store, cluster.here(jobs) as client:
         Driver(read(_study(folder, 20, 1)), store, client).run(lambda *_: None)
         start_s = time.perf_counter() - begin
-        driver = Driver(read(_study(folder, runs, FRAMES)), store, client)
+        driver = Driver(read(_study(folder, runs, frames)), store, client)
         begin, own = time.perf_counter(), time.process_time()
         driver.run(lambda *_: None)
         wall_s, driver_s = time.perf_counter() - begin, time.process_time() - own
@@ -80,6 +89,7 @@ def _way(folder: Path, jobs: int, runs: int) -> dict[str, Any]:
         rows = list(csv.DictReader(file))
     simulating_s = sum(float(row.pop("seconds")) for row in rows)
     return {
+        "frames": frames,
         "jobs": jobs,
         "start_s": start_s,
         "wall_s": wall_s,

@@ -8,6 +8,7 @@ it nor unapplied changes of the view matter.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -22,7 +23,7 @@ from .begins import BEGINS
 from .frozen import Frozen, Simulated
 from .instances import Instances
 from .twins import twins
-from .values import MARK, own_properties
+from .values import CHANGING_IMAGES, MARK, own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}
@@ -30,6 +31,9 @@ LINES = {"WIRE", "BOUNDS"}
 SMOOTH_MAP = 256
 DETAILED_MAP = 1024
 DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
+# A frame of the scene takes as many of the user's. Blender's sound keeps the camera's place at every
+# frame from 0 on, and copies all of them at each new one: milliseconds late in a day.
+LONG = 512
 MADE = ("scenes", "collections", "objects", "meshes", "materials", "cameras", "lights", "worlds")
 # Handlers of the user and of other add-ons take renders for the user's own.
 HANDLERS = (
@@ -65,6 +69,8 @@ class LightScene:
         self.notes: list[str] = []
         self.scene: Any = None
         self.frozen: list[Frozen] = []
+        # Cycles counts their pictures by the scene's own frames.
+        self._has_films = any(image.source in CHANGING_IMAGES for image in bpy.data.images)
 
     @property
     def view_layer(self) -> Any:
@@ -123,15 +129,10 @@ class LightScene:
         frame (frozen copies, animated custom properties) is hidden or left out.
         """
         user, scene = self._user_scene, self.scene
-        _take_over(user, scene, "frame_start", "frame_end")
-        # A whole frame too: setting its number alone leaves the sub-frame as it was.
-        frame = user.frame_float if reference is None else float(reference)
-        if scene.frame_float != frame:
-            scene.frame_float = frame
+        self._take_over_time(user, reference)
         for found in self.frozen if reference is not None else ():
             for made in found.made:
                 made.hide_render = True
-        _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
         _take_over(user.unit_settings, scene.unit_settings, "system", "scale_length")
         for of, to, path in (
             (user, scene, ""),
@@ -147,6 +148,24 @@ class LightScene:
                         del to[key]
                 elif before.get(key) != value:
                     to[key] = value
+
+    def _take_over_time(self, user: Any, reference: int | None) -> None:
+        scene = self.scene
+        _take_over(user, scene, "frame_start", "frame_end")
+        _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
+        # A whole frame too: setting its number alone leaves the sub-frame as it was.
+        frame = user.frame_float if reference is None else float(reference)
+        if scene.render.frame_map_old == scene.render.frame_map_new and not self._has_films:
+            scene.render.frame_map_old, scene.render.frame_map_new = LONG, 1
+            # By a power of two: to the bit.
+            frame /= LONG
+        if frame < 0.0:
+            # Unless the user's preferences allow them, those cannot be set otherwise.
+            whole = math.floor(frame)
+            with _handlers_quiet():
+                scene.frame_set(whole, subframe=frame - whole)
+        elif scene.frame_float != frame:
+            scene.frame_float = frame
 
     def _show(self) -> None:
         """Puts in what the viewport shows, whatever is hidden in renders."""

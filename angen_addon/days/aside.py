@@ -11,7 +11,6 @@ import bpy
 
 from ..scene.animation import all_animated
 
-
 # Of constraints, those that ask for the scene's camera.
 THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")
 

@@ -48,12 +48,16 @@ class Causes:
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
         self._left: list[Event] = []
+        # Sensors whose events are told in the end, and the first update of those.
+        self._held: dict[str, int] = {}
         self.notes = Notes(self._note) if wanted else None
         self.told: list[tuple[Event, str, str]] = []
 
     def _note(self, name: str) -> None:
         """The new events of a sensor, by what its rays met. Those for which one must look at the
         scene are left."""
+        if name in self._held:
+            return
         sensor = self._sensors[name]
         because: dict[float, str] = {}
         for event in self.new.take_of(name):
@@ -74,7 +78,8 @@ class Causes:
         """The events that are left, while the keys of their time are in the home and nothing is
         sensed."""
         if self.notes is None:
-            self.told += [(event, "", "") for event in self.new.take()]
+            taken = (self.new.take_of(name) for name in self._sensors if name not in self._held)
+            self.told += [(event, "", "") for events in taken for event in events]
             return
         was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
@@ -90,6 +95,39 @@ class Causes:
         finally:
             state.CACHE.running = was_running
             self._left = []
+
+    def begin_here(self) -> None:
+        """Forgets what was told. From now on sensors whose events are told by a step are held until
+        their last events before this are known."""
+        self.take_left()
+        self.told.clear()
+        tracks = self._recording.tracks
+        self._held = {name: len(tracks[name]) for name in tracks if self.new.has_steps(name)}
+
+    @property
+    def holds(self) -> bool:
+        return bool(self._held)
+
+    def held_events(self, last: Mapping[str, Mapping[str, Any]]) -> list[Event]:
+        """Those of the sensors that were held, by time; by sensor and field, what was `last`."""
+        held, self._held = self._held, {}
+        for name, index in held.items():
+            self.new.begin_at(name, index, last[name])
+        return sorted(event for name in held for event in self.new.take_of(name))
+
+    def tell_held(self, events: Sequence[Event]) -> None:
+        """Tells some of those, while the keys of their time are in the home."""
+        self._left = list(events)
+        if self.notes is None:
+            self.told += [(event, "", "") for event in events]
+        else:
+            self.take_left()
+
+    @property
+    def last(self) -> dict[str, dict[str, Any]]:
+        """By sensor whose events are told by a step, the values of its last ones by field."""
+        tracks = self._recording.tracks
+        return {name: self.new.last_of(name) for name in tracks if self.new.has_steps(name)}
 
     def _because(self, replay: Replay, event: Event) -> str:
         kind, track = replay.sensor.kind, replay.track

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from datetime import date, timedelta
 from functools import partial
@@ -23,10 +25,10 @@ from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
 from .folder import Folder
-from .jobs import Workers
+from .jobs import LOOK_EVERY, Workers
 from .progress import DayLine
 from .run import DayError, Household, Plan, run_days
-from .stretch import DayStretch, State, differing, why_whole
+from .stretch import DayStretch, Last, State, differing, why_whole
 
 MOST_DAYS = 10_000
 # One process makes all.
@@ -221,7 +223,7 @@ def _stretch(
     part: int,
     cuts: tuple[float, ...],
 ) -> DayStretch:
-    count = len(cuts) + 1
+    count, parent = len(cuts) + 1, os.getppid()
 
     def meets(other: int, state: State) -> bool:
         begun = folder.state(number, other, count)
@@ -234,7 +236,22 @@ def _stretch(
             note(f"{when}: one process goes on, for {names[0] or 'a driver'} had not settled there")
         return not names
 
-    return DayStretch(part, cuts, partial(folder.keep_state, number, part, count), meets)
+    def last_before() -> Last:
+        while (last := folder.last(number, count, part)) is None:
+            options.interrupt.check()
+            if os.getppid() != parent:
+                raise DayError("the process that has the first hours is gone")
+            time.sleep(LOOK_EVERY)
+        return last
+
+    return DayStretch(
+        part,
+        cuts,
+        partial(folder.keep_state, number, part, count),
+        meets,
+        last_before,
+        partial(folder.keep_last, number, count),
+    )
 
 
 __all__ = ["DayError", "OutputError", "add_verb", "day"]

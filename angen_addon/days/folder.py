@@ -24,7 +24,7 @@ from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, decimal, unit_scale
 from .daylight import site_of
 from .run import Household
-from .stretch import State
+from .stretch import Last, State
 
 # The folder of whole days in that of a run, and the file that says which run that is.
 DAYS, MARK = "days", "days/run.txt"
@@ -118,12 +118,16 @@ class Folder:
 
     def state(self, number: int, first: int, count: int) -> State | None:
         """None where that is not known yet."""
-        path = self._beside(number, f"{first + 1}-of-{count}")
-        try:
-            found: State = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return found
+        return _json_of(self._beside(number, f"{first + 1}-of-{count}"))
+
+    def keep_last(self, number: int, count: int, before: int, last: Last) -> None:
+        """The last events before stretch `before` of a day. Raises OutputError."""
+        path = self._beside(number, f"last-before-{before + 1}-of-{count}")
+        write_files({path: json.dumps(last)})
+
+    def last(self, number: int, count: int, before: int) -> Last | None:
+        """None where that is not known yet."""
+        return _json_of(self._beside(number, f"last-before-{before + 1}-of-{count}"))
 
     def chain(self, number: int) -> list[Path]:
         """The files of a day's stretches, each of which goes on where the one before it ends, until
@@ -233,6 +237,14 @@ def digest_of(household: Household) -> str:
     files = sorted(path for path in bpy.utils.blend_paths(absolute=True) if Path(path).is_file())
     parts += [_sha(Path(path).read_bytes()) for path in files]
     return f"sha256:{_sha((repr(parts) + house.plan.text).encode())}"
+
+
+def _json_of(path: Path) -> Any:
+    """What a file holds; None where it is not there, or not whole."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
 
 
 def _sha(content: bytes) -> str:

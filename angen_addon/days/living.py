@@ -98,6 +98,8 @@ class DayRun:
             for step in run:
                 yield step if self._stretch is None else self._of_stretch(step)
             self._causes.take_left()
+            if self._stretch is not None:
+                self._hand_on(self._stretch)
         told = _events(self._causes.told, self._midnight)
         self.events = tuple(told) if self._stretch is not None else attributed(told)
 
@@ -130,7 +132,7 @@ class DayRun:
             number, state = stretch.cuts.index(start) + 1, state_of(runners, self._causes.new)
             if number == stretch.number:
                 # What was before is another's.
-                self._causes.told.clear()
+                self._causes.begin_here()
                 stretch.tell(state)
                 return False
             if stretch.meets(number, state):
@@ -138,6 +140,20 @@ class DayRun:
             return stretch.until == number
 
         return ends
+
+    def _hand_on(self, stretch: DayStretch) -> None:
+        """Tells what was held until the last events before the stretch are known."""
+        if stretch.number and self._causes.holds:
+            events = self._causes.held_events(stretch.last_before())
+            for start, end in pairwise(self._bounds):
+                frames = frame_at(start), frame_at(end)
+                mine = [event for event in events if frames[0] <= event.frame < frames[1]]
+                if mine:
+                    self._show(start, end)
+                    self._causes.tell_held(mine)
+        last = self._causes.last
+        if stretch.until and last:
+            stretch.hand_on(stretch.until, last)
 
 
 def _events(told: list[tuple[Event, str, str]], midnight: float) -> list[Happening]:

@@ -18,9 +18,12 @@ from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..scene.animation import all_animated, may_set
 
-# By sensor, a digest of all that its events to come depend on beside the scene; empty where that
+# By sensor, a digest of all that its readings to come depend on beside the scene; empty where that
 # cannot be told. Under the empty name, that of what drivers made of the sensors' outputs.
 State = dict[str, str]
+# By sensor whose events are told by a step, the values of its last ones by field: from those the
+# next are told.
+Last = dict[str, dict[str, Any]]
 
 
 @dataclass
@@ -28,12 +31,16 @@ class DayStretch:
     """Stretch `number` (from 0) of a day that is cut at the times `cuts` (s since midnight). `tell`
     is called with the state at its beginning, `meets` with the number of a later stretch and the
     state in which its beginning is come to: whether it was begun in that very state. Afterwards it
-    has gone `until` before that stretch, or the day's end."""
+    has gone `until` before that stretch, or the day's end. In the end `last_before` is asked for
+    the last events before it, and waits for them; `hand_on` is called with the later stretch and
+    its own."""
 
     number: int
     cuts: tuple[float, ...]
     tell: Callable[[State], object]
     meets: Callable[[int, State], bool]
+    last_before: Callable[[], Last]
+    hand_on: Callable[[int, Last], object]
     until: int = 0
 
 
@@ -50,7 +57,8 @@ def differing(one: State, other: State) -> list[str]:
 
 
 def state_of(runners: Sequence[SensorRunner], new: NewEvents) -> State:
-    """The state of sensors, of which all events until now were taken from `new`."""
+    """The state of sensors, of which all events until now were taken from `new`, but of those whose
+    events are told by a step."""
     driven = outputs.are_driven()
     found = {runner.sensor.name: _state(runner, new, driven) for runner in runners}
     return found | {"": _digest(list(_driven()))} if driven else found
@@ -63,7 +71,8 @@ def _state(runner: SensorRunner, new: NewEvents, driven: bool) -> str:
     if state is None or changes:
         return ""
     shown = (sensor.settings.active, sensor.settings.value) if driven else ()
-    return _digest([state, new.last_of(sensor.name), shown])
+    last = {} if new.has_steps(sensor.name) else new.last_of(sensor.name)
+    return _digest([state, sorted(last.items()), shown])
 
 
 def _driven() -> Any:

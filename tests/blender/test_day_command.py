@@ -226,6 +226,20 @@ def test_processes_write_the_same_bytes(day: Any, home: Path, days: int, jobs: i
     assert content(home.parent / "both") == content(home.parent / "out")
 
 
+def test_what_is_told_by_a_step_goes_on_from_the_last_event_before_a_cut(
+    day: Any, home: Path, world: Any, addon_part: Any
+) -> None:
+    sensor = world.sensor("DISTANCE", "Range", update_rate=1.0)
+    sensor.location, sensor.rotation_euler = (0.06, 2.4, 1.2), (math.radians(90), 0, -math.pi / 2)
+    # Noise that hardly ever reaches a step: which readings do depends on all of them before.
+    sensor.angen_sensor.distance.noise_sigma = 0.01
+    sensor.angen_sensor.distance.report_step = 0.03
+    bpy.ops.wm.save_mainfile()
+    test_processes_write_the_same_bytes(day, home, 1, 2)
+    told = [r for r in rows(home.parent / "out" / "events.csv") if r["field"] == "distance_m"]
+    assert len(told) > 1000
+
+
 SECOND = ("--day-share", "1/2", "--cut-days", "0")
 FIRST = ("--day-share", "0/2", "--cut-days", "0")
 

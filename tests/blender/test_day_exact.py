@@ -98,11 +98,19 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     found, steps = stretch()
     # Two processes, of which one begins 14 s before the cut, are in the same state there.
     monkeypatch.setattr(living, "TILTS_BACK", 14)
-    cut, of, states = ((middle + 4.0,),), addon_part("angen_addon.days.stretch"), []
-    after = of.DayStretch(1, *cut, states.append, lambda *_: False)
-    before = of.DayStretch(0, *cut, None, lambda _, state: not of.differing(state, states[0]))
-    second, first = stretch(after)[0], stretch(before)[0]
-    assert before.until == 1 and len(states) == 1, told
+    cuts, of = (middle + 4.0,), addon_part("angen_addon.days.stretch")
+    states: list[Any] = []
+    lasts: list[Any] = []
+
+    def meets(_: int, state: Any) -> bool:
+        states.append(state)
+        return True
+
+    before = of.DayStretch(0, cuts, None, meets, None, lambda _, last: lasts.append(last))
+    after = of.DayStretch(1, cuts, states.append, None, lambda: lasts[0], None)
+    first, second = stretch(before)[0], stretch(after)[0]
+    assert not of.differing(*states), told
+    assert before.until == 1 and len(states) == 2, told
     both = (*first.events, *second.events)
     assert addon_part("sensor_logic.days.rows").attributed(both) == found.events, told
     stillness = addon_part("angen_addon.runtime.stillness")

@@ -31,8 +31,8 @@ LINES = {"WIRE", "BOUNDS"}
 SMOOTH_MAP = 256
 DETAILED_MAP = 1024
 DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
-# A frame of the scene takes as many of the user's. Blender's sound keeps the camera's place at every
-# frame from 0 on, and copies all of them at each new one: milliseconds late in a day.
+# A frame of the scene takes as many of the user's. Blender's sound keeps the camera's place at
+# every frame from 0 on, and copies all of them at each new one: milliseconds late in a day.
 LONG = 512
 MADE = ("scenes", "collections", "objects", "meshes", "materials", "cameras", "lights", "worlds")
 # Handlers of the user and of other add-ons take renders for the user's own.

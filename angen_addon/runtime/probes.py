@@ -94,6 +94,10 @@ class Probes:
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
+    def expect_light(self, is_asked: bool) -> None:
+        """Whether light is measured at the frame that comes."""
+        self._lighting.is_asked = is_asked
+
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
         """The motion alone, of the solids as they are in the list."""
         if self._pads:

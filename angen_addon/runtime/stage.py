@@ -14,6 +14,7 @@ import numpy as np
 
 from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
+from ..scene.light.scene import quietly
 from ..scene.reflectance import colours_change
 from ..scene.sensors import SensorError
 from ..scene.warmth import changes_by_itself
@@ -148,10 +149,12 @@ class Stage:
     ) -> tuple[Any, Any]:
         """Brings the scene to a step, or if nothing more is asked there only what moves: the
         scene's depsgraph, and that whose frames are kept."""
+        is_read = any(at in window.read for at in looked)
+        self.probes.expect_light(is_read)
         if self._moving is None:
             depsgraph = self.go(step) if fresh else evaluated_depsgraph()
             return depsgraph, depsgraph
-        whole = any(at in window.read for at in looked) or not self.probes.follows
+        whole = is_read or not self.probes.follows
         depsgraph = self.go(step) if whole else evaluated_depsgraph()
         return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step))
 
@@ -201,6 +204,9 @@ class Stage:
             yield from self.probes.measure(
                 self.scene, view_layer, depsgraph, [*asked.values()], alone
             )
+            # What was made for pictures must not be taken for an edit of the scene.
+            with quietly():
+                view_layer.update()
 
     def take_lit(self) -> list[PendingUpdates]:
         """The updates of light sensors whose light was measured."""

@@ -51,11 +51,13 @@ class LightSignature:
         self._has_films = False
         # What nodes look up in the view layer, the scene and the world.
         self._names: set[str] = set()
+        # Whether anybody asks about the frames that come: each names all that frames can change.
+        self.is_asked = True
 
     def note(self, depsgraph: Any, edited: bool = False, by_frame: bool = False) -> None:
         """Takes down what was evaluated anew; to be called in the handlers of each evaluation:
         later the list is empty. `edited`: by more than a change of frame."""
-        if not self._known:
+        if not self._known or (by_frame and not edited and not self.is_asked):
             return
         for update in depsgraph.updates:
             changed = update.id

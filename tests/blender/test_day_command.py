@@ -144,6 +144,28 @@ def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(day: Any, home
     assert not any(a.name.startswith("Day ") for a in bpy.data.actions)
 
 
+@pytest.mark.parametrize("reader", ["", "driver", "node", "constraint"])
+def test_a_day_has_a_camera_only_where_something_asks_for_it(
+    home: Path, addon_part: Callable[[str], Any], reader: str
+) -> None:
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    box = bpy.data.objects["Door"]
+    if reader == "driver":
+        target = box.driver_add("pass_index").driver.variables.new().targets[0]
+        target.id_type, target.id, target.data_path = "SCENE", scene, "camera.location.x"
+    elif reader == "node":
+        bpy.data.node_groups.new("Looks", "GeometryNodeTree").nodes.new(
+            "GeometryNodeInputActiveCamera"
+        )
+    elif reader == "constraint":
+        box.constraints.new("FOLLOW_TRACK")
+    with addon_part("angen_addon.days.aside").put_aside(scene):
+        assert (scene.camera is not None) == bool(reader)
+    assert scene.camera.name == "Camera"
+
+
 def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
     day: Any, home: Path, addon_part: Any, monkeypatch: Any
 ) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is there for light, what light does not depend on, and what a measurement leaves behind."""
 
+import math
 import os
 import tempfile
 
@@ -88,6 +89,27 @@ def test_a_shown_object_stands_where_its_parent_and_constraints_put_it(world, sh
     assert is_shaded() == (abs(shade.matrix_world.translation.x) < 2)
     constraint.influence = 0.0
     world.update()
+    assert not is_shaded()
+
+
+# Whole ones and parts, before the first, and late in a day; what is between is shaded.
+MOMENTS = (-1199.0, -721.5, -1.0, 0.0, 7.0, 7.25, 1000.1, 487705.0, 864001.0)
+
+
+@pytest.mark.parametrize("mapped", [(100, 100), (100, 50)])
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_light_is_that_of_the_very_frame(world, shade, moment, mapped):
+    whole = math.floor(moment)
+    world.scene.render.frame_map_old, world.scene.render.frame_map_new = mapped
+    world.scene.frame_set(whole, subframe=moment - whole)
+    now = world.scene.frame_current_final
+    # There at that moment alone.
+    for at, x in ((now - 0.125, -5e4), (now, 0.0), (now + 0.125, 5e4)):
+        shade.location.x = x
+        shade.keyframe_insert("location", index=0, frame=at)
+    world.scene.frame_set(whole, subframe=moment - whole)
+    assert is_shaded()
+    world.scene.frame_set(whole + 1, subframe=moment - whole)
     assert not is_shaded()
 
 

@@ -28,7 +28,7 @@ from .values import CHANGING_IMAGES, MARK, own_properties
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}
 # Unless an image or a sky says where the light is, the world is smooth.
-SMOOTH_MAP = 256
+SMOOTH_MAP = 64
 DETAILED_MAP = 1024
 DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
 # A frame of the scene takes as many of the user's. Blender's sound keeps the camera's place at

@@ -141,7 +141,7 @@ class Stage:
             self._batch.last = before
             raise
         waited = time.monotonic() - self._batch.since > TELL_EVERY
-        if not self._batches or self.probes.full or self.lit or waited:
+        if not self._batches or self.probes.full or waited:
             yield from self.sense(window, depsgraph)
 
     def _evaluate(
@@ -207,6 +207,8 @@ class Stage:
             # What was made for pictures must not be taken for an edit of the scene.
             with quietly():
                 view_layer.update()
+            # That is told, too.
+            self._batch.since = time.monotonic()
 
     def take_lit(self) -> list[PendingUpdates]:
         """The updates of light sensors whose light was measured."""

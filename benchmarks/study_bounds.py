@@ -12,13 +12,17 @@ from .bounds import Bounds
 WORKER_MIB, DRIVER_MIB, GROWN_MIB, TABLES_MIB = 500.0, 250.0, 8.0, 40.0
 # s that a run takes beside its simulation.
 OVERHEAD_S = 0.2
+# Frames of a run: some 0.05 s of simulation, and 0.3 s.
+SHORT, LONG = 96, 576
 ROWS, GLANCE_ROWS = 10_000, 400
 # Frames of the home's story that runs live together; by how much less CPU at least.
 STORY, SHARE = 480, 1.5
 
 
 def check(data: dict[str, Any], bounds: Bounds) -> None:
-    for length in data["lengths"]:
+    lengths = {length["frames"]: length for length in data["lengths"]}
+    bounds.measured("frames of runs", lengths, (SHORT, LONG))
+    for length in lengths.values():
         ways = {way["jobs"]: way for way in length["ways"]}
         runs = f"of {length['frames']} frames"
         bounds.measured(f"workers of runs {runs}", ways, (1, 2))

@@ -24,13 +24,11 @@ from angen_sensors.angen_addon.study import cluster, results  # noqa: E402
 from angen_sensors.angen_addon.study.engine import Driver  # noqa: E402
 from angen_sensors.sensor_logic.study.study import read  # noqa: E402
 
-from .study_bounds import STORY  # noqa: E402
+from .study_bounds import LONG, SHORT, STORY  # noqa: E402
 
 HOME = Path(__file__).resolve().parent.parent / "sample_blends" / "light_control.blend"
 MIB = 2**20
 ANGEN = HOME.with_name("angen.blend")
-# Frames of a run: some 0.05 s of simulation, and 0.3 s.
-SHORT, LONG = 96, 576
 # The driver's memory is looked at so many times.
 LOOKS = 20
 

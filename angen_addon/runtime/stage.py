@@ -14,7 +14,6 @@ import numpy as np
 
 from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
-from ..scene.light.scene import quietly
 from ..scene.reflectance import colours_change
 from ..scene.sensors import SensorError
 from ..scene.warmth import changes_by_itself
@@ -141,7 +140,7 @@ class Stage:
             self._batch.last = before
             raise
         waited = time.monotonic() - self._batch.since > TELL_EVERY
-        if not self._batches or self.probes.full or waited:
+        if not self._batches or self.probes.full or self.lit or waited:
             yield from self.sense(window, depsgraph)
 
     def _evaluate(
@@ -204,11 +203,6 @@ class Stage:
             yield from self.probes.measure(
                 self.scene, view_layer, depsgraph, [*asked.values()], alone
             )
-            # What was made for pictures must not be taken for an edit of the scene.
-            with quietly():
-                view_layer.update()
-            # That is told, too.
-            self._batch.since = time.monotonic()
 
     def take_lit(self) -> list[PendingUpdates]:
         """The updates of light sensors whose light was measured."""

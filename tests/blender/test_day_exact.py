@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from two_stretches import two_stretches
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 START = date(2026, 3, 2)
@@ -98,16 +99,8 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     found, steps = stretch()
     # Two processes, of which one begins 14 s before the cut, are in the same state there.
     monkeypatch.setattr(living, "TILTS_BACK", 14)
-    cuts, of = (middle + 4.0,), addon_part("angen_addon.days.stretch")
-    states: list[Any] = []
-    lasts: list[Any] = []
-
-    def meets(_: int, state: Any) -> bool:
-        states.append(state)
-        return True
-
-    before = of.DayStretch(0, cuts, None, meets, None, lambda _, last: lasts.append(last))
-    after = of.DayStretch(1, cuts, states.append, None, lambda: lasts[0], None)
+    of = addon_part("angen_addon.days.stretch")
+    before, after, states = two_stretches(of, middle + 4.0)
     first, second = stretch(before)[0], stretch(after)[0]
     assert not of.differing(*states), told
     assert before.until == 1 and len(states) == 2, told

@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from two_stretches import two_stretches
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 START = date(2026, 3, 2)
@@ -33,8 +34,8 @@ def lived(
     monkeypatch: pytest.MonkeyPatch,
     empty_scene: Any,
     references: dict[Any, bytes],
-) -> Callable[..., dict[str, dict[float, float]]]:
-    """Readings of light by sensor and s, of a stretch of a day."""
+) -> Callable[..., Any]:
+    """Readings of light by sensor and s, of a stretch of a day; with causes, its events."""
     bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live, scene.angen_light_reference = False, 1024
@@ -61,28 +62,34 @@ def lived(
         end: float = END,
         names: Sequence[str] = SENSORS,
         most: float = 1e9,
-    ) -> dict[str, dict[float, float]]:
+        part: Any = None,
+        causes: bool = False,
+    ) -> Any:
         monkeypatch.setattr(living, "MOST_MOVEMENT", most)
         sensors = [s for s in every if s.name in names]
         for sensor in sensors:
-            sensor.settings.light.samples = 64
+            light = sensor.settings.light
+            light.samples, light.report_step = 64, 0.1
         household = run.Household(scene, sensors, plan, START, 1)
         acted = household.acted(0)
         with (
             household.keyed() as keys,
             addon_part("angen_addon.days.daylight").Daylight(scene, sensors, START),
         ):
-            what = acted, household.residents, keys, 0, (begin, end), False
+            what = acted, household.residents, keys, 0, (begin, end), causes, part
             day = living.DayRun(scene, sensors, *what)
             *_, _ = day.progress()
         assert "angen_light_begins" not in scene
-        tracks = day.recording.tracks
-        return {
-            name: dict(zip(np.asarray(track.frames), np.asarray(track.value), strict=True))
-            for name, track in tracks.items()
-        }
+        return day.events if causes else readings(day.recording.tracks)
 
     return live
+
+
+def readings(tracks: Any) -> dict[str, dict[float, float]]:
+    return {
+        name: dict(zip(np.asarray(track.frames), np.asarray(track.value), strict=True))
+        for name, track in tracks.items()
+    }
 
 
 def test_readings_are_of_their_frames_alone(lived: Any, references: dict[Any, bytes]) -> None:
@@ -102,3 +109,18 @@ def test_readings_are_of_their_frames_alone(lived: Any, references: dict[Any, by
     assert references.items() <= known.items()
     assert FRAME in {key[0] for key in references}
     assert all(len(set(found[name].values())) > 1 for name in SENSORS)
+
+
+def test_stretches_of_a_day_tell_of_light_what_one_does(
+    lived: Any, addon_part: Callable[[str], Any]
+) -> None:
+    """What is told depends on what was told last, long before the cut."""
+    found = lived(causes=True)
+    told = [event for event in found if event.time > 0 and event.field == "luminance_percent"]
+    of = addon_part("angen_addon.days.stretch")
+    *stretches, states = two_stretches(of, NEXT - 9.0)
+    parts = [lived(part=part, causes=True, most=20.0) for part in stretches]
+    assert states[0] == states[1] and all(states[0].values())
+    assert all(any(event in part for event in told) for part in parts)
+    rows = addon_part("sensor_logic.days.rows")
+    assert rows.attributed((*parts[0], *parts[1])) == found

@@ -130,15 +130,16 @@ class Probes:
         """Whether things may have come or gone since they were listed."""
         return self._solids.must_list
 
-    def keep(self, depsgraph: Any, watched: Any) -> bool:
-        """As `look`, but a frame is only taken down, until `develop`; False where those before have
-        to be sensed first. `watched` is the depsgraph of the scene or of what moves in it, which
-        tells the frames."""
+    def keep(self, watched: Any) -> bool:
+        """As `look`, but a frame is only taken down, until `develop`. `watched` is the depsgraph of
+        the scene or of what moves in it, which tells the frames. False where things may have come
+        or gone: then `keep_first` makes the list anew."""
+        return self._film is not None and self._film.take(watched)
+
+    def keep_first(self, depsgraph: Any, watched: Any) -> None:
+        """Takes down the first frame after all before were sensed, with a new list of solids.
+        `depsgraph` is that of the whole scene at this frame."""
         solids = self._solids
-        if self._film is not None and self._film.take(watched):
-            return True
-        if self._film is not None and len(self._film):
-            return False
         # What is listed anew is sensed alone: instances may be gone at the next frame.
         stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
         self.caster.update(depsgraph)
@@ -149,7 +150,6 @@ class Probes:
             self._film = None
             solids.forget()
             self.caster.update(depsgraph)
-        return True
 
     def develop(self, depsgraph: Any) -> None:
         """From now on what is asked is answered at the frames that were taken down."""

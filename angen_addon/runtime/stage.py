@@ -119,16 +119,19 @@ class Stage:
         takes down what is asked of it there; where it is not `fresh`, it is as at the step before.
         Yields what can be read by then; what light sensors ask is in `lit`. Raises SensorError."""
         looked = [step for step in steps if step in window.looked]
-        depsgraph, watched = self._evaluate(window, steps[0], looked, fresh)
+        depsgraph, watched, is_whole = self._evaluate(window, steps[0], looked, fresh)
         if not looked:
             return
         if not self._batches:
             self.probes.look(depsgraph, None)
-        elif not self.probes.keep(depsgraph, watched):
-            # Things came or went: what was before is sensed while it is still there.
-            yield from self.sense(window, self.go(self._batch.last))
-            depsgraph = self.go(steps[0])
-            self.probes.keep(depsgraph, watched)
+        elif not self.probes.keep(watched):
+            if not self.has_sensed_all:
+                # Things came or went: what was before is sensed while it is still there.
+                yield from self.sense(window, self.go(self._batch.last))
+                is_whole = False
+            # What comes is not among what stood at an earlier frame.
+            depsgraph = depsgraph if is_whole else self.go(steps[0])
+            self.probes.keep_first(depsgraph, watched)
         before = self._batch.last
         self._batch.steps.append(looked[0])
         self._batch.last = looked[-1]
@@ -145,17 +148,17 @@ class Stage:
 
     def _evaluate(
         self, window: Window, step: int, looked: list[int], fresh: bool
-    ) -> tuple[Any, Any]:
+    ) -> tuple[Any, Any, bool]:
         """Brings the scene to a step, or if nothing more is asked there only what moves: the
-        scene's depsgraph, and that whose frames are kept."""
+        scene's depsgraph, that whose frames are kept, and whether the scene is at the step."""
         is_read = any(at in window.read for at in looked)
         self.probes.expect_light(is_read)
         if self._moving is None:
             depsgraph = self.go(step) if fresh else evaluated_depsgraph()
-            return depsgraph, depsgraph
+            return depsgraph, depsgraph, True
         whole = is_read or not self.probes.follows
         depsgraph = self.go(step) if whole else evaluated_depsgraph()
-        return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step))
+        return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step)), whole
 
     def _take_down(self, window: Window, looked: list[int], depsgraph: Any) -> None:
         """What must be read at the steps themselves, at all of which the scene is the same."""

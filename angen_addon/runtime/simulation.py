@@ -169,6 +169,14 @@ class _Run:
         self._find_what_moves(exchange.frame, alone, batches)
         stage.begin_anew(self._moving_scene)
 
+    def _resume(self, step: int, stage: Stage, alone: bool, batches: bool) -> None:
+        """After others had their turn at a step."""
+        if stage.resume():
+            self._leave_moving_scene()
+            self._find_what_moves(self._frame(step), alone, batches)
+            stage.go(step)
+            stage.begin_anew(self._moving_scene)
+
     def _over_frames(
         self, stage: Stage, agenda: Agenda, alone: bool, driven: bool, batches: bool
     ) -> Iterator[Progress]:
@@ -197,7 +205,7 @@ class _Run:
                         # Whoever is told may change the scene: not while something is kept of it.
                         self._recording.frame_end = min(self._frame(step), self._frame_end)
                         yield self._at(step)
-                        stage.resume()
+                        self._resume(step, stage, alone, batches)
             finally:
                 # Also where a sensor fails, or the user has seen enough: what was looked at counts.
                 last = stage.last_step
@@ -207,7 +215,7 @@ class _Run:
                     self._recording.frame_end = min(self._frame(last), self._frame_end)
             if last is not None:
                 yield self._at(last)
-                stage.resume()
+                self._resume(last, stage, alone, batches)
 
     def _frame(self, step: int) -> int:
         return self._clock.frame_and_subframe(step)[0]

@@ -94,17 +94,16 @@ class Stage:
         """The last of the steps that are kept; None where there is none."""
         return self._batch.last if self._batch.steps else None
 
-    def resume(self) -> None:
-        """Others had their turn, and may have edited the scene."""
+    def resume(self) -> bool:
+        """Others had their turn, and may have edited the scene. Returns whether what moves has to
+        be found anew, for `begin_anew`: it may be something else now."""
         # What was edited must not be taken for what changes at a frame.
         evaluated_depsgraph()
-        if self.probes.must_list:
-            # What moves may be something else now.
-            self._moving = None
         self.probes.note_edits()
+        return self._moving is not None and self.probes.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
-        """The keys of the scene were exchanged while nothing was kept: other things move now."""
+        """The scene was edited while nothing was kept: other things move now."""
         self.probes.note_edits()
         self._moving = moving if self._batches else None
 

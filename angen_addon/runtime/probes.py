@@ -68,6 +68,7 @@ class Probes:
         self._direct: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
         self._light = CyclesLight(told=True)
+        self._edits_of_light = -1
         state.CACHE.watch(self._lighting)
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
@@ -170,6 +171,9 @@ class Probes:
         `keep`: nothing but frames will change until the next time; to be ended by `close`.
         Not in a frame handler. Raises SensorError.
         """
+        if self._edits_of_light != self.edits:
+            self._edits_of_light = self.edits
+            self._light.note_edit()
         how = scene.angen_luminous_efficacy, scene.angen_light_reference
         if self._lighting.changed(view_layer, depsgraph, how):
             self._measured = {}

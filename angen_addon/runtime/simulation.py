@@ -198,6 +198,11 @@ class _Run:
                     for ready in stage.visit(window, steps, is_fresh):
                         self._record(ready, driven)
                     for doing in stage.measure(alone):
+                        if not doing and not stage.is_due:
+                            continue
+                        # Whoever is told may undo: not while something is kept.
+                        for ready in stage.sense(window, evaluated_depsgraph()):
+                            self._record(ready, driven)
                         yield self._at(step, doing)
                     for lit in stage.take_lit():
                         self._record(lit, driven)

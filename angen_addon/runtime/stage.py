@@ -90,6 +90,11 @@ class Stage:
         return not self._batch.steps
 
     @property
+    def is_due(self) -> bool:
+        """Whether it is time to sense what is kept, and to tell how far the run is."""
+        return not self._batches or time.monotonic() - self._batch.since > TELL_EVERY
+
+    @property
     def last_step(self) -> int | None:
         """The last of the steps that are kept; None where there is none."""
         return self._batch.last if self._batch.steps else None
@@ -141,8 +146,7 @@ class Stage:
             self._batch.steps.pop()
             self._batch.last = before
             raise
-        waited = time.monotonic() - self._batch.since > TELL_EVERY
-        if not self._batches or self.probes.full or self.lit or waited:
+        if self.is_due or self.probes.full:
             yield from self.sense(window, depsgraph)
 
     def _evaluate(
@@ -196,7 +200,8 @@ class Stage:
 
     def measure(self, alone: bool) -> Iterator[str]:
         """Measures the light that is asked for; yields before each picture, in words what takes
-        long. `alone`: nothing but frames will change until the end. Raises SensorError."""
+        long. Whoever lets others have their turn there senses first what is kept. `alone`: nothing
+        but frames will change until the end. Raises SensorError."""
         # Of one that is due at several steps at which the scene is the same, the same is asked.
         asked = {p.request.name: p.request for p in self.lit if p.request is not None}
         if asked:

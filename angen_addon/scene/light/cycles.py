@@ -97,8 +97,8 @@ class CyclesLight:
 
     `reference`: light paths a reading of the reference; there is none where that is not more than
     the reading's own, and none for what is asked only once: of a sensor that is not `steady`.
-    `told`: the caller calls `forget` whenever more than the power of lamps has changed; without it
-    every update counts as such a change.
+    `told`: the caller calls `forget` whenever more than the power of lamps has changed, and
+    `note_edit` after edits; without it every update counts as such a change.
     """
 
     def __init__(self, reference: int = 0, told: bool = False) -> None:
@@ -119,7 +119,8 @@ class CyclesLight:
 
     def look(self, scene: Any, view_layer: Any) -> None:
         """To be called at each update: the scene is as it is evaluated now."""
-        self._simulated.look_again()
+        if not self._told:
+            self.note_edit()
         now = contents(scene, view_layer, self._simulated)
         if self._scene is not None and (
             now != self._contents or self._asks_for_frame() or not self._scene.follow_frozen()
@@ -128,6 +129,10 @@ class CyclesLight:
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
         if not self._told:
             self.forget()
+
+    def note_edit(self) -> None:
+        """More than the frame may have changed: parents, modifiers, physics."""
+        self._simulated.look_again()
 
     def forget(self) -> None:
         """Drops what light paths found: the scene has changed since."""

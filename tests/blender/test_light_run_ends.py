@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import stage, state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
@@ -18,6 +18,12 @@ KINDS = (
     "scenes", "objects", "meshes", "materials", "lights", "cameras", "collections", "worlds",
     "actions", "node_groups",
 )  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def each_frame_is_told(monkeypatch):
+    """As of frames that take long."""
+    monkeypatch.setattr(stage, "TELL_EVERY", -1.0)
 
 
 @pytest.fixture

@@ -48,16 +48,16 @@ class Causes:
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
         self._left: list[Event] = []
-        # Sensors whose events are told in the end, and the first update of those.
+        # Sensors whose events are told in the end, and the first update of those; who and what made
+        # what seem to be their events until then, by sensor and frame.
         self._held: dict[str, int] = {}
+        self._made: dict[tuple[str, float], tuple[str, str]] = {}
         self.notes = Notes(self._note) if wanted else None
         self.told: list[tuple[Event, str, str]] = []
 
     def _note(self, name: str) -> None:
         """The new events of a sensor, by what its rays met. Those for which one must look at the
         scene are left."""
-        if name in self._held:
-            return
         sensor = self._sensors[name]
         because: dict[float, str] = {}
         for event in self.new.take_of(name):
@@ -109,11 +109,15 @@ class Causes:
         return bool(self._held)
 
     def held_events(self, last: Mapping[str, Mapping[str, Any]]) -> list[Event]:
-        """Those of the sensors that were held, by time; by sensor and field, what was `last`."""
+        """Tells those of the sensors that were held; by sensor and field, what was `last`. Those
+        that nobody foresaw come back, by time, for `tell_held`."""
         held, self._held = self._held, {}
         for name, index in held.items():
             self.new.begin_at(name, index, last[name])
-        return sorted(event for name in held for event in self.new.take_of(name))
+        events = sorted(event for name in held for event in self.new.take_of(name))
+        made = [(event, self._made.get((event.sensor, event.frame))) for event in events]
+        self.told += [(event, *known) for event, known in made if known is not None]
+        return [event for event, known in made if known is None]
 
     def tell_held(self, events: Sequence[Event]) -> None:
         """Tells some of those, while the keys of their time are in the home."""
@@ -139,7 +143,10 @@ class Causes:
 
     def _tell(self, event: Event, because: str) -> None:
         person = self.person_of(because, event.time - self._midnight) if because else ""
-        self.told.append((event, person, because))
+        if event.sensor in self._held:
+            self._made[event.sensor, event.frame] = person, because
+        else:
+            self.told.append((event, person, because))
 
     def person_of(self, name: str, time: float) -> str:
         """Whose body an object is part of, who moves it at a time, or who is on it, as on the

@@ -175,10 +175,10 @@ class Probes:
             self._edits_of_light = self.edits
             self._light.note_edit()
         how = scene.angen_luminous_efficacy, scene.angen_light_reference
-        if self._lighting.changed(view_layer, depsgraph, how):
+        change = self._lighting.changed(view_layer, depsgraph, how)
+        if change:
             self._measured = {}
-            if not self._lighting.only_power_changed:
-                self._light.forget()
+        self._light.note(change)
         due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != _key(r)]
         if not due:
             return

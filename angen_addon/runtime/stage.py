@@ -161,6 +161,8 @@ class Stage:
             return depsgraph, depsgraph, True
         whole = is_read or not self.probes.follows
         depsgraph = self.go(step) if whole else evaluated_depsgraph()
+        # The scene itself has told of what light depends on.
+        self.probes.expect_light(False)
         return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step)), whole
 
     def _take_down(self, window: Window, looked: list[int], depsgraph: Any) -> None:

@@ -44,6 +44,7 @@ from .cycles_scene import CyclesScene, Steps
 from .frozen import Simulated
 from .picture import TWICE, Picture, Seen, share_out
 from .scene import contents
+from .signature import Change
 from .still_walls import StillWalls
 
 Array = NDArray[np.float64]
@@ -97,8 +98,8 @@ class CyclesLight:
 
     `reference`: light paths a reading of the reference; there is none where that is not more than
     the reading's own, and none for what is asked only once: of a sensor that is not `steady`.
-    `told`: the caller calls `forget` whenever more than the power of lamps has changed, and
-    `note_edit` after edits; without it every update counts as such a change.
+    `told`: the caller tells by `note` what has changed, and by `note_edit` of edits; without it
+    everything counts as changed at every update.
     """
 
     def __init__(self, reference: int = 0, told: bool = False) -> None:
@@ -107,6 +108,8 @@ class CyclesLight:
         self._simulated = Simulated()
         self._user: tuple[Any, Any]
         self._contents: Hashable = None
+        # Whether those are to be listed anew.
+        self._lists = True
         self._scene: CyclesScene | None = None
         self._stands: str | int = EARLIER
         self._pictures: dict[Hashable, Picture] = {}
@@ -121,22 +124,27 @@ class CyclesLight:
         """To be called at each update: the scene is as it is evaluated now."""
         if not self._told:
             self.note_edit()
-        now = contents(scene, view_layer, self._simulated)
+            self.note(~Change.NONE)
+        now = self._contents
+        if self._lists:
+            now, self._lists = contents(scene, view_layer, self._simulated), False
         if self._scene is not None and (
             now != self._contents or self._asks_for_frame() or not self._scene.follow_frozen()
         ):
             self._close_scene()
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
-        if not self._told:
-            self.forget()
 
     def note_edit(self) -> None:
         """More than the frame may have changed: parents, modifiers, physics."""
         self._simulated.look_again()
+        self._lists = True
 
-    def forget(self) -> None:
-        """Drops what light paths found: the scene has changed since."""
-        self._found.clear()
+    def note(self, change: Change) -> None:
+        """What has changed since the last update: of what light paths found nothing counts any
+        more, unless it is the power of lamps alone."""
+        self._lists |= Change.VALUES in change
+        if change & ~Change.POWER:
+            self._found.clear()
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Array], list[str]]]:
         """What each of some requests of one method and number of paths finds, by name: linear
@@ -175,7 +183,7 @@ class CyclesLight:
     def close(self) -> None:
         self._close_scene()
         self._references.clear()
-        self._simulated = Simulated()
+        self._simulated, self._lists = Simulated(), True
         self._looks_at_frame = None
 
     def _close_scene(self) -> None:

@@ -55,6 +55,9 @@ class CyclesScene(LightScene):
         super().__init__(scene, view_layer, simulated)
         self._paths_at_once = PATHS
         self._is_new = True
+        self._folder = tempfile.TemporaryDirectory(
+            prefix="angen_light_", dir=bpy.app.tempdir, ignore_cleanup_errors=True
+        )
         self.has_stiff_films = has_stiff_films()
         self._pictures: list[Picture] = []
         lamps = [o for o in shown_objects(view_layer) if o.type == "LIGHT" and not is_portal(o)]
@@ -74,6 +77,10 @@ class CyclesScene(LightScene):
             settings.use_exr_interleave = True
         settings.file_format = "OPEN_EXR_MULTILAYER"
         settings.color_depth, settings.exr_codec = "32", "NONE"
+        # Facts of a render that are written into its file.
+        for prop in render.bl_rna.properties:
+            if prop.identifier.startswith("use_stamp_"):
+                setattr(render, prop.identifier, False)
         scene.camera = camera(self.own)
         scene.collection.objects.link(scene.camera)
         self.groups = LightGroups(self, self._lamps)
@@ -89,6 +96,10 @@ class CyclesScene(LightScene):
             if world == original:
                 world = self.scene.world = self.own(world.copy())
             self.groups.add_world(world, original)
+
+    def close(self) -> None:
+        super().close()
+        self._folder.cleanup()
 
     def follow(self, reference: int | None = None) -> None:
         super().follow(reference)
@@ -121,7 +132,7 @@ class CyclesScene(LightScene):
         """The light paths `first` … `last` of each pixel: sums (groups, requests, pixels, 3) of
         their radiance; of the request of that number `only`, if told. `of` so many paths, it is
         told how far they are."""
-        total = np.zeros((1, picture.side * picture.side, 3))
+        total = np.zeros((1, *picture.pixels.shape, 3))
         self._show_only(picture)
         at_once = engine.at_once(self.scene)
         for start in range(first, last, at_once):
@@ -131,11 +142,10 @@ class CyclesScene(LightScene):
                 far = f": {100 * start // of} % done" if of else ""
                 yield FIRST_PICTURE if self._is_new else doing + far
                 began, was_new = time.perf_counter(), self._is_new
-                total = total + count * self._render(start, count, part, picture.side)
+                total = total + count * self._render(start, count, part, picture)
                 if not was_new:
                     self._learn(time.perf_counter() - began)
-        pixels = picture.first[:, None] + np.arange(picture.count)
-        return total[:, pixels]
+        return total
 
     def _show_only(self, picture: Picture) -> None:
         for other in self._pictures:
@@ -150,24 +160,27 @@ class CyclesScene(LightScene):
         elif seconds < SHORTEST_S:
             self._paths_at_once = min(PATHS, 2 * self._paths_at_once)
 
-    def _render(self, start: int, count: int, part: Part, side: int) -> Array:
-        """(groups, all pixels, 3)"""
+    def _render(self, start: int, count: int, part: Part, picture: Picture) -> Array:
+        """(groups, requests, pixels, 3)"""
         engine.trace(self.scene, start, count)
         render, (row, column, end_row, end_column) = self.scene.render, part
+        side, path = picture.side, Path(self._folder.name, "views")
         render.use_border = end_row - row < side
         render.border_min_x, render.border_max_x = column / side, end_column / side
         render.border_min_y, render.border_max_y = 1 - end_row / side, 1 - row / side
-        with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
-            render.filepath = str(Path(folder, "views"))
-            # Named as an argument, a scene is put to the frame of the user's.
-            own = {"scene": self.scene, "view_layer": self.view_layer}
-            with quietly(), bpy.context.temp_override(**own):
-                bpy.ops.render.render(write_still=True)
-            layers = exr.read_layers(Path(folder, "views.exr"))
+        render.filepath = str(path)
+        # Named as an argument, a scene is put to the frame of the user's.
+        own = {"scene": self.scene, "view_layer": self.view_layer}
+        with quietly(), bpy.context.temp_override(**own):
+            bpy.ops.render.render(write_still=True)
         self._is_new = False
-        passes = {name.rpartition(".")[2]: pixels for name, pixels in layers.items()}
+        layers = exr.read_layers(path.with_suffix(".exr"))
+        passes = {
+            name.rpartition(".")[2]: pixels.reshape(-1, 3)[picture.pixels]
+            for name, pixels in layers.items()
+        }
         whole = passes["Combined"]
         found = [passes[f"Combined_{name}"] for name in self.groups.names]
         left = whole - sum(found, np.zeros_like(whole))
         left[np.abs(left) < ROUNDING * np.abs(whole)] = 0.0
-        return np.array([*found, left]).reshape(len(found) + 1, side * side, 3)
+        return np.array([*found, left])

@@ -86,6 +86,8 @@ class Picture:
         self.count: int = TWICE * method.COUNT
         self.side = math.isqrt(PLACES * self.count)
         self.first = np.array(list(together))
+        # (requests, count): which pixels, row by row, are theirs.
+        self.pixels = self.first[:, None] + np.arange(self.count)
         self.notes: list[str] = []
         self.made: list[Any] = []
         self._light_scene = light_scene

@@ -9,11 +9,13 @@ geometry, images, volumes) counts as changed.
 from __future__ import annotations
 
 import hashlib
+from enum import Flag, auto
 from typing import Any
 
 import bpy
 import numpy as np
 
+from ..animation import only_moves
 from .scene import shown_objects
 from .values import (
     LIGHTLESS,
@@ -32,6 +34,16 @@ from .values import (
 )
 
 
+class Change(Flag):
+    """What of a scene differs from the last look; false where nothing does. `MOTION`: place and
+    shape of its objects, and which picture of a film they show."""
+
+    NONE = 0
+    POWER = auto()
+    MOTION = auto()
+    VALUES = auto()
+
+
 class LightSignature:
     """Remembers the state of a scene as digests. To be told of updates as they come."""
 
@@ -40,15 +52,15 @@ class LightSignature:
 
     def forget(self) -> None:
         """The next look finds everything changed: after undo, or when a file was opened."""
-        self._count = 0
+        # Changes of values and of shapes.
+        self._count = self._reshaped = 0
         self._known: dict[int, bytes] = {}
-        self._digest = b""
-        self._powers = b""
-        # Whether all but the power of lamps was as before when this was last asked.
-        self.only_power_changed = False
+        self._digests = dict.fromkeys(Change, b"")
         self._empties_matter = False
         # Pictures that change by themselves: Blender's list of updates does not tell of them.
         self._has_films = False
+        # By object, whether frames can change where it is, and no other value of its own.
+        self._only_moves: dict[int, bool] = {}
         # What nodes look up in the view layer, the scene and the world.
         self._names: set[str] = set()
         # Whether anybody asks about the frames that come: each names all that frames can change.
@@ -59,12 +71,15 @@ class LightSignature:
         later the list is empty. `edited`: by more than a change of frame."""
         if not self._known or (by_frame and not edited and not self.is_asked):
             return
+        if edited:
+            self._only_moves.clear()
         for update in depsgraph.updates:
             changed = update.id
             if isinstance(changed, TOLD_ELSEWHERE):
                 continue
             if isinstance(changed, bpy.types.Object):
-                self._compare(changed.original, object_values(changed))
+                if edited or self._may_change(changed.original):
+                    self._compare(changed.original, object_values(changed))
                 if update.is_updated_geometry and changed.type not in LIGHTLESS | {"LIGHT"}:
                     self._compare_shape(changed)
             elif isinstance(changed, bpy.types.Mesh) and not edited:
@@ -73,23 +88,30 @@ class LightSignature:
             else:
                 self._compare(changed.original, self._values_of(changed))
 
-    def changed(self, view_layer: Any, depsgraph: Any, asked: Any = None) -> bool:
-        """Whether the scene, or what is `asked` of it, differs from when this was last asked."""
+    def changed(self, view_layer: Any, depsgraph: Any, asked: Any = None) -> Change:
+        """What of the scene, or of what is `asked` of it, differs from when this was last asked."""
         if not self._known:
             self._know_all(depsgraph)
-        digest = hashlib.blake2b(digest_size=16)
         scene = view_layer.id_data
         world = scene.world.session_uid if scene.world else 0
         names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
         shown = list(shown_objects(view_layer))
         apart, other = powers(shown)
-        film = scene.frame_float if self._has_films else None
-        digest.update(repr((self._count, world, asked, names, other, film)).encode())
-        self._objects(digest, shown, view_layer, depsgraph)
-        before = self._digest, self._powers
-        self._digest, self._powers = digest.digest(), repr(apart).encode()
-        self.only_power_changed = self._digest == before[0]
-        return (self._digest, self._powers) != before
+        uids = [obj.session_uid for obj in shown]
+        found = {
+            Change.POWER: _digest(apart),
+            Change.MOTION: self._motion(view_layer, depsgraph),
+            Change.VALUES: _digest([self._count, world, asked, names, other, uids]),
+        }
+        before, self._digests = self._digests, found
+        return Change(sum(c.value for c in found if found[c] != before[c]))
+
+    def _may_change(self, original: Any) -> bool:
+        """Whether a frame can change more of an object than where it is, and its shape."""
+        uid = original.session_uid
+        if uid not in self._only_moves:
+            self._only_moves[uid] = only_moves(original)
+        return not self._only_moves[uid]
 
     def _compare(self, original: Any, found: Any) -> None:
         key, digest = original.as_pointer(), _digest(found)
@@ -102,7 +124,7 @@ class LightSignature:
         # Beside the object's own entry.
         key, digest = -original.as_pointer(), _digest(shape_values(evaluated))
         if digest is None or self._known.get(key) != digest:
-            self._count += 1
+            self._reshaped += 1
             self._known[key] = digest or b""
 
     def _know_all(self, depsgraph: Any) -> None:
@@ -139,22 +161,24 @@ class LightSignature:
             return values(datablock), self._values_of(tree) if tree else ()
         return None
 
-    def _objects(self, digest: Any, shown: list[Any], view_layer: Any, depsgraph: Any) -> None:
-        """What is shown, and where."""
-        objects = depsgraph.objects
+    def _motion(self, view_layer: Any, depsgraph: Any) -> bytes:
+        """A digest of where everything is, of changes of shapes, and of the pictures of films."""
+        digest, objects = hashlib.blake2b(digest_size=16), depsgraph.objects
         matrices = np.empty(len(objects) * 16, np.float32)
         objects.foreach_get("matrix_world", matrices)
         if not self._empties_matter:
             matter = np.fromiter((o.type not in LIGHTLESS for o in objects), bool, len(objects))
             matrices = matrices.reshape(-1, 16)[matter]
         digest.update(matrices.tobytes())
-        digest.update(np.array([obj.session_uid for obj in shown], np.uint64).tobytes())
+        film = view_layer.id_data.frame_float if self._has_films else None
+        digest.update(repr((self._reshaped, film)).encode())
         if any(obj.is_instancer for obj in view_layer.objects):
             for instance in depsgraph.object_instances:
                 if instance.is_instance:
                     seen = instance.object.session_uid, instance.show_self
                     digest.update(repr(seen).encode())
                     digest.update(np.array(instance.matrix_world, np.float32).tobytes())
+        return digest.digest()
 
 
 def _digest(found: Any) -> bytes | None:

@@ -6,7 +6,6 @@ python sample_blends/build_atelier.py [--out FILE]
 blender -b -P sample_blends/build_atelier.py -- [--out FILE]
 """
 
-import argparse
 import os
 import sys
 from math import radians
@@ -21,8 +20,9 @@ from mathutils import Matrix
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
+from sample_file import make  # noqa: E402
+
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
-from angen_addon.process.standalone import load_extension  # noqa: E402
 
 # Who lives there: the sort, where they stand (m), the yaw (degrees) that they look along, and
 # whether with a walking frame.
@@ -69,24 +69,5 @@ def add_residents() -> None:
         bpy.context.object.name = name
 
 
-def main() -> int:
-    """The command line; returns the exit status."""
-    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    parser = argparse.ArgumentParser(prog="build_atelier.py")
-    parser.add_argument("--out", type=Path, default=HERE / "atelier.blend")
-    out = parser.parse_args(argv).out.resolve()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    extension = load_extension()
-    extension.register()
-    try:
-        scene = build()
-        bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
-    finally:
-        # Blender 4.2 as a Python module crashes at exit with the extension still registered.
-        extension.unregister()
-    print(f"{out.name}: {len(scene.objects)} objects, {out.stat().st_size / 1e6:.2f} MB")
-    return 0
-
-
 if __name__ == "__main__":
-    leave_hard(main())
+    leave_hard(make(HERE / "atelier.blend", build))

@@ -7,7 +7,6 @@ python sample_blends/build_light.py [--out FILE] [--picture FILE]
 blender -b -P sample_blends/build_light.py -- [--out FILE] [--picture FILE]
 """
 
-import argparse
 import os
 import sys
 from math import cos, pi, radians, sin
@@ -23,9 +22,9 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
+from sample_file import make  # noqa: E402
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
-from angen_addon.process.standalone import load_extension  # noqa: E402
 
 FPS, LAST_FRAME, RATE = 24, 97, 4.0
 # So many that the light that goes round in the ball is within 2 %; a lamp alone needs a few.
@@ -38,6 +37,7 @@ GLOW, GLOW_SIZE = 3.0, 0.4
 BALL_RADIUS, BALL_RINGS, BALL_REFLECTS, BALL_W = 0.7, 48, 0.8, 3.0
 SUN, SUN_HEIGHT, SKY = 2.0, radians(40), 0.5
 MAST = 2.2
+PICTURE_FRAME = 49
 
 
 def material(name: str, kind: str, value: float, strength: float = 0.0):
@@ -205,45 +205,12 @@ def build() -> bpy.types.Scene:
     return scene
 
 
-def arrange_views() -> None:
-    """Every 3D view of the file looks through the camera, in the materials' colours."""
-    for screen in bpy.data.screens:
-        for area in screen.areas:
-            if area.type == "VIEW_3D":
-                space = area.spaces.active
-                space.region_3d.view_perspective = "CAMERA"
-                space.shading.color_type = "MATERIAL"
-                space.show_region_ui = True
-
-
-def main() -> int:
-    """The command line; returns the exit status."""
-    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    parser = argparse.ArgumentParser(prog="build_light.py")
-    parser.add_argument("--out", type=Path, default=HERE / "light.blend")
-    parser.add_argument("--picture", type=Path, help="render frame 49 to this file too")
-    arguments = parser.parse_args(argv)
-    out = arguments.out.resolve()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    extension = load_extension()
-    extension.register()
-    try:
-        scene = build()
-        arrange_views()
-        bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
-        if arguments.picture:
-            scene.cycles.samples, scene.cycles.use_denoising = 48, True
-            scene.render.resolution_percentage = 60
-            scene.view_settings.view_transform = "AgX"
-            scene.render.filepath = str(arguments.picture.resolve())
-            scene.frame_set(49)
-            bpy.ops.render.render(write_still=True)
-    finally:
-        # Blender 4.2 as a Python module crashes at exit with the extension still registered.
-        extension.unregister()
-    print(f"{out.name}: {len(scene.objects)} objects, {out.stat().st_size / 1e3:.0f} kB")
-    return 0
+def set_up(scene: bpy.types.Scene) -> None:
+    """The picture of all six in the middle of the story."""
+    scene.cycles.samples, scene.cycles.use_denoising = 48, True
+    scene.render.resolution_percentage = 60
+    scene.frame_set(PICTURE_FRAME)
 
 
 if __name__ == "__main__":
-    leave_hard(main())
+    leave_hard(make(HERE / "light.blend", build, set_up))

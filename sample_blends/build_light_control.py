@@ -7,7 +7,6 @@ python sample_blends/build_light_control.py [--out FILE] [--picture FILE]
 blender -b -P sample_blends/build_light_control.py -- [--out FILE] [--picture FILE]
 """
 
-import argparse
 import os
 import sys
 from pathlib import Path
@@ -33,9 +32,9 @@ from angen_sensors.sensor_logic.residents.body.gait import (  # noqa: E402
     standing,
 )
 from angen_sensors.sensor_logic.residents.timeline import Clip, Timeline  # noqa: E402
+from sample_file import make  # noqa: E402
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
-from angen_addon.process.standalone import load_extension  # noqa: E402
 
 # The room's inside, m: x and y from 0; the door is in the wall x = 0, a corridor behind it.
 WIDE, DEEP, HIGH, WALL = 5.0, 4.0, 2.5, 0.12
@@ -176,51 +175,18 @@ def build() -> bpy.types.Scene:
     return scene
 
 
-def arrange_views() -> None:
-    """Every 3D view of the file looks through the camera, in the materials' colours."""
-    for screen in bpy.data.screens:
-        for area in screen.areas:
-            if area.type == "VIEW_3D":
-                space = area.spaces.active
-                space.region_3d.view_perspective = "CAMERA"
-                space.shading.color_type = "MATERIAL"
-                space.show_region_ui = True
-
-
-def main() -> int:
-    """The command line; returns the exit status."""
-    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    parser = argparse.ArgumentParser(prog="build_light_control.py")
-    parser.add_argument("--out", type=Path, default=HERE / "light_control.blend")
-    parser.add_argument("--picture", type=Path, help=f"render frame {PICTURE_FRAME} to it too")
-    arguments = parser.parse_args(argv)
-    out = arguments.out.resolve()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    extension = load_extension()
-    extension.register()
-    try:
-        scene = build()
-        arrange_views()
-        bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
-        if arguments.picture:
-            # What the drivers make of the detector needs the frames before.
-            bpy.ops.angen.simulate(frame_end=PICTURE_FRAME)
-            scene.frame_set(PICTURE_FRAME)
-            scene.cycles.samples, scene.cycles.use_denoising = 32, True
-            scene.render.resolution_percentage = 75
-            # Else the picture tells who made it, where and when.
-            for name in (n for n in dir(scene.render) if n.startswith("use_stamp_")):
-                setattr(scene.render, name, False)
-            scene.view_settings.view_transform = "AgX"
-            scene.render.image_settings.file_format = "JPEG"
-            scene.render.filepath = str(arguments.picture.resolve())
-            bpy.ops.render.render(write_still=True)
-    finally:
-        # Blender 4.2 as a Python module crashes at exit with the extension still registered.
-        extension.unregister()
-    print(f"{out.name}: {len(scene.objects)} objects, {out.stat().st_size / 1e3:.0f} kB")
-    return 0
+def set_up(scene: bpy.types.Scene) -> None:
+    """The picture of the person in the lit room."""
+    # What the drivers make of the detector needs the frames before.
+    bpy.ops.angen.simulate(frame_end=PICTURE_FRAME)
+    scene.frame_set(PICTURE_FRAME)
+    scene.cycles.samples, scene.cycles.use_denoising = 32, True
+    scene.render.resolution_percentage = 75
+    # Else the picture tells who made it, where and when.
+    for name in (n for n in dir(scene.render) if n.startswith("use_stamp_")):
+        setattr(scene.render, name, False)
+    scene.render.image_settings.file_format = "JPEG"
 
 
 if __name__ == "__main__":
-    leave_hard(main())
+    leave_hard(make(HERE / "light_control.blend", build, set_up))

@@ -8,7 +8,6 @@ blender -b -P sample_blends/build_pressure.py -- [--out FILE] [--picture FILE]
 Lengths are in metres and multiples of 1/128 m, which the meshes hold exactly.
 """
 
-import argparse
 import os
 import sys
 from pathlib import Path
@@ -23,9 +22,9 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
+from sample_file import make  # noqa: E402
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402
-from angen_addon.process.standalone import load_extension  # noqa: E402
 
 FPS, LAST_FRAME = 24, 240
 G = 1.0 / 128.0
@@ -203,51 +202,13 @@ def build() -> bpy.types.Scene:
     return scene
 
 
-def arrange_views() -> None:
-    """Every 3D view of the file looks through the camera, in the materials' colours."""
-    for screen in bpy.data.screens:
-        for area in screen.areas:
-            if area.type == "VIEW_3D":
-                space = area.spaces.active
-                space.region_3d.view_perspective = "CAMERA"
-                space.shading.color_type = "MATERIAL"
-                space.show_region_ui = True
-
-
-def render(scene: bpy.types.Scene, out: Path) -> None:
-    """A picture of the box in mid-air and the weight on its way."""
+def set_up(scene: bpy.types.Scene) -> None:
+    """The picture of the box in mid-air and the weight on its way."""
     scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 32, True
     scene.render.resolution_x, scene.render.resolution_y = 960, 540
-    scene.view_settings.view_transform = "AgX"
-    scene.render.filepath = str(out)
     for frame in range(1, PICTURE_FRAME + 1):
         scene.frame_set(frame)
-    bpy.ops.render.render(write_still=True)
-
-
-def main() -> int:
-    """The command line; returns the exit status."""
-    argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    parser = argparse.ArgumentParser(prog="build_pressure.py")
-    parser.add_argument("--out", type=Path, default=HERE / "pressure.blend")
-    parser.add_argument("--picture", type=Path, help="render the scene to this file too")
-    arguments = parser.parse_args(argv)
-    out = arguments.out.resolve()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    extension = load_extension()
-    extension.register()
-    try:
-        scene = build()
-        arrange_views()
-        bpy.ops.wm.save_as_mainfile(filepath=str(out), compress=True, relative_remap=True)
-        if arguments.picture:
-            render(scene, arguments.picture.resolve())
-    finally:
-        # Blender 4.2 as a Python module crashes at exit with the extension still registered.
-        extension.unregister()
-    print(f"{out.name}: {len(scene.objects)} objects, {out.stat().st_size / 1e3:.0f} kB")
-    return 0
 
 
 if __name__ == "__main__":
-    leave_hard(main())
+    leave_hard(make(HERE / "pressure.blend", build, set_up))

@@ -55,7 +55,7 @@ class LightSignature:
         # Changes of values and of shapes.
         self._count = self._reshaped = 0
         self._known: dict[int, bytes] = {}
-        self._digests = dict.fromkeys(Change, b"")
+        self._digests: dict[Change, bytes | None] = dict.fromkeys(Change)
         self._empties_matter = False
         # Pictures that change by themselves: Blender's list of updates does not tell of them.
         self._has_films = False

@@ -44,7 +44,7 @@ from .cycles_scene import CyclesScene, Steps
 from .frozen import Simulated
 from .picture import TWICE, Picture, Seen, share_out
 from .scene import contents
-from .signature import Change
+from .signature import LightChange
 from .still_walls import StillWalls
 
 Array = NDArray[np.float64]
@@ -124,7 +124,7 @@ class CyclesLight:
         """To be called at each update: the scene is as it is evaluated now."""
         if not self._told:
             self.note_edit()
-            self.note(~Change.NONE)
+            self.note(~LightChange.NONE)
         now = self._contents
         if self._lists:
             now, self._lists = contents(scene, view_layer, self._simulated), False
@@ -139,11 +139,11 @@ class CyclesLight:
         self._simulated.look_again()
         self._lists = True
 
-    def note(self, change: Change) -> None:
+    def note(self, change: LightChange) -> None:
         """What has changed since the last update: of what light paths found nothing counts any
         more, unless it is the power of lamps alone."""
-        self._lists |= Change.VALUES in change
-        if change & ~Change.POWER:
+        self._lists |= LightChange.VALUES in change
+        if change & ~LightChange.POWER:
             self._found.clear()
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Array], list[str]]]:

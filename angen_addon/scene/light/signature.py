@@ -34,7 +34,7 @@ from .values import (
 )
 
 
-class Change(Flag):
+class LightChange(Flag):
     """What of a scene differs from the last look; false where nothing does. `MOTION`: place and
     shape of its objects, and which picture of a film they show."""
 
@@ -55,7 +55,7 @@ class LightSignature:
         # Changes of values and of shapes.
         self._count = self._reshaped = 0
         self._known: dict[int, bytes] = {}
-        self._digests: dict[Change, bytes | None] = dict.fromkeys(Change)
+        self._digests: dict[LightChange, bytes | None] = dict.fromkeys(LightChange)
         self._empties_matter = False
         # Pictures that change by themselves: Blender's list of updates does not tell of them.
         self._has_films = False
@@ -88,7 +88,7 @@ class LightSignature:
             else:
                 self._compare(changed.original, self._values_of(changed))
 
-    def changed(self, view_layer: Any, depsgraph: Any, asked: Any = None) -> Change:
+    def changed(self, view_layer: Any, depsgraph: Any, asked: Any = None) -> LightChange:
         """What of the scene, or of what is `asked` of it, differs from when this was last asked."""
         if not self._known:
             self._know_all(depsgraph)
@@ -99,12 +99,12 @@ class LightSignature:
         apart, other = powers(shown)
         uids = [obj.session_uid for obj in shown]
         found = {
-            Change.POWER: _digest(apart),
-            Change.MOTION: self._motion(view_layer, depsgraph),
-            Change.VALUES: _digest([self._count, world, asked, names, other, uids]),
+            LightChange.POWER: _digest(apart),
+            LightChange.MOTION: self._motion(view_layer, depsgraph),
+            LightChange.VALUES: _digest([self._count, world, asked, names, other, uids]),
         }
         before, self._digests = self._digests, found
-        return Change(sum(c.value for c in found if found[c] != before[c]))
+        return LightChange(sum(c.value for c in found if found[c] != before[c]))
 
     def _may_change(self, original: Any) -> bool:
         """Whether a frame can change more of an object than where it is, and its shape."""

@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from datetime import date, timedelta
+from datetime import date
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from ..commands.console import note
 from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
+from .daylight import Daylight
 from .folder import Folder
 from .jobs import LOOK_EVERY, Workers
 from .progress import DayLine
@@ -182,7 +183,8 @@ def _shared(
 def _cuts(household: Household, number: int, jobs: int) -> tuple[float, ...]:
     """At which times (s since midnight) a day is cut for so many processes."""
     spans = household.acted(number).spans(0.0, DAY_S)
-    return shares(spans, DAY_S, jobs, LEAD_S) if len(spans) else ()
+    daylight = Daylight(household.scene, household.sensors, household.date_of(number))
+    return shares(spans, DAY_S, jobs, LEAD_S, daylight.changes()) if len(spans) else ()
 
 
 def _made(
@@ -232,7 +234,7 @@ def _stretch(
             return False
         names = differing(state, begun)
         if names and not options.quiet:
-            when = f"{household.start + timedelta(number)} {hours_minutes(cuts[other - 1])}"
+            when = f"{household.date_of(number)} {hours_minutes(cuts[other - 1])}"
             note(f"{when}: one process goes on, for {names[0] or 'a driver'} had not settled there")
         return not names
 

@@ -70,18 +70,27 @@ class Daylight:
         if self.sun is not None and self._site is not None:
             self._write(self.sun, self._site)
 
-    def _write(self, sun: Any, site: Site) -> None:
-        begin = datetime.combine(self._day, time())
-        starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY)
-        # Of each stretch its middle.
-        moments = [begin + timedelta(seconds=float(start) + EVERY / 2) for start in starts]
-        stands = [position(site, moment) for moment in moments]
-        frames = np.array([frame_at(float(start)) for start in starts])
-        # Where the sun moves while it shines, and where it has set.
+    def changes(self) -> list[float]:
+        """When the sun moves while it shines, and when it has set: s since midnight."""
+        if self.sun is None or self._site is None:
+            return []
+        starts, stands = self._stands(self._site)
         up = [sunlight(altitude) > 0.0 for altitude, _ in stands]
-        parts = zip(starts[1:].tolist(), pairwise(up), strict=True)
-        begins = [frame_at(start) for start, shines in parts if any(shines) and start > -LEAD_S]
-        tell_begins(self._scene, [frame_at(-LEAD_S), *begins])
+        parts = zip(starts[1:], pairwise(up), strict=True)
+        return [start for start, shines in parts if any(shines) and start > -LEAD_S]
+
+    def _stands(self, site: Site) -> tuple[list[float], list[tuple[float, float]]]:
+        """When the sun moves, also at night, s since midnight; where it stands from then on."""
+        begin = datetime.combine(self._day, time())
+        starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY).tolist()
+        # Of each stretch its middle.
+        moments = [begin + timedelta(seconds=start + EVERY / 2) for start in starts]
+        return starts, [position(site, moment) for moment in moments]
+
+    def _write(self, sun: Any, site: Site) -> None:
+        starts, stands = self._stands(site)
+        frames = np.array([frame_at(start) for start in starts])
+        tell_begins(self._scene, [frame_at(start) for start in (-LEAD_S, *self.changes())])
         away = sun.matrix_world.to_3x3() @ Vector((0.0, 0.0, 1.0))
         authored = max(math.asin(max(-1.0, min(1.0, away.normalized().z))), LOWEST)
         above = sun.parent.matrix_world.to_quaternion().inverted() if sun.parent else None

@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
-from datetime import date, datetime, time, timedelta
+from datetime import datetime, time
 from pathlib import Path
 from typing import Any
 
@@ -64,10 +64,7 @@ class Folder:
             )
 
     def _file(self, number: int) -> Path:
-        return self._path / DAYS / f"{self._date(number).isoformat()}.json"
-
-    def _date(self, number: int) -> date:
-        return self._household.start + timedelta(number)
+        return self._path / DAYS / f"{self._household.date_of(number).isoformat()}.json"
 
     def has(self, number: int) -> bool:
         return self._file(number).is_file()
@@ -105,7 +102,9 @@ class Folder:
         """What is kept of a day that is not whole: by the first stretch and their count, where the
         process went until, and the file."""
         found = {}
-        for path in sorted(self._file(number).parent.glob(f"{self._date(number)}.*.json")):
+        for path in sorted(
+            self._file(number).parent.glob(f"{self._household.date_of(number)}.*.json")
+        ):
             name = PART.search(path.name)
             if name is not None:
                 first, until, count = map(int, name.groups())

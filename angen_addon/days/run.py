@@ -128,6 +128,9 @@ class Household:
         # Whether events are to be told with who and what made them.
         self.causes = True
 
+    def date_of(self, number: int) -> date:
+        return self.start + timedelta(number)
+
     def acted(self, number: int) -> Acted:
         """What is done on day `number`, whatever days are asked for. Raises DayError."""
         if self._last is None or self._last[0] != number:
@@ -147,7 +150,7 @@ class Household:
                 self._ground,
             )
         except RoutineError as error:
-            raise DayError(f"{self.start + timedelta(number)}: {error}") from None
+            raise DayError(f"{self.date_of(number)}: {error}") from None
 
     def run(
         self,
@@ -161,7 +164,7 @@ class Household:
         acted, sensors = self.acted(number), self.sensors
         what = acted, self.residents, keys, number, between, self.causes, stretch
         day = DayRun(self.scene, sensors, *what)
-        on = self.start + timedelta(number)
+        on = self.date_of(number)
         with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
         if stretch is not None and stretch.number:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from datetime import date
+from itertools import pairwise
 from typing import Any
 
 import bpy
@@ -36,8 +37,13 @@ def test_sun_and_sky_follow_the_hour(world: Any, addon_part: Callable[[str], Any
     # Where its place is not told, it stays.
     with daylight.Daylight(world.scene, world.sensors(), date(2026, 6, 21)):
         assert at(1)[:2] == (2.0, 1.0)
+    assert daylight.Daylight(world.scene, world.sensors(), date(2026, 6, 21)).changes() == []
     site = world.scene.angen_site
     site.latitude, site.longitude, site.utc_offset = math.radians(59.33), math.radians(18.07), 1
+    # Up from 2:31 to 21:08 by winter time, it goes on every ten minutes.
+    changes = daylight.Daylight(world.scene, world.sensors(), date(2026, 6, 21)).changes()
+    assert (changes[0], changes[-1]) == pytest.approx((2.5 * 3600, 21.2 * 3600), abs=600)
+    assert {b - a for a, b in pairwise(changes)} == {600.0}
     with daylight.Daylight(world.scene, world.sensors(), date(2026, 6, 21)):
         energy, sky_now, way = at(NOON)
         # At the solstice it is 54.1° high at noon, in the south: more than at the file's 30°.

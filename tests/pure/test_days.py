@@ -94,6 +94,16 @@ def test_processes_get_as_much_movement_each_and_begin_at_the_end_of_long_rests(
     assert len(shares(spans, 1100.0, 40, 60.0)) == 7
 
 
+def test_where_the_sun_goes_on_there_is_more_to_do() -> None:
+    starts = np.arange(100.0, 2100.0, 100.0)
+    spans = np.column_stack([starts, starts + 10.0])
+    assert shares(spans, 2200.0, 2, 60.0) == (1099.0,)
+    # 200 s of movement, and five changes that are worth 17 s each.
+    assert shares(spans, 2200.0, 2, 60.0, [150.0, 250.0, 350.0, 450.0, 550.0]) == (699.0,)
+    # Of those amid one rest but the last matters.
+    assert shares(spans, 2200.0, 2, 60.0, [110.0 + k for k in range(50)]) == (999.0,)
+
+
 def test_what_ends_is_of_who_began_it() -> None:
     def event(time: int, person: str = "", because: str = "", sensor: str = "PIR") -> Happening:
         return Happening(time, sensor, "PIR", "moved", "1", person, because)

@@ -181,8 +181,11 @@ class KeyedStretch:
             if light.name not in self._powers:
                 self._powers[light.name] = _power(light)
             power = self._powers[light.name]
-            values = np.where(on[at], power, 0.0)
-            self._curves(light).write("energy", 0, frames[at], values, CONSTANT)
+            # One key before all, so that every stretch tells how bright it becomes, also one in
+            # which it stays off: by that Cycles chooses where light paths go.
+            keyed = np.r_[frames[0] - 1, frames[at]]
+            values = np.r_[power, np.where(on[at], power, 0.0)]
+            self._curves(light).write("energy", 0, keyed, values, CONSTANT)
 
     # --- things -------------------------------------------------------------------------------
     def _show_thing(

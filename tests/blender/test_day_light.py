@@ -18,6 +18,8 @@ HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 START = date(2026, 3, 2)
 # s: somebody walks all the time; the sun moves at NEXT.
 BEGIN, NEXT, END = 38_376.0, 38_400.0, 38_418.0
+# s: the bathroom's lamp goes off; somebody walks until LEFT.
+OFF, LEFT = 80_626.0, 80_650.0
 FRAME = 1 + 10 * round(NEXT)
 SENSORS = "Light sensor bedroom", "Light sensor kitchen"
 
@@ -50,9 +52,10 @@ def lived(
     close = light.close
 
     def closed(self: Any) -> None:
-        for (pixels, stops, _, frame, only), found in self._references.items():
+        for (pixels, _, frame, only), sums in self._references.items():
             names = [bits[1][0].split("'")[1] for bits in pixels[1]]
-            references[frame, stops, str(names), only] = np.array(found).tobytes()
+            for paths, found in sums.items():
+                references[frame, paths, str(names), only] = found.tobytes()
         close(self)
 
     monkeypatch.setattr(light, "close", closed)
@@ -109,6 +112,20 @@ def test_readings_are_of_their_frames_alone(lived: Any, references: dict[Any, by
     assert references.items() <= known.items()
     assert FRAME in {key[0] for key in references}
     assert all(len(set(found[name].values())) > 1 for name in SENSORS)
+
+
+def test_a_run_that_begins_with_a_lamp_off_reads_what_one_does_in_which_it_was_on(
+    lived: Any, references: dict[Any, bytes]
+) -> None:
+    """Cycles sends light paths to lamps by how bright they become."""
+    found = lived(OFF - 6.0, LEFT)
+    known = dict(references)
+    references.clear()
+    later = lived(OFF + 6.0, LEFT)
+    assert references and references.items() <= known.items()
+    for name in SENSORS:
+        assert len(later[name]) >= 8
+        assert later[name].items() <= found[name].items(), name
 
 
 def test_stretches_of_a_day_tell_of_light_what_one_does(

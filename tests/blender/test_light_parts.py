@@ -32,7 +32,7 @@ def test_where_parts_have_references_far_from_the_first_one_theirs_counts(room, 
         for frame in (1, 8, 3, 7):
             bpy.context.scene.frame_set(frame)
             found = in_a_run(other)
-        assert {key[3] for key in other._references} == {1, 5}
+        assert {key[2] for key in other._references} == {1, 5}
     finally:
         other.close()
         part("light.begins").take_begins(bpy.context.scene)

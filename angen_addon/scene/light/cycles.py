@@ -117,7 +117,7 @@ class CyclesLight:
         self._together: dict[Hashable, list[dict[int, Seen]]] = {}
         # What the light paths of pictures found at this update, and in the references.
         self._found: dict[Hashable, Array] = {}
-        self._references: dict[Hashable, list[Array]] = {}
+        self._references: dict[Hashable, dict[int, Array]] = {}
         self._looks_at_frame: bool | None = None
 
     def look(self, scene: Any, view_layer: Any) -> None:
@@ -196,24 +196,26 @@ class CyclesLight:
 
     def _light(self, asked: _Asked) -> Steps[Array]:
         """(requests, …): the light of requests that share a picture."""
+        scene = self._stand(PRESENT)
+        weights, state = scene.weights(), (self._contents, scene.groups.state)
         if not asked.many:
             own = yield from self._own(asked)
-            return _light_of(asked, own.mean(2), self._stand(PRESENT).weights())
+            return _light_of(asked, own.mean(2), weights)
         first, begin = begins_of(self._user[0], self._user[0].frame_float)
         stops = asked.few, asked.near, asked.many
-        by_few, by_more, by_many = yield from self._reference(asked, stops, first)
+        by_few, by_more, by_many = yield from self._reference(asked, stops, state, first)
         own = yield from self._own(asked)
-        weights = self._stand(PRESENT).weights()
         found, known, by_many = own.copy(), by_few.copy(), by_many.copy()
-        for one in np.flatnonzero(_departs(own, by_few, weights).any(axis=1)).tolist():
-            nearer = None
-            if begin != first:
-                nearer = yield from self._nearer(asked, begin, own, one)
-            if nearer is not None:
-                known[:, one], by_many[:, one] = nearer
-            else:
-                found[:, one] = yield from self._closer(asked, own, one)
-                known[:, one] = by_more[:, one]
+        far = np.flatnonzero(_departs(own, by_few, weights).any(axis=1)).tolist()
+        # To put the scene to another frame and back takes time: all that stand at one together.
+        if begin != first:
+            nearer = yield from self._nearer(asked, state, weights, begin, own, far)
+            for one, (few, many) in nearer.items():
+                known[:, one], by_many[:, one] = few, many
+            far = [one for one in far if one not in nearer]
+        for one in far:
+            found[:, one] = yield from self._closer(asked, own, one)
+            known[:, one] = by_more[:, one]
         return _light_of(asked, _corrected(found.mean(2), known.mean(2), by_many.mean(2)), weights)
 
     def _own(self, asked: _Asked) -> Steps[Array]:
@@ -235,37 +237,48 @@ class CyclesLight:
         return self._found[key]
 
     def _nearer(
-        self, asked: _Asked, begin: int, own: Array, one: int
-    ) -> Steps[tuple[Array, Array] | None]:  # fmt: skip
-        """(groups, TWICE, views, 3): what few and many light paths find for the request of that
-        number when this part of the day began; None where the light departs from that too."""
-        few = (yield from self._reference(asked, (asked.few,), begin, one))[0]
-        weights = self._stand(PRESENT).weights()
-        if _departs(own[:, [one]], few[:, [one]], weights).any():
-            return None
-        few, many = yield from self._reference(asked, (asked.few, asked.many), begin, one)
-        return few[:, one], many[:, one]
+        self,
+        asked: _Asked,
+        state: Hashable,
+        weights: Array,
+        begin: int,
+        own: Array,
+        far: Sequence[int],
+    ) -> Steps[dict[int, tuple[Array, Array]]]:
+        """(groups, TWICE, views, 3): what few and many light paths find when this part of the day
+        began, for those of the requests of the numbers `far` whose light is much like that."""
+        found = {}
+        for one in far:
+            (few,) = yield from self._reference(asked, (asked.few,), state, begin, one)
+            if not _departs(own[:, [one]], few[:, [one]], weights).any():
+                stops = asked.few, asked.many
+                few, many = yield from self._reference(asked, stops, state, begin, one)
+                found[one] = few[:, one], many[:, one]
+        return found
 
     def _reference(
-        self, asked: _Asked, stops: tuple[int, ...], frame: int, only: int | None = None
+        self,
+        asked: _Asked,
+        stops: tuple[int, ...],
+        state: Hashable,
+        frame: int,
+        only: int | None = None,
     ) -> Steps[list[Array]]:
-        """(groups, requests, TWICE, views, 3): what so many light paths find at a frame, of the
-        request of that number `only`, if told; the fewer are the first ones of the more."""
-        state = self._contents, self._stand(PRESENT).groups.state
-        key = asked.pixels, stops, state, frame, only
-        if key not in self._references:
-            scene = self._stand(frame)
-            total, at, found = np.zeros(1), 0, []
-            for stop in stops:
-                told = REFERENCE, only, stops[-1]
-                tracing = scene.traced(self._picture(asked), at, stop, *told)
-                total = total + (yield from tracing)
-                found.append(_twice(total) / stop)
-                at = stop
-            while len(self._references) >= REFERENCES:
-                self._references.pop(next(iter(self._references)))
-            self._references[key] = found
-        return self._references[key]
+        """(groups, requests, TWICE, views, 3): what so many light paths find at a frame in this
+        `state` of the lamps, of the request of that number `only`, if told; the fewer are the first
+        ones of the more."""
+        key = asked.pixels, state, frame, only
+        known = self._references.pop(key, {})
+        for before, stop in zip((0, *stops), stops, strict=False):
+            if stop not in known:
+                tracing = self._stand(frame).traced(
+                    self._picture(asked), before, stop, REFERENCE, only, stops[-1]
+                )
+                known[stop] = known.get(before, 0.0) + (yield from tracing)
+        while len(self._references) >= REFERENCES:
+            self._references.pop(next(iter(self._references)))
+        self._references[key] = known
+        return [_twice(known[stop]) / stop for stop in stops]
 
     def _stand(self, where: str | int) -> CyclesScene:
         """The light scene, at the present frame or that of a reference."""

@@ -53,6 +53,7 @@ class LightGroups:
         self._light_scene = light_scene
         self._groups: dict[int, _Group] = {}
         self._strength: Callable[[], float] | None = None
+        self._world_share = 1.0
         known = [power for data in lamps if data.type != "SUN" and (power := _highest_power(data))]
         self._power = float(np.median(known)) if known else LAMP
 
@@ -100,7 +101,7 @@ class LightGroups:
             scale.inputs[0].default_value = 1.0
             users: Any = _background(original)
             self._strength = lambda: users.inputs["Strength"].default_value / share
-        scale.inputs[1].default_value = share
+        scale.inputs[1].default_value = self._world_share = share
         tree.links.new(scale.outputs[0], socket)
 
     def follow(self) -> None:
@@ -120,8 +121,9 @@ class LightGroups:
 
     @property
     def state(self) -> Hashable:
-        """What beside power decides the light of the groups, as it is now."""
-        return tuple(group.values for group in self._groups.values())
+        """What beside the lamps' present power decides the light of the groups, as it is now."""
+        lamps = tuple((group.values, group.power) for group in self._groups.values())
+        return lamps, self._world_share
 
     def weights(self) -> Array:
         """(groups, 3): how bright each is now in the user's scene, as a multiple of here."""

@@ -76,7 +76,14 @@ def pytest_pycollect_makemodule(
 ONCE = ("pure", "sample", "test_packaging.py", "test_demo_table.py")
 ONCE += tuple(
     f"blender/test_{name}.py"
-    for name in ("assets", "command_outputs", "command_processes", "package", "study_run")
+    for name in (
+        "assets",
+        "command_outputs",
+        "command_processes",
+        "day_command",
+        "package",
+        "study_run",
+    )
 )
 
 

@@ -58,8 +58,9 @@ def moving_scene(
 ) -> MovingScene | None:
     """One for a run that begins at frame `first`, and that keeps of frames what is `kept`; None
     where something in the scene may depend on more than what its objects hang on, or little is
-    gained."""
-    if still.timed or not _stands_alone(scene, runners, kept):
+    gained: light is asked of the scene itself."""
+    keeping = [r for r in runners if set(r.sensor.kind.needs) <= kept]
+    if not keeping or still.timed or not _stands_alone(scene, keeping):
         return None
     moved = _moved(scene, first)
     view_layer = bpy.context.view_layer
@@ -72,12 +73,12 @@ def moving_scene(
     return MovingScene(scene, [obj for obj in shown if obj.type in SURFACE_TYPES])
 
 
-def _stands_alone(scene: Any, runners: Sequence[SensorRunner], kept: set[str]) -> bool:
+def _stands_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
     """Whether neither physics nor drivers, instances, visibility or moving sensors look at the
     whole scene."""
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
-    if any(set(r.sensor.kind.needs) <= kept and not r.steady for r in runners):
+    if not all(runner.steady for runner in keeping):
         return False
     if any(len(owner.animation_data.drivers) for owner in all_animated()):
         return False

@@ -49,7 +49,7 @@ def particles_that_show_objects(world: Any) -> Any:
     shown = world.box((0.1, 0.1, 0.1), (9, 9, 9), "shown")
     modified(host, "PARTICLE_SYSTEM")
     settings = host.particle_systems[0].settings
-    settings.frame_start, settings.frame_end, settings.count = 1, 1, 200
+    settings.frame_start, settings.frame_end, settings.count = 1, 1, 50
     settings.physics_type, settings.render_type = "NO", "OBJECT"
     settings.instance_object, settings.particle_size = shown, 1.0
     world.scene.frame_set(2)

@@ -24,6 +24,7 @@ from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.model import Array
 from ..residents.curves import CONSTANT, Curves
 from ..scene.light.begins import take_begins, tell_begins
+from ..scene.light.nodes import has_nodes
 from ..scene.sensors import Sensor
 
 # s
@@ -138,9 +139,9 @@ def site_of(scene: Any) -> Site | None:
 def _skies(world: Any) -> Iterator[tuple[Any, str, Any]]:
     """How strong a sky shines: tree, path and socket of its one background, unless something else
     sets it."""
-    tree = world.node_tree if world is not None and world.use_nodes else None
-    if tree is None or _driven(tree):
+    if world is None or not has_nodes(world) or _driven(world.node_tree):
         return
+    tree = world.node_tree
     backgrounds = [node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground"]
     if len(backgrounds) == 1 and not backgrounds[0].inputs["Strength"].is_linked:
         socket = backgrounds[0].inputs["Strength"]

@@ -10,6 +10,7 @@ from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.wording import named
 from ..scene.animation import curves, is_animated
 from ..scene.light.engine import why_no_eevee
+from ..scene.light.nodes import has_nodes
 from ..scene.light.scene import is_portal
 from .examined import Examined, Found
 
@@ -81,7 +82,7 @@ def _is_switched(lamp: Any) -> bool:
 def _world_shines(world: Any) -> bool:
     if world is None:
         return False
-    if world.node_tree is None or not getattr(world, "use_nodes", True):
+    if not has_nodes(world):
         return any(part > 0 for part in world.color)
     return any(_shines(node) for node in world.node_tree.nodes if node.type == "BACKGROUND")
 

@@ -223,7 +223,8 @@ def _material(sort: Sort, part: str) -> bpy.types.Material:
         return material
     red, green, blue, roughness = COLOURS[sort][part]
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    if not material.node_tree:
+        material.use_nodes = True
     material.diffuse_color = (red, green, blue, 1.0)
     shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
     shader.inputs["Base Color"].default_value = (red, green, blue, 1.0)

@@ -16,12 +16,12 @@ from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from ..animation import curves, is_animated
 from .lamps import tint_of
+from .nodes import has_nodes
 from .values import POWER, lamp_values
 
 Array = NDArray[np.float64]
@@ -168,8 +168,7 @@ def _highest(owner: Any, path: str, now: float) -> float | None:
 
 def _background(world: Any) -> Any | None:
     """The background node that is all of a world; None where there is more to it, or no nodes."""
-    used = bpy.app.version >= (5, 0) or world.use_nodes
-    if not world.node_tree or not used:
+    if not has_nodes(world):
         return None
     outputs = [n for n in world.node_tree.nodes if n.type == "OUTPUT_WORLD" and n.is_active_output]
     links = outputs[0].inputs["Surface"].links if outputs else ()

@@ -7,9 +7,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
+
+from .nodes import has_nodes
 
 Array = NDArray[np.float64]
 ROUND = {"DISK", "ELLIPSE"}
@@ -121,12 +122,6 @@ def emission_of(data: Any) -> Any | None:
     node = outputs[0].inputs[0].links[0].from_node
     plain = node.type == "EMISSION" and not any(socket.is_linked for socket in node.inputs)
     return node if plain else None
-
-
-def has_nodes(data: Any) -> bool:
-    # Since Blender 5.0 every lamp uses the nodes that it has.
-    used = bpy.app.version >= (5, 0) or data.use_nodes
-    return bool(used and data.node_tree)
 
 
 def _strength(data: Any) -> Array:

@@ -8,6 +8,11 @@ from typing import Any
 import bpy
 
 
+def has_nodes(owner: Any) -> bool:
+    """Whether a lamp or a world has nodes and uses them: since Blender 5.0 all do."""
+    return bool(owner.node_tree and (bpy.app.version >= (5, 0) or owner.use_nodes))
+
+
 class Nodes:
     """A new material's nodes, to be linked together."""
 

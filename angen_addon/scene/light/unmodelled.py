@@ -6,9 +6,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import bpy
-
-from .lamps import emission_of, has_nodes
+from .lamps import emission_of
+from .nodes import has_nodes
 from .surfaces import glows, is_clear
 
 RAYS = ("diffuse", "glossy", "transmission", "shadow")
@@ -55,8 +54,7 @@ def unmodelled(view_layer: Any, objects: list[Any]) -> str:
 
 def constant_world(world: Any) -> tuple[float, float, float] | None:
     """Radiance of a world that is the same to all sides; None where it is not."""
-    used = bpy.app.version >= (5, 0) or world.use_nodes
-    if not world.node_tree or not used:
+    if not has_nodes(world):
         return tuple(world.color)
     outputs = [n for n in world.node_tree.nodes if n.type == "OUTPUT_WORLD" and n.is_active_output]
     if not outputs or not outputs[0].inputs["Surface"].links:

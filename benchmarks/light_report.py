@@ -224,11 +224,11 @@ def run_plot(found: list[dict[str, Any]]) -> str:
         names = [_way(row) for row in rows]
         x, y = [row["ms_a_sensor"] for row in rows], [100 * row["rms"] for row in rows]
         series.append(Series(NAMES[method], x, y, colour, "dots", names))
-    legend = "numbers: light paths of an update + of the reference"
+    legend = "numbers: light paths\nof an update + of the reference"
     panel = Panel("rms error, %", series, 330, legend=legend, log=True)
     return figure("A run of the Ängen home: error over time", "ms a sensor", [panel], log_x=True)
 
 
 def _way(row: dict[str, Any]) -> str:
     paths = f"{row['samples']} + {row['reference']}" if row["reference"] else f"{row['samples']}"
-    return paths if row["code"] == "this" else f"{paths}, former code"
+    return paths if row["code"] == "this" else f"{paths}, former"

@@ -66,6 +66,9 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = Fals
             axis.plot(series.x, series.y, color=series.colour, label=label, **style)
             for name, *at in zip(series.names, series.x, series.y, strict=False):
                 axis.annotate(name, at, xytext=(5, 4), textcoords="offset points", fontsize="small")
+        if any(series.names for series in panel.series):
+            # Room for those of the outermost.
+            axis.margins(x=0.3, y=0.1)
         axis.set_ylabel(panel.label)
         if panel.least:
             axis.update_datalim([(panel.series[0].x[0], y) for y in (-panel.least, panel.least)])

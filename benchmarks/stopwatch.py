@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import wraps
+from functools import partial, wraps
+from inspect import isgeneratorfunction
 from typing import Any
 
 from angen_sensors.angen_addon.runtime import state
@@ -62,15 +63,33 @@ class Stopwatch:
     def _wrapped(self, work: Any, part: str) -> Any:
         @wraps(work)
         def measured(*arguments: Any, **named: Any) -> Any:
-            self._inner.append(0.0)
-            start = time.perf_counter()
-            try:
-                return work(*arguments, **named)
-            finally:
-                seconds = time.perf_counter() - start
-                self.seconds[part] += seconds - self._inner.pop()
-                self.calls[part].append(seconds)
-                if self._inner:
-                    self._inner[-1] += seconds
+            result, seconds = self._timed(part, partial(work, *arguments, **named))
+            self.calls[part].append(seconds)
+            return result
 
-        return measured
+        @wraps(work)
+        def measured_steps(*arguments: Any, **named: Any) -> Iterator[Any]:
+            steps, last, total = work(*arguments, **named), object(), 0.0
+            while True:
+                # What is done between its steps is not its own.
+                step, seconds = self._timed(part, partial(next, steps, last))
+                total += seconds
+                if step is last:
+                    self.calls[part].append(total)
+                    return
+                yield step
+
+        return measured_steps if isgeneratorfunction(work) else measured
+
+    def _timed(self, part: str, work: Callable[[], Any]) -> tuple[Any, float]:
+        """What `work` returns, and the seconds that it took, with those of nested parts."""
+        self._inner.append(0.0)
+        start = time.perf_counter()
+        try:
+            result = work()
+        finally:
+            seconds = time.perf_counter() - start
+            self.seconds[part] += seconds - self._inner.pop()
+            if self._inner:
+                self._inner[-1] += seconds
+        return result, seconds

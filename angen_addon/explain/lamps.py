@@ -3,19 +3,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.physics.photometry import luminance
-from ..scene.light.closed_forms import shine
-from ..scene.light.direct import direct_of
-from ..scene.light.faces import face_size
-from ..scene.light.lamps import Lamp, lamps_of
+from ..scene.light.direct import SKY, Arriving, direct_of
 from ..scene.light.shadow_rays import LightRays
 
 Array = NDArray[np.float64]
@@ -49,25 +46,30 @@ class LightParts:
         return sum(lamp.light for lamp in self.lamps.values()) + self.rest
 
 
+class _Shading(NamedTuple):
+    """An object in the way of a ray to a lamp (its number): whether it lets light pass, and how
+    much the ray would bring."""
+
+    lamp: int
+    name: str
+    clear: bool
+    light: float
+
+
 def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> LightParts:
     """The parts of what a sensor reads at the state that the solids were synced to."""
     direct = direct_of(solids, depsgraph)
-    rays, scene = direct.rays, depsgraph.scene.original
-    view_layer = scene.view_layers[depsgraph.view_layer.name]
-    places = _places(rays, request, face_size(scene, request.matrix))
     unit = 100.0 * request.exposure / 4.0 if request.method == "FOUR_WALL" else efficacy
-    total = unit * float(np.sum(luminance(direct.light(request))))
+    arriving = direct.arriving(request)
+    total = unit * float(np.sum(luminance(direct.light_of(request, arriving))))
+    shaded = [_shading(direct.rays, one) for one in arriving]
     lamps: dict[str, LampShare] = {}
-    for lamp in lamps_of(depsgraph, view_layer):
-        light, unshaded = 0.0, 0.0
-        blocked: dict[str, float] = {}
-        passed: dict[str, float] = {}
-        for number, (place, normal, colour) in enumerate(places):
-            bundle = request.name, number, lamp.name
-            passing, whole = _shine(rays, bundle, lamp, place, normal, blocked, passed)
-            light += unit * float(luminance(colour * passing))
-            unshaded += unit * float(luminance(colour * whole))
-        blocker, through = _most(blocked), _most(passed)
+    for number, lamp in enumerate(direct.lamps):
+        light, unshaded = (
+            unit * sum(float(luminance(a.place.share * a.sum(passing, number))) for a in arriving)
+            for passing in (True, False)
+        )
+        blocker, through = (_most(shaded, number, clear) for clear in (False, True))
         known = lamps.get(lamp.name)
         if known is not None:
             # Several instances of one lamp.
@@ -78,56 +80,27 @@ def light_parts(solids: Any, depsgraph: Any, request: Any, efficacy: float) -> L
     return LightParts(lamps, rest, direct.note)
 
 
-def _places(rays: LightRays, request: Any, size: float) -> list[tuple[Array, Array, Array]]:
-    """The point where light counts, the normal there, and the share of its irradiance that is read;
-    (3,) each. Four walls: where the views end; else the sensor's own face."""
-    matrix = request.matrix
-    if request.method != "FOUR_WALL":
-        normal = -matrix[:3, 2]
-        return [(matrix[:3, 3] + normal * size, normal, np.ones(3))]
-    x, z = matrix[:3, 0], matrix[:3, 2]
-    ways = np.array([-z, -x, z, x])
-    starts = matrix[:3, 3] + ways * request.clip_start
-    reach = np.full(len(ways), request.clip_end - request.clip_start)
-    hits = rays.nearest((request.name, "walls"), starts, ways, reach)
-    found = []
-    for i in hits.some:
-        normal, colour, _ = hits.surface(i)
-        normal = -normal if float(normal @ ways[i]) > 0.0 else normal
-        place = starts[i] + ways[i] * float(hits.ranges[i]) + normal * size
-        found.append((place, normal, colour / math.pi))
-    return found
+def _shading(rays: LightRays, arriving: Arriving) -> list[_Shading]:
+    """What stands in the way of the light that arrives at a place, ray by ray."""
+    which = np.flatnonzero((arriving.of != SKY) & (arriving.passing.min(axis=1) < 1.0))
+    if not len(which):
+        return []
+    here = np.tile(arriving.place.middle, (len(which), 1))
+    found = _in_the_way(rays, arriving.place.bundle, here, arriving.starts[which])
+    return [
+        _Shading(int(arriving.of[i]), name, clear, float(arriving.whole[i].sum()))
+        for i, name, clear in ((which[ray], name, clear) for ray, name, clear in found)
+    ]
 
 
-def _most(parts: dict[str, float]) -> str:
+def _most(shaded: Iterable[Iterable[_Shading]], lamp: int, clear: bool) -> str:
+    """Of what is in the way of a lamp, what takes most; empty for nothing. `clear`: of what lets
+    light pass."""
+    parts: dict[str, float] = {}
+    for one in chain.from_iterable(shaded):
+        if one.lamp == lamp and one.clear == clear:
+            parts[one.name] = parts.get(one.name, 0.0) + one.light
     return max(sorted(parts), key=lambda name: parts[name], default="")
-
-
-def _shine(
-    rays: LightRays,
-    bundle: Hashable,
-    lamp: Lamp,
-    place: Array,
-    normal: Array,
-    blocked: dict[str, float],
-    passed: dict[str, float],
-) -> tuple[Array, Array]:
-    """W/m² (3,) that reach a place, and that would if nothing stood between; adds the names of
-    what keeps some away to `blocked`, of what is transparent to `passed`."""
-    points, parts = shine(lamp, place, normal)
-    points, parts = points[parts > 0.0], parts[parts > 0.0]
-    whole = parts.sum() * lamp.power
-    if not lamp.shadow or not len(parts):
-        return whole, whole
-    starts, none = np.tile(place, (len(parts), 1)), np.zeros(len(parts))
-    shares = rays.passed((bundle, "lamp"), starts, points, none)
-    passing = (parts[:, None] * shares).sum(axis=0) * lamp.power
-    shaded = np.flatnonzero(shares.min(axis=1) < 1.0)
-    if len(shaded):
-        for ray, name, clear in _in_the_way(rays, bundle, starts[shaded], points[shaded]):
-            found = passed if clear else blocked
-            found[name] = found.get(name, 0.0) + float(parts[shaded[ray]])
-    return passing, whole
 
 
 def _in_the_way(

@@ -89,9 +89,11 @@ class Live:
         self.told = self._probes.caster.solids.told_of(self._objects)
         if self.told:
             self._probes.note_edits()
-        self._probes.look(depsgraph, frame, pads)
+        watching = [s for s in self._runners if s.watches]
+        if due or watching or frame is not None or self._lit:
+            self._probes.look(depsgraph, frame, pads)
         self._looked_at = scene.frame_current
-        self._watch([s for s, _, _ in due], step, depsgraph)
+        self._watch(watching, [s for s, _, _ in due], step, depsgraph)
         if not publish:
             for one in due:
                 self._follow_one(*one, step, depsgraph)
@@ -252,12 +254,14 @@ class Live:
             for beside in range(max(step - 1, 0), step + 2)
         )
 
-    def _watch(self, due: list[SensorRunner], step: int, depsgraph: Any) -> None:
+    def _watch(
+        self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
+    ) -> None:
         """Lets those look that watch between their updates."""
-        for runner in self._runners:
+        for runner in watching:
             # Of what cannot be sensed, the next update tells.
             with suppress(SensorError):
-                if runner not in due and runner.watches:
+                if runner not in due:
                     runner.watch(step, depsgraph, self._probes)
 
     def _follow_one(

@@ -8,7 +8,8 @@ Renders nothing and makes no datablock, so that it may be called in a frame hand
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -19,7 +20,7 @@ from ..rays.solids import Solids
 from .closed_forms import FAR, frame, shine, spread_points
 from .faces import face_size
 from .instances import light_housings
-from .lamps import lamps_of
+from .lamps import Lamp, lamps_of
 from .scene import shown_objects
 from .shadow_rays import LightRays
 from .unmodelled import constant_world, unmodelled
@@ -34,18 +35,51 @@ SEEN_SHARE = 0.4
 LOOKS_AT_LAMP = 6
 OFF_SURFACE = 0.02
 WALLS = 4
+SKY = -1
+
+
+@dataclass(frozen=True)
+class LitPlace:
+    """A place whose light a sensor reads: its middle (3,) and normal (3,), the `share` (3,) of the
+    irradiance there that counts, and in which `row` of the result. `bundle`: what rays from there
+    are known by."""
+
+    bundle: Hashable
+    row: int
+    middle: Array
+    normal: Array
+    share: Array
+
+
+@dataclass(frozen=True)
+class Arriving:
+    """Light on its way to a place, along rays (n): where each comes from, `starts` (n, 3), the
+    number `of` (n,) of the lamp, or SKY, how much it would bring if nothing stood between, `whole`
+    (n, 3) in W/m², and the share (n, 3) of that which gets through, `passing`."""
+
+    place: LitPlace
+    starts: Array
+    of: NDArray[np.intp]
+    whole: Array
+    passing: Array
+
+    def sum(self, passing: bool = True, of: int | None = None) -> Array:
+        """W/m² (3,) in all, or of one lamp, that get through or, if not, would."""
+        which = slice(None) if of is None else self.of == of
+        light = self.whole[which] * self.passing[which] if passing else self.whole[which]
+        return np.asarray(light.sum(axis=0), np.float64)
 
 
 class Direct:
     """Follows a scene from update to update; `solids` are those that the other sensors' rays
-    meet. `rays` know what of these stands still; `note`: what is in the scene that this does not
-    model."""
+    meet. `rays` know what of these stands still; `lamps`: those that shine; `note`: what is in the
+    scene that this does not model."""
 
     def __init__(self, solids: Solids) -> None:
         self.rays = LightRays(solids)
         self._listing = -1
         self._scene: Any = None
-        self._lamps: list[Any] = []
+        self.lamps: list[Lamp] = []
         self._sky = np.zeros(3)
         self.note = ""
 
@@ -55,7 +89,7 @@ class Direct:
         view_layer = scene.view_layers[depsgraph.view_layer.name]
         shown = list(shown_objects(view_layer))
         self.rays.update(depsgraph, light_housings(view_layer))
-        self._lamps = lamps_of(depsgraph, view_layer)
+        self.lamps = lamps_of(depsgraph, view_layer)
         self.note = unmodelled(view_layer, [obj.evaluated_get(depsgraph) for obj in shown])
         world = scene.world.evaluated_get(depsgraph) if scene.world else None
         radiance = constant_world(world) if world else None
@@ -63,32 +97,63 @@ class Direct:
 
     def light(self, request: Any) -> Array:
         """As the renders give it: radiance (4, 3) of four walls, or irradiance (3,)."""
-        matrix, name = request.matrix, request.name
+        return self.light_of(request, self.arriving(request))
+
+    def arriving(self, request: Any) -> list[Arriving]:
+        """The light of lamps and sky at the places that a sensor reads."""
+        return [self._arriving(place) for place in self._places(request)]
+
+    def light_of(self, request: Any, arriving: Sequence[Arriving]) -> Array:
+        """As `light`, of what arrives, and of what the room sends back."""
+        matrix, is_walls = request.matrix, request.method == "FOUR_WALL"
         normal = -matrix[:3, 2]
-        if request.method == "FOUR_WALL":
-            return self._walls(request, self.reflected(name, matrix[:3, 3], normal))
-        place = matrix[:3, 3] + normal * face_size(self._scene, matrix)
-        return self.direct(name, place, normal) + self.reflected(name, place, normal)
+        start = matrix[:3, 3] if is_walls else arriving[0].place.middle
+        reflected = self._reflected(request.name, start, normal)
+        # Where a view meets no wall, it looks at the sky.
+        found = np.tile(self._sky, (WALLS if is_walls else 1, 1))
+        for one in arriving:
+            found[one.place.row] = one.place.share * (one.sum() + reflected)
+        return found if is_walls else found[0]
 
-    def direct(self, bundle: Hashable, place: Array, normal: Array) -> Array:
-        """W/m² (3,) straight from the lamps and a constant sky."""
-        ends, weights, shadows = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0, bool)]
-        for lamp in self._lamps:
-            points, parts = shine(lamp, place, normal)
-            ends.append(points[parts > 0.0])
-            weights.append(np.outer(parts[parts > 0.0], lamp.power))
-            shadows.append(np.full(len(ends[-1]), lamp.shadow))
+    def _places(self, request: Any) -> Iterator[LitPlace]:
+        """The sensor's own face; of four walls, the middles of those views that meet one."""
+        matrix, size = request.matrix, face_size(self._scene, request.matrix)
+        if request.method != "FOUR_WALL":
+            normal = -matrix[:3, 2]
+            yield LitPlace(request.name, 0, matrix[:3, 3] + normal * size, normal, np.ones(3))
+            return
+        x, z = matrix[:3, 0], matrix[:3, 2]
+        ways = np.array([-z, -x, z, x])
+        starts = matrix[:3, 3] + ways * request.clip_start
+        reach = np.full(WALLS, request.clip_end - request.clip_start)
+        hits = self.rays.nearest((request.name, "walls"), starts, ways, reach)
+        for i in hits.some:
+            normal, colour, _ = hits.surface(i)
+            normal = -normal if float(normal @ ways[i]) > 0.0 else normal
+            middle = starts[i] + ways[i] * float(hits.ranges[i]) + normal * size
+            yield LitPlace((request.name, i), i, middle, normal, colour / math.pi)
+
+    def _arriving(self, place: LitPlace) -> Arriving:
+        starts, whole = [np.empty((0, 3))], [np.empty((0, 3))]
+        of, shadows = [np.empty(0, np.intp)], [np.empty(0, bool)]
+        for number, lamp in enumerate(self.lamps):
+            points, parts = shine(lamp, place.middle, place.normal)
+            starts.append(points[parts > 0.0])
+            whole.append(parts[parts > 0.0][:, None] * lamp.power)
+            of.append(np.full(len(starts[-1]), number))
+            shadows.append(np.full(len(starts[-1]), lamp.shadow))
         if self._sky.any():
-            ends.append(place + FAR * _cosine_ways(normal))
-            weights.append(np.tile(self._sky * math.pi / SKY_RAYS, (SKY_RAYS, 1)))
+            starts.append(place.middle + FAR * _cosine_ways(place.normal))
+            whole.append(np.tile(self._sky * math.pi / SKY_RAYS, (SKY_RAYS, 1)))
+            of.append(np.full(SKY_RAYS, SKY))
             shadows.append(np.ones(SKY_RAYS, bool))
-        end, weight, shadow = np.concatenate(ends), np.concatenate(weights), np.concatenate(shadows)
-        starts = np.tile(place, (int(shadow.sum()), 1))
-        none = np.zeros(len(starts))
-        weight[shadow] *= self.rays.passed((bundle, "direct"), starts, end[shadow], none)
-        return np.asarray(weight.sum(axis=0), np.float64)
+        start, shadow = np.concatenate(starts), np.concatenate(shadows)
+        passing, here = np.ones((len(start), 3)), np.tile(place.middle, (int(shadow.sum()), 1))
+        bundle, none = (place.bundle, "direct"), np.zeros(len(here))
+        passing[shadow] = self.rays.passed(bundle, here, start[shadow], none)
+        return Arriving(place, start, np.concatenate(of), np.concatenate(whole), passing)
 
-    def reflected(self, bundle: Hashable, place: Array, normal: Array) -> Array:
+    def _reflected(self, bundle: Hashable, place: Array, normal: Array) -> Array:
         """W/m² (3,) that the room sends back: Φ ρ / (A (1 − ρ)), its area, mean reflectance and
         light estimated with rays from the middle of the air ahead."""
         ahead = self.rays.nearest(
@@ -120,7 +185,7 @@ class Direct:
 
     def _lit(self, bundle: Hashable, looked: Array) -> Array:
         """W (3,) of the lamps that many of some places in a room see."""
-        lamps = [lamp for lamp in self._lamps if lamp.type != "SUN"]
+        lamps = [lamp for lamp in self.lamps if lamp.type != "SUN"]
         if not lamps:
             return np.zeros(3)
         count = len(looked)
@@ -131,25 +196,6 @@ class Direct:
         seen = share.reshape(len(lamps), count, 3).mean(axis=1)
         seen = np.where(seen.max(axis=1, keepdims=True) >= SEEN_SHARE, np.minimum(seen, 1.0), 0.0)
         return np.asarray((seen * [lamp.flux for lamp in lamps]).sum(axis=0), np.float64)
-
-    def _walls(self, request: Any, reflected: Array) -> Array:
-        """Radiance (4, 3) in the middle of the four views, whose walls get as much reflected
-        light as the room's others."""
-        matrix = request.matrix
-        x, z = matrix[:3, 0], matrix[:3, 2]
-        ways = np.array([-z, -x, z, x])
-        starts = matrix[:3, 3] + ways * request.clip_start
-        reach = np.full(WALLS, request.clip_end - request.clip_start)
-        hits = self.rays.nearest((request.name, "walls"), starts, ways, reach)
-        found = np.tile(self._sky, (WALLS, 1))
-        for i in hits.some:
-            length = float(hits.ranges[i])
-            normal, colour, _ = hits.surface(i)
-            normal = -normal if float(normal @ ways[i]) > 0.0 else normal
-            place = starts[i] + ways[i] * length + normal * face_size(self._scene, matrix)
-            here = self.direct((request.name, i), place, normal)
-            found[i] = colour / math.pi * (here + reflected)
-        return found
 
 
 # What rays meet that does not move is remembered as long as the solids live.

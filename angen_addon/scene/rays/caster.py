@@ -122,10 +122,9 @@ class RayCaster:
         if known.rows is not own.moving or known.seen is None:
             known.rows, known.hits, known.seen = own.moving, {}, known.still
             known.versions = np.full(len(own.moving), AWAY)
-        at = self.frames
-        lo, hi = at.lo[frames][:, own.columns], at.hi[frames][:, own.columns]
-        near = ((lo <= known.box[1]) & (hi >= known.box[0])).all(axis=2)
-        versions = np.where(near, at.version[frames][:, own.columns], AWAY)
+        at, moving = self.frames, (frames[:, None], own.columns)
+        near = ((at.lo[moving] <= known.box[1]) & (at.hi[moving] >= known.box[0])).all(axis=2)
+        versions = np.where(near, at.version[moving], AWAY)
         changed = versions != np.concatenate([known.versions[None], versions[:-1]])
         table, rows = [known.seen], np.zeros(len(frames), np.intp)
         if changed.any():

@@ -333,7 +333,7 @@ class RangeScan(Model):
             tilt[change <= parameters.threshold] = 0
         else:
             tilt = updates.numbers % len(fan)
-            for one in np.unique(tilt).tolist():
+            for one in sorted(set(tilt.tolist())):
                 which = np.flatnonzero(tilt == one)
                 scans = range(one, one + 1)
                 change[which] = self._changes(parameters, updates, one, scans, which)[:, 0]

@@ -17,9 +17,9 @@ does; *evaluated*: the share of the steps at which the scene was; *memory*: the 
 process ever had, Blender's own included.
 
 {cases}
-Random stretches of a week in both sample homes, together {checked} s, take {plain} s instead of
-{skipping} s where every frame is evaluated, with all keys at once; two minutes before each are
-among them. {same} of {sensors} tracks are the same to the bit. The stretches: {stretches}.
+Random stretches of a week in both sample homes, together {checked} s and two minutes before each,
+take {skipping} s, and {plain} s where every frame is evaluated with all keys at once. {same} of
+{sensors} tracks are the same to the bit. The stretches: {stretches}.
 """
 
 

@@ -28,7 +28,8 @@ frames that Blender evaluates again for a render. *Alone*: the same frames witho
 
 ![Where the time of a run goes](pictures/bench_home.svg)
 
-{parts} **The rays of a fan** (figure 8.1: 160 rays ten times as fast as 640, 90 % kept). A fan of
+{parts}
+**The rays of a fan** (figure 8.1: 160 rays ten times as fast as 640, 90 % kept). A fan of
 {dense} rays detected movement at {motion} of {updates} updates. *Kept*: the share of these at which
 this fan detected it at the same tilt; *extra*: the share of this fan's detections without one of
 the dense fan.

@@ -30,7 +30,8 @@ Walkers: NEMA WD 7's person at 4 ft/s who stops for 2 s after every 3 ft; the sa
 
 {picture}One setting changed at a time, from the thesis's:
 
-{groups} False alarms: how often noise on the ranges turns the output on in an empty room, counted
+{groups}
+False alarms: how often noise on the ranges turns the output on in an empty room, counted
 over {empty} and scaled to an hour, so that one false alarm counts as {one}; without noise there are
 none. An output that noise keeps on throughout is one false alarm.
 """

@@ -16,7 +16,8 @@ TEXT = """\
 passes a straight edge, and its bound 1/(2k); the number of output changes in {looks} updates while
 the edge shakes by ± {shaking:g} mm about the middle; the time of a model update without its rays.
 
-{apertures} **Fast flags.** A flag of width w at speed v crosses a beam, at {fps} frames a second
+{apertures}
+**Fast flags.** A flag of width w at speed v crosses a beam, at {fps} frames a second
 and a number of substeps: the share of crossings with an update while the flag was in the beam, and
 the exact value min(1, w·fps·substeps/v). *Substeps* multiply the number of frames; *time* is
 relative to a run without them. *Swept* switches use whole frames and the flag's path between them

@@ -57,3 +57,12 @@ def test_the_studies_of_the_docs_can_be_read_and_stand_on_their_page():
     for file in files:
         assert draws.count(study.read(file)) > 1
         assert file.read_text(encoding="utf-8").strip() in written, file.name
+
+
+def test_text_after_a_table_is_not_read_as_a_row_of_it():
+    pages = [*page.DOCS.rglob("*.md"), *page.DOCS.parent.glob("*.md")]
+    assert len(pages) > 20
+    for file in pages:
+        text = file.read_text(encoding="utf-8")
+        found = re.search(r"^\|.*\|\n(?!\||\n|\Z).*", text, re.MULTILINE)
+        assert found is None, f"{file.name}: {found and found.group()}"

@@ -66,3 +66,42 @@ def test_text_after_a_table_is_not_read_as_a_row_of_it():
         text = file.read_text(encoding="utf-8")
         found = re.search(r"^\|.*\|\n(?!\||\n|\Z).*", text, re.MULTILINE)
         assert found is None, f"{file.name}: {found and found.group()}"
+
+
+def test_the_readme_says_what_was_measured():
+    parts = page.known(page.DOCS / "data")
+    light = json.loads((page.DOCS / "light_benchmarks.json").read_text(encoding="utf-8"))["run"]
+    accuracy, layer = parts["rays"]["ray_accuracy"], parts["rays"]["ray_layer"]["rows"]
+    ratio = {
+        (row["objects"] > 1000, row["sweep"]): row["ratio"]["median"]
+        for row in layer
+        if (row["pirs"], row["rays"]) == (7, 120)
+    }
+    rms = {
+        row["method"]: row["rms"]
+        for row in light["rows"]
+        if (row["code"], row["samples"]) == ("this", 256)
+    }
+    speed = {row["sensors"]: row["speed"]["median"] for row in parts["home"]["cases"]}
+    claims = (
+        f"Over {accuracy['rays']:,} rays of the home the worst error against float64 intersections "
+        f"is {_power(accuracy['fast_m'])} m; that of Blender's own `scene.ray_cast` is "
+        f"{_power(accuracy['reference_m'])} m",
+        f"it is {ratio[False, 'SAWTOOTH']:.0f} times as fast",
+        f"({ratio[False, 'ALL']:.0f} times when they scan all tilts at every update)",
+        f"{ratio[True, 'SAWTOOTH']:.0f} times with 1000 more objects (over 1000)",
+        f"an rms error of {100 * rms['ILLUMINANCE']:.1f} % (lux) and "
+        f"{100 * rms['FOUR_WALL']:.1f} % (four walls)",
+        f"at about {round(speed[14], -1):.0f} times real time with its detectors and switches",
+        f"it runs at {speed[22]:.0f} times real time on two cores",
+    )
+    assert ratio[True, "ALL"] > 1000
+    written = " ".join((page.DOCS.parent / "README.md").read_text(encoding="utf-8").split())
+    for claim in claims:
+        assert claim in written, claim
+
+
+def _power(value):
+    """Such as 8e-6."""
+    digit, _, power = f"{value:.0e}".partition("e")
+    return f"{digit}e{int(power)}"

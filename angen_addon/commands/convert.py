@@ -69,9 +69,10 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         sensors, start, about = read_home(options.home)
     if options.start:
         start = start_of(options.start)
-    if start and options.timezone:
-        start = start.replace(tzinfo=_zone(options.timezone))
-    source = read_log(options.events, start)
+    zone = _zone(options.timezone) if options.timezone else None
+    if start and zone:
+        start = start.replace(tzinfo=zone)
+    source = read_log(options.events, start, zone)
     events, start = source.events, source.start
     if source.has_activities and not options.activities:
         note(f"the activities in {options.events} are ignored: give --activities FILE.csv")
@@ -80,6 +81,8 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     if start is None:
         start = DEFAULT_START
         note(f"the log begins at {start.isoformat()}: --start says when it did")
+    if zone:
+        start = start.astimezone(zone) if start.tzinfo else start.replace(tzinfo=zone)
     activities = read_activities(options.activities, start) if options.activities else []
     log = make_log(events, source.sensors | sensors, start, activities, about)
     return log, sensors.keys() | {sensor.name for sensor in log.sensors}

@@ -45,6 +45,8 @@ class Causes:
         self._acted = acted
         self._midnight = midnight
         self._persons = {obj.name: person for person, obj in residents.items()}
+        frames = {person: obj.angen_resident.walking_frame for person, obj in residents.items()}
+        self._persons |= {frame.name: person for person, frame in frames.items() if frame}
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
         self._left: list[Event] = []

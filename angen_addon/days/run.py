@@ -170,7 +170,8 @@ class Household:
         if stretch is not None and stretch.number:
             return Day(on, day.events, (), ())
         done = tuple(activities(acted, self.places.room_of))
-        return Day(on, day.events, done, tuple(people(acted, self._room_at)))
+        where = people(acted, self._room_at, self.places.room_of)
+        return Day(on, day.events, done, tuple(where))
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:

@@ -73,7 +73,7 @@ class StoredRecording:
         # A sensor's name is in the log, and decides its noise.
         names = [f"'{then}' is called '{now}'" for now, then in self._renamed.items()]
         changed = self._changed | self._moved
-        if any(text.endswith(("(new)", "(gone)")) for text in changed.values()):
+        if _names_new_or_gone(changed):
             # Objects that came or went are reason enough for another visibility.
             changed.pop(SHOWN, None)
         # Objects come before their meshes: users know their names.
@@ -179,8 +179,10 @@ class StoredRecording:
         self._find_renamed(sensors)
         around = self._scene_digests(scene, scene.view_layers[depsgraph.view_layer.name], sensors)
         before, self._objects = self._objects, len(bpy.data.objects)
-        if before != self._objects and self.fingerprint.difference(SHOWN, around[SHOWN]):
-            # An object came or went: only comparing the whole scene shows which.
+        differs = self.fingerprint.difference(SHOWN, around[SHOWN])
+        if before != self._objects and (differs or _names_new_or_gone(self._changed)):
+            # An object came or went, perhaps one that was new: only comparing the whole scene
+            # shows which.
             now = fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
             self._changed = self.fingerprint.differences(now)
         self._compare(around)
@@ -228,6 +230,10 @@ def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecord
 
 def version_text(version: tuple[int, ...]) -> str:
     return ".".join(map(str, version))
+
+
+def _names_new_or_gone(changed: dict[str, str]) -> bool:
+    return any(text.endswith(("(new)", "(gone)")) for text in changed.values())
 
 
 def _renamed(sensor: Sensor, then: str) -> dict[str, str]:

@@ -29,11 +29,12 @@ class Whereabouts(NamedTuple):
     posture: str
 
 
-# The room of a point (3,).
+# The room of a point (3,), and that of a place by its name.
 RoomAt = Callable[[Array], str]
+RoomOf = Callable[[str], str]
 
 
-def activities(acted: Acted, room_of: Callable[[str], str]) -> list[LoggedActivity]:
+def activities(acted: Acted, room_of: RoomOf) -> list[LoggedActivity]:
     """What was done between midnight and midnight; `room_of` tells a place's room. Times in µs."""
     found = []
     for done in acted.activities:
@@ -44,14 +45,18 @@ def activities(acted: Acted, room_of: Callable[[str], str]) -> list[LoggedActivi
     return sorted(found)
 
 
-def people(acted: Acted, room_at: RoomAt) -> list[Whereabouts]:
+def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
     """Everybody at midnight, at each change of posture, room or place, and at least each minute of
-    movement."""
-    found = [where for person in acted.bodies for where in _person(acted, person, room_at)]
+    movement. Who is at a place is in its room, as in the activities; on the way in that of the
+    point."""
+    rooms = room_at, room_of
+    found = [where for person in acted.bodies for where in _person(acted, person, *rooms)]
     return sorted(found, key=lambda where: (where.time, where.person))
 
 
-def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Whereabouts]:
+def _person(
+    acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf
+) -> Iterator[Whereabouts]:
     body = acted.bodies[person]
     moving = body.moving()
     last: Whereabouts | None = None
@@ -63,7 +68,7 @@ def _person(acted: Acted, person: str, room_at: RoomAt) -> Iterator[Whereabouts]
     for stay, times, where in zip(stays, looks, parts, strict=True):
         first, gone, told = max(stay.start, 0.0), stay.posture == AWAY, -np.inf
         for time, at in zip(times.tolist(), where, strict=True):
-            room = "" if gone else room_at(at)
+            room = "" if gone else room_of(stay.place) if stay.place else room_at(at)
             place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
             same = time > first and last is not None and room == last.room
             if same and time - told < TELL_EVERY - 1e-6:

@@ -170,7 +170,8 @@ def read(path: Path) -> ParsedLog:
     """The states of the sensors that have discovery messages."""
     found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
+    # Not by `splitlines`: names may have U+2028, which JSON writes as it is.
+    for line in filter(str.strip, path.read_text(encoding="utf-8").split("\n")):
         message = json.loads(line)
         topic, text = message["topic"], message["payload"]
         if topic.endswith("/config"):

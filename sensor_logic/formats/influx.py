@@ -74,8 +74,9 @@ def _notes(log: Log) -> tuple[str, ...]:
 
 def read(path: Path) -> ParsedLog:
     """The sensors' changes, without the activities."""
-    found = ParsedLog([])
-    for line in path.read_text(encoding="utf-8").splitlines():
+    found = ParsedLog([], in_utc=True)
+    # Not by `splitlines`: names may have U+2028.
+    for line in path.read_text(encoding="utf-8").split("\n"):
         parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
         if parts is None:
             if line.strip() and not line.startswith("#"):

@@ -13,7 +13,7 @@ from .read import DatedChange, ParsedLog, since_epoch, value_text
 
 def read(path: Path) -> ParsedLog:
     """The changes on the topics whose metadata name a sensor."""
-    found = ParsedLog([])
+    found = ParsedLog([], in_utc=True)
     schemas: dict[int, str] = {}
     topics: dict[int, tuple[str, dict[str, str]]] = {}
     for kind, content in _records(path.read_bytes()[len(mcap.MAGIC) :]):

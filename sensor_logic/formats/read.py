@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 from typing import NamedTuple
 
 from ..kinds import KINDS
@@ -28,12 +28,13 @@ class DatedChange(NamedTuple):
 class ParsedLog:
     """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
     field is its initial state. `has_activities`: the file also has activities, which readers
-    ignore."""
+    ignore. `in_utc`: times without a zone are UTC, not the home's."""
 
     changes: list[DatedChange]
     rooms: dict[str, str] = field(default_factory=dict)
     has_states: bool = True
     has_activities: bool = False
+    in_utc: bool = False
 
 
 def since_epoch(microseconds: int) -> datetime:
@@ -57,13 +58,17 @@ def field_of(quantity: str) -> tuple[str, str]:
     raise ValueError(f"no kind of sensor publishes {quantity}")
 
 
-def events_of(read: ParsedLog, start: datetime | None) -> tuple[list[Event], datetime | None]:
-    """The events in seconds since `start` (None: since the first change), and the start. Raises
-    ValueError where times decrease."""
+def events_of(
+    read: ParsedLog, start: datetime | None, zone: tzinfo | None = None
+) -> tuple[list[Event], datetime | None]:
+    """The events in seconds since `start` (None: since the first change), and the start; `zone`:
+    the home's, if known. Raises ValueError where times decrease."""
     times = [change.time for change in read.changes]
     if not any(time.utcoffset() for time in times):
         # A start without a time zone was written as UTC.
         times = [time.replace(tzinfo=None) for time in times]
+    if zone is not None:
+        times = _in_zone(times, zone, read.in_utc)
     start = start or (times[0] if times else None)
     found: list[Event] = []
     for time, change in zip(times, read.changes, strict=True):
@@ -72,6 +77,24 @@ def events_of(read: ParsedLog, start: datetime | None) -> tuple[list[Event], dat
         clock = time.replace(tzinfo=None) if start.tzinfo is None else time
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:
-            raise ValueError(f"out of order: {time} comes after a later time; sort it by time")
+            raise ValueError(
+                f"out of order: {time} comes after a later time; sort it by time, or where clocks "
+                "were put back, convert it with --timezone"
+            )
         found.append(Event(seconds, change.sensor, change.field, 0.0, change.kind, change.value))
     return found, start
+
+
+def _in_zone(times: list[datetime], zone: tzinfo, in_utc: bool) -> list[datetime]:
+    """The same moments in a zone. In the hour that local clocks repeat, times that would go back
+    are of the second time."""
+    found: list[datetime] = []
+    for time in times:
+        if time.tzinfo is not None or in_utc:
+            time = (time if time.tzinfo else time.replace(tzinfo=UTC)).astimezone(zone)
+        else:
+            time = time.replace(tzinfo=zone)
+            if found and time.astimezone(UTC) < found[-1].astimezone(UTC):
+                time = time.replace(fold=1)
+        found.append(time)
+    return found

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, tzinfo
 from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
@@ -33,11 +33,13 @@ class LoadedLog:
     has_activities: bool = False
 
 
-def read_log(path: Path, start: datetime | None = None) -> LoadedLog:
+def read_log(
+    path: Path, start: datetime | None = None, zone: tzinfo | None = None
+) -> LoadedLog:
     """Reads an event log, a folder of days, or a file or folder in any of the readable formats.
 
-    `start` is the time of t = 0; None: the time in the log, or that of the first change. Raises
-    SourceError, which names the file and the problem, or OSError.
+    `start` is the time of t = 0; None: the time in the log, or that of the first change; `zone`:
+    the home's, if known. Raises SourceError, which names the file and the problem, or OSError.
     """
     found = _format_of(path)
     if found is None:
@@ -50,7 +52,7 @@ def read_log(path: Path, start: datetime | None = None) -> LoadedLog:
         return LoadedLog(*read_log_events(log_path, start), {})
     try:
         read = found.read(path)
-        events, begin = events_of(read, start)
+        events, begin = events_of(read, start, zone)
     except KeyError as error:
         raise SourceError(f"{path} cannot be read as {found.name}: it has no {error}") from None
     except (ValueError, IndexError, TypeError, struct.error, ParseError) as error:

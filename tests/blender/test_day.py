@@ -153,6 +153,11 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     cushion.location.x = 1.0
     world.bpy.context.view_layer.update()
     assert found_out.person_of("cushion", 200.0) == ""
+    # Nobody but its owner moves a walking frame.
+    anna = world.bpy.data.objects["anna"]
+    anna.angen_resident.walking_frame = world.box((0.4, 0.4, 0.9), (2.0, 1.0, 0.5), "frame")
+    found_out = causes(world.scene, [], None, acted, {"anna": anna}, 0.0)
+    assert found_out.person_of("frame", 200.0) == "anna"
     # Truth and data agree: whatever moves, somebody moves at that time.
     spans = acted.spans(0.0, short_days)
     for event in moved:

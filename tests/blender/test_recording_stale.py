@@ -106,6 +106,20 @@ def test_a_new_sensor_is_named_as_what_changed(home):
     assert "settings" not in stale() and "hidden" not in stale()
 
 
+@pytest.mark.parametrize("kind", ["box", "sensor"])
+def test_what_is_added_and_deleted_again_leaves_it_fresh(home, kind):
+    if kind == "box":
+        added = home.box((1, 1, 1), at=(5, 5, 5), name="new")
+    else:
+        ops.sensor_add(kind="PIR")
+        added = bpy.context.object
+    home.update()
+    assert "(new)" in stale()
+    bpy.data.objects.remove(added)
+    home.update()
+    assert stale() == ""
+
+
 @pytest.mark.parametrize("name", EDITS)
 def test_an_edit_makes_it_stale_and_its_undo_fresh(home, name):
     before, (edit, words) = columns(), EDITS[name]

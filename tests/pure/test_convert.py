@@ -261,3 +261,10 @@ def test_events_in_disorder_are_refused() -> None:
     events = [Event(t, "P", "moved", 0, "PIR", "0") for t in (1.0, 0.0)]
     with pytest.raises(SourceError, match="sort the events"):
         make_log(events)
+
+
+def test_a_time_zone_that_is_not_known_is_told_also_without_a_start(convert, tmp_path):
+    out = tmp_path / "log.xes"
+    status, told = convert("--format", "xes", "--out", out, "--timezone", "Nowhere/Nope")
+    assert status == 2
+    assert "'Nowhere/Nope' is not known" in told

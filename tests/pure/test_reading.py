@@ -17,9 +17,10 @@ from sensor_logic.compare.intervals import read as read_home
 from sensor_logic.compare.statistics import measures
 from sensor_logic.files import write_files
 from sensor_logic.formats import FORMATS, outputs
+from sensor_logic.formats.log import SensorFacts
 from sensor_logic.formats.reading import read_log
-from sensor_logic.formats.source import SourceError
-from sensor_logic.log.event_log import rows_csv
+from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.log.event_log import Event, rows_csv
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 # What a format has no place for.
@@ -95,6 +96,32 @@ def test_no_hour_is_lost_where_daylight_saving_begins(written, name) -> None:
         rows = [(0.0, "PIR hall", "moved", "0"), (7200.0, "PIR hall", "moved", "1")]
         path = written(year(rows, start=start), name)
         assert [event.time for event in read_log(path).events] == [0.0, 7200.0]
+
+
+@pytest.mark.parametrize("begins", ["2026-03-29T01:30", "2026-10-25T02:30"])
+@pytest.mark.parametrize("name", [name for name in READ if name != "events"])
+def test_with_the_time_zone_clocks_may_be_put_forward_and_back(written, name, begins) -> None:
+    zone = ZoneInfo("Europe/Stockholm")
+    start = datetime.fromisoformat(begins).replace(tzinfo=zone)
+    values = {0.0: "0", 2.0: "1", 3500.0: "0", 3700.0: "1"}
+    rows = [(time, "PIR hall", "moved", value) for time, value in values.items()]
+    path = written(year(rows, start=start), name)
+    # CASAS has changes alone.
+    first = 2.0 if name in {"casas", "casas-csv"} else 0.0
+    expected = [max(time, first) for time in values]
+    assert [e.time for e in read_log(path, start, zone).events] == expected
+    source = read_log(path, None, zone)
+    assert [e.time for e in source.events] == [time - first for time in expected]
+    assert source.start is not None and source.start.utcoffset() == start.utcoffset()
+
+
+@pytest.mark.parametrize("name", ["home-assistant", "influx"])
+def test_line_separators_within_names_end_no_line(written, name) -> None:
+    hall = "PIR\u2028hall\x85"
+    events = [Event(float(time), hall, "moved", 1.0, "PIR", str(time)) for time in (0, 1)]
+    log = make_log(events, {hall: SensorFacts(hall, "PIR")}, START, [], {})
+    found = read_log(written(log, name)).events
+    assert [(e.time, e.value) for e in found] == [(0.0, "0"), (1.0, "1")]
 
 
 def test_other_programs_folders_are_read_by_the_names_of_their_devices(tmp_path) -> None:

@@ -293,7 +293,7 @@ class Living(Going):
         yield from self.through(door, side)
         if self._key:
             self.home.release(self._key, self)
-            self.be(AWAY)
+        self.be(AWAY)
         self._out_by = door
 
     def _come_in(self) -> Taking:

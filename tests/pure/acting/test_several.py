@@ -82,6 +82,16 @@ def test_who_never_gets_the_place_gives_up_when_the_activity_ends(play) -> None:
     assert stays(day, "bo", "Stove")
 
 
+def test_who_gave_up_and_leaves_the_home_is_away(play) -> None:
+    """Bo, who came for what anna has, has nothing of his own to give back."""
+    bo = [(0, "East"), (30, "Wash"), (40, "Away"), (200, "Cook")]
+    day = play(ACTIVITIES, {"anna": [(0, "Toilet"), (120, "Relax")], "bo": bo})
+    (away,) = (s for s in day.acted.where if s.person == "bo" and s.posture == "away")
+    assert 40 * 60 < away.start < 45 * 60 and 200 * 60 <= away.end < 201 * 60
+    assert not day.seen("bo", np.array([100.0 * 60])).any()
+    assert stays(day, "bo", "Stove")
+
+
 def test_who_went_to_a_door_has_left_the_bed_to_others(play) -> None:
     text = ACTIVITIES + "Open = open Door bathroom"
     day = play(text, {"anna": [(0, "Sleep"), (10, "Open")], "bo": [(0, "Relax"), (20, "Sleep")]})

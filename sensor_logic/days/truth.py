@@ -54,9 +54,7 @@ def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
     return sorted(found, key=lambda where: (where.time, where.person))
 
 
-def _person(
-    acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf
-) -> Iterator[Whereabouts]:
+def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iterator[Whereabouts]:
     body = acted.bodies[person]
     moving = body.moving()
     last: Whereabouts | None = None

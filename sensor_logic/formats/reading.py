@@ -33,9 +33,7 @@ class LoadedLog:
     has_activities: bool = False
 
 
-def read_log(
-    path: Path, start: datetime | None = None, zone: tzinfo | None = None
-) -> LoadedLog:
+def read_log(path: Path, start: datetime | None = None, zone: tzinfo | None = None) -> LoadedLog:
     """Reads an event log, a folder of days, or a file or folder in any of the readable formats.
 
     `start` is the time of t = 0; None: the time in the log, or that of the first change; `zone`:

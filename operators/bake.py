@@ -28,7 +28,7 @@ class ANGEN_OT_bake_keyframes(Operator):
             return {"CANCELLED"}
         recording = state.CACHE.recording(scene)
         assert recording is not None
-        baked = bake.bake(simulated(all_sensors(context.view_layer)), recording)
+        baked = bake.bake(simulated(all_sensors(context.view_layer)), recording, scene)
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         for note in baked.notes:
             self.report({"WARNING"}, note)

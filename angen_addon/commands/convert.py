@@ -76,6 +76,11 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     events, start = source.events, source.start
     if source.has_activities and not options.activities:
         note(f"the activities in {options.events} are ignored: give --activities FILE.csv")
+    if source.left_out:
+        note(
+            f"changes in {options.events} at local times that clocks in {options.timezone} "
+            f"went past, which stand at the moment at which these went forward: {source.left_out}"
+        )
     if options.undo_faults:
         events = undo(events, options.undo_faults)
     if start is None:

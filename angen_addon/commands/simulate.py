@@ -64,7 +64,8 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
             options.report, bpy.context.scene, selected, recording, options.start
         )
     if options.bake:
-        baked = bake.bake(simulated(all_sensors(bpy.context.view_layer)), recording)
+        keyed = simulated(all_sensors(bpy.context.view_layer))
+        baked = bake.bake(keyed, recording, bpy.context.scene)
         for text in baked.notes:
             note(text)
     if options.save:

@@ -13,12 +13,14 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.days.rows import Day
+from ...sensor_logic.days.times import calendar_number
 from ...sensor_logic.days.truth import activities, people
 from ...sensor_logic.model import Array
 from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.acting import Ground, act
 from ...sensor_logic.residents.places import Places
 from ...sensor_logic.routine import diary, file
+from ...sensor_logic.routine.draws import Draws
 from ...sensor_logic.routine.routine import DAY, Person, Routine, RoutineError, Segment
 from ...sensor_logic.routine.timetable import timetable
 from ..process.memory import give_back
@@ -145,7 +147,7 @@ class Household:
                 self.plan.routine,
                 self.places,
                 self._builds,
-                self.seed,
+                Draws(self.seed, self.start),
                 number,
                 self._ground,
             )
@@ -162,16 +164,17 @@ class Household:
         """Day `number`, or the s `between` of it, or a `stretch`, of which the first has the truth;
         with the keys of `keyed`. Raises DayError, SensorError."""
         acted, sensors = self.acted(number), self.sensors
-        what = acted, self.residents, keys, number, between, self.causes, stretch
+        calendar = calendar_number(self.start) + number
+        what = acted, self.residents, keys, calendar, between, self.causes, stretch
         day = DayRun(self.scene, sensors, *what)
         on = self.date_of(number)
         with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
         if stretch is not None and stretch.number:
             return Day(on, day.events, (), ())
-        done = tuple(activities(acted, self.places.room_of))
         where = people(acted, self._room_at, self.places.room_of)
-        return Day(on, day.events, done, tuple(where))
+        done = activities(acted, self.places.room_of, where)
+        return Day(on, day.events, tuple(done), tuple(where))
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..runtime.outputs import ACTIVE_PATH, VALUE_PATH, output_curves
-from ..scene.animation import has_curves, remove_curve
+from ..scene.animation import has_curves, remove_curve, time_stretch
 from ..scene.sensors import Sensor
 
 # Blender's number for constant interpolation.
@@ -32,8 +32,9 @@ class BakeResult:
     notes: list[str] = field(default_factory=list)
 
 
-def bake(sensors: list[Sensor], recording: Recording) -> BakeResult:
-    """Replaces the keys of the sensors' outputs by one key for each change in the recording.
+def bake(sensors: list[Sensor], recording: Recording, scene: Any) -> BakeResult:
+    """Replaces the keys of the sensors' outputs by one key for each change in the recording, at the
+    frames of the animation that the `scene` plays then (time stretching).
 
     The keys go into the object's action, whose other curves stay as they are, or into a new action
     named after the sensor. An action that other objects use too is copied first.
@@ -46,7 +47,7 @@ def bake(sensors: list[Sensor], recording: Recording) -> BakeResult:
         obstacle = IN_INSTANCE if sensor.holders else _obstacle(sensor.object)
         if not obstacle:
             note = _make_own_action(sensor)
-            obstacle = _insert_keys(sensor.object, track)
+            obstacle = _insert_keys(sensor.object, track, time_stretch(scene))
             if note and not obstacle:
                 baked.notes.append(note)
         if obstacle:
@@ -89,6 +90,10 @@ def _obstacle(obj: Any) -> str:
     animation = obj.animation_data
     if animation is not None and animation.use_tweak_mode:
         return "its NLA strip is being tweaked: leave Tweak Mode (Tab in the NLA editor)"
+    if animation is not None and animation.use_nla and any(
+        track.is_solo for track in animation.nla_tracks
+    ):
+        return "an NLA track plays alone: end its solo (the star in the NLA editor)"
     drivers = animation.drivers if animation is not None else ()
     if any(curve.data_path in {ACTIVE_PATH, VALUE_PATH} for curve in drivers):
         return "a driver sets its outputs: remove it"
@@ -126,9 +131,10 @@ def _others_play(action: Any, obj: Any) -> bool:
     return any(user != obj for user in bpy.data.user_map(subset={action})[action])
 
 
-def _insert_keys(obj: Any, track: Track) -> str:
+def _insert_keys(obj: Any, track: Track, stretch: float) -> str:
     """Replaces the keys of both outputs; returns why that failed, or empty."""
-    frames = np.asarray(track.frames)
+    # Blender rounds each product as here: a key later by a bit would come a frame late.
+    frames = np.asarray(track.frames, np.float32) * np.float32(stretch)
     for path, column in ((ACTIVE_PATH, track.active), (VALUE_PATH, track.value)):
         values = np.array(column, np.float64)
         changed = _changes(values)
@@ -140,6 +146,8 @@ def _insert_keys(obj: Any, track: Track) -> str:
         found = [curve for curve in output_curves(obj) if curve.data_path == path]
         if not found:
             return "Blender does not let it be animated: is it a library override?"
+        if found[0].group is not None and found[0].group.mute:
+            return f"its group of F-curves '{found[0].group.name}' is muted: unmute it"
         _fill(found[0], frames[changed], values[changed])
     return ""
 
@@ -152,6 +160,7 @@ def _changes(values: Any) -> Any:
 
 
 def _fill(curve: Any, frames: Any, values: Any) -> None:
+    curve.mute = False
     points = curve.keyframe_points
     points.clear()
     points.add(len(frames))

@@ -31,7 +31,7 @@ SIMULATED_MODIFIERS = {
 # What is kept of frames in any scene, so that models can be answered later.
 KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
 # Steps that are planned at once, to bound memory.
-WINDOW = 1 << 16
+WINDOW = 1 << 13
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
-from ..scene.animation import action_curves, all_animated
+from ..scene.animation import action_curves, all_animated, time_stretch
 from . import busy_spans, outputs
 from .busy_spans import Array
 
@@ -113,9 +113,8 @@ def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillnes
         if np.isinf(spans).any():
             reasons.append(f"keys of '{owner.name}' go on without end (modifiers, extrapolation)")
         parts.append(spans)
-    stretch = np.float32(scene.render.frame_map_old) / np.float32(scene.render.frame_map_new)
     every = tuple(dict.fromkeys(reasons))
-    return Stillness(busy_spans.joined(parts), every, float(stretch), timed)
+    return Stillness(busy_spans.joined(parts), every, time_stretch(scene), timed)
 
 
 def _is_evaluated(owner: Any, scene: Any) -> bool:

@@ -8,11 +8,19 @@ from collections.abc import Iterator
 from typing import Any
 
 import bpy
+import numpy as np
 
 # Beginnings of the data paths of an object's own place.
 PLACE = ("location", "rotation_", "scale", "delta_")
 # A data path as what owns the property and its name, or the name of a custom one.
 LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
+
+
+def time_stretch(scene: Any) -> float:
+    """Frames of animation to a frame of the scene (Output, Time Stretching), as Blender rounds
+    it."""
+    render = scene.render
+    return float(np.float32(render.frame_map_old) / np.float32(render.frame_map_new))
 
 
 def action_curves(action: Any, slot: Any) -> list[Any]:

@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import math
+from datetime import date
 
 from ..clock import Clock
+from ..routine.draws import day_number
 from .truth import DAY_S
 
 FPS = 10
 # s: so long before midnight a day's run begins, for detectors to have settled by then.
 LEAD_S = 120.0
+# Days: then noise begins again, as times in s that are too large lose digits.
+CYCLE = 1 << 13
 
 
 def frame_at(time: float) -> int:
@@ -28,7 +32,13 @@ def hours_minutes(time: float) -> str:
     return f"{int(time // 3600):02d}:{int(time // 60 % 60):02d}"
 
 
+def calendar_number(first: date) -> int:
+    """The number of a run's first day, from 0 to below `CYCLE`, by which its noise is drawn: by the
+    date, not by the day that the run begins with."""
+    return day_number(first) % CYCLE
+
+
 def clock_of_day(number: int) -> Clock:
-    """The clock of day `number` in a run of days, from `LEAD_S` before the first midnight on, in
-    that day's frames: as in one long run, each update has a number and a time of its own."""
+    """The clock of day `number`, in that day's frames: as in one long run that began `LEAD_S`
+    before the midnight of day 0, each update has a number and a time of its own."""
     return Clock(frame_at(-LEAD_S) - round(number * DAY_S) * FPS, FPS)

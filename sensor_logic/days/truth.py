@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +18,11 @@ DAY_S = 86_400.0
 US = 1_000_000
 # s: so often whoever moves is told of at least, and looked for in another room.
 TELL_EVERY, LOOK_EVERY = 60.0, 1.0
+# m: who stops farther than this from where was told last is told of there.
+ELSEWHERE = 0.05
+
+
+Point = tuple[float, float, float]
 
 
 class Whereabouts(NamedTuple):
@@ -25,7 +32,7 @@ class Whereabouts(NamedTuple):
     time: int
     person: str
     room: str
-    at: tuple[float, float, float] | None
+    at: Point | None
     posture: str
 
 
@@ -34,30 +41,46 @@ RoomAt = Callable[[Array], str]
 RoomOf = Callable[[str], str]
 
 
-def activities(acted: Acted, room_of: RoomOf) -> list[LoggedActivity]:
-    """What was done between midnight and midnight; `room_of` tells a place's room. Times in µs."""
-    found = []
+def activities(
+    acted: Acted, room_of: RoomOf, where: Iterable[Whereabouts] = ()
+) -> list[LoggedActivity]:
+    """What was done between midnight and midnight; `room_of` tells a place's room. What has no place,
+    or never came to it, is in the room where that person was longest meanwhile, as `people` tells
+    `where`. Times in µs."""
+    found, of = [], defaultdict(list)
+    for row in where:
+        of[row.person].append(row)
     for done in acted.activities:
         start, end = (round(min(max(t, 0.0), DAY_S) * US) for t in (done.start, done.end))
         if start < end:
-            room = room_of(done.place)
+            room = room_of(done.place) if done.place else _mostly(of[done.person], start, end)
             found.append(LoggedActivity(start, end, done.person, done.activity, room))
     return sorted(found)
 
 
 def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
-    """Everybody at midnight, at each change of posture, room or place, and at least each minute of
-    movement. Who is at a place is in its room, as in the activities; on the way in that of the
+    """Everybody at midnight, at each change of posture, room or place, where a movement ends, and at
+    least each minute of movement. Who is at a place is in its room, as in the activities; on the way in that of the
     point."""
     rooms = room_at, room_of
     found = [where for person in acted.bodies for where in _person(acted, person, *rooms)]
     return sorted(found, key=lambda where: (where.time, where.person))
 
 
+def _mostly(rows: Sequence[Whereabouts], start: int, end: int) -> str:
+    """The room of most of the time from `start` to `end`."""
+    times = [max(row.time, start) for row in rows] + [end]
+    spent: dict[str, int] = defaultdict(int)
+    for row, begin, stop in zip(rows, times, times[1:], strict=False):
+        spent[row.room] += max(min(stop, end) - begin, 0)
+    return max(spent, key=spent.__getitem__, default="")
+
+
 def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iterator[Whereabouts]:
     body = acted.bodies[person]
     moving = body.moving()
     last: Whereabouts | None = None
+    ends = set(moving[:, 1].tolist())
     stays = [s for s in acted.where if s.person == person and s.start < DAY_S and s.end > 0.0]
     looks = [_looks(max(s.start, 0.0), min(s.end, DAY_S), moving) for s in stays]
     # Of all at once: each call goes through all gestures of the day.
@@ -69,11 +92,17 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
             room = "" if gone else room_of(stay.place) if stay.place else room_at(at)
             place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
             same = time > first and last is not None and room == last.room
-            if same and time - told < TELL_EVERY - 1e-6:
+            if same and time - told < TELL_EVERY - 1e-6 and not (
+                time in ends and _apart(place, last.at) > ELSEWHERE
+            ):
                 continue
             told = time
             last = Whereabouts(round(time * US), person, room, place, stay.posture)
             yield last
+
+
+def _apart(a: Point | None, b: Point | None) -> float:
+    return math.dist(a, b) if a is not None and b is not None else 0.0
 
 
 def _hips(body: Any, times: Array) -> Array:
@@ -83,12 +112,13 @@ def _hips(body: Any, times: Array) -> Array:
 
 
 def _looks(first: float, end: float, moving: Array) -> Array:
-    """The beginning of a stay, and every second of movement in it."""
+    """The beginning of a stay, and in it every second of movement, and its end."""
     parts = [np.array([first])]
     inside = moving[(moving[:, 1] > first) & (moving[:, 0] < end)]
     for start, stop in np.clip(inside, first, end).tolist():
         if start < stop:
             parts.append(np.arange(np.ceil(start / LOOK_EVERY), stop / LOOK_EVERY) * LOOK_EVERY)
+            parts.append(np.array([stop])[: int(stop < end)])
     return np.unique(np.concatenate(parts))
 
 

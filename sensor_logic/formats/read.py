@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta, tzinfo
+from datetime import datetime, timedelta, tzinfo
 from typing import NamedTuple
 
 from ..kinds import KINDS
 from ..log.event_log import Event, format_value
-from .source import since
+from .local_time import in_zone, since
 
 EPOCH = datetime(1970, 1, 1)
 
@@ -68,7 +68,7 @@ def events_of(
         # A start without a time zone was written as UTC.
         times = [time.replace(tzinfo=None) for time in times]
     if zone is not None:
-        times = _in_zone(times, zone, read.in_utc)
+        times = in_zone(times, zone, read.in_utc)
     start = start or (times[0] if times else None)
     found: list[Event] = []
     for time, change in zip(times, read.changes, strict=True):
@@ -83,18 +83,3 @@ def events_of(
             )
         found.append(Event(seconds, change.sensor, change.field, 0.0, change.kind, change.value))
     return found, start
-
-
-def _in_zone(times: list[datetime], zone: tzinfo, in_utc: bool) -> list[datetime]:
-    """The same moments in a zone. In the hour that local clocks repeat, times that would go back
-    are of the second time."""
-    found: list[datetime] = []
-    for time in times:
-        if time.tzinfo is not None or in_utc:
-            time = (time if time.tzinfo else time.replace(tzinfo=UTC)).astimezone(zone)
-        else:
-            time = time.replace(tzinfo=zone)
-            if found and time.astimezone(UTC) < found[-1].astimezone(UTC):
-                time = time.replace(fold=1)
-        found.append(time)
-    return found

@@ -12,6 +12,7 @@ from xml.etree.ElementTree import ParseError
 
 from ..log.event_log import HEADER, Event
 from . import FORMATS, Format
+from .local_time import count_left_out
 from .log import SensorFacts
 from .read import events_of
 from .source import SourceError, read_log_events
@@ -24,13 +25,15 @@ HEAD = 4096
 class LoadedLog:
     """A log from a file: events in seconds since `start` (None: unknown), and the facts about its
     sensors. `has_states`: the first event of each field is its initial state. `has_activities`: the
-    file has activities, which were not read."""
+    file has activities, which were not read. `left_out`: how many changes have a local time that
+    the home's clocks went past in spring; they count as at the moment at which these did."""
 
     events: list[Event]
     start: datetime | None
     sensors: dict[str, SensorFacts]
     has_states: bool = True
     has_activities: bool = False
+    left_out: int = 0
 
 
 def read_log(path: Path, start: datetime | None = None, zone: tzinfo | None = None) -> LoadedLog:
@@ -47,10 +50,12 @@ def read_log(path: Path, start: datetime | None = None, zone: tzinfo | None = No
         )
     if found.read is None:
         log_path = path / "events.csv" if path.is_dir() else path
-        return LoadedLog(*read_log_events(log_path, start), {})
+        events, begin, left_out = read_log_events(log_path, start, zone)
+        return LoadedLog(events, begin, {}, left_out=left_out)
     try:
         read = found.read(path)
         events, begin = events_of(read, start, zone)
+        left_out = 0 if read.in_utc else count_left_out([c.time for c in read.changes], zone)
     except KeyError as error:
         raise SourceError(f"{path} cannot be read as {found.name}: it has no {error}") from None
     except (ValueError, IndexError, TypeError, struct.error, ParseError) as error:
@@ -62,7 +67,7 @@ def read_log(path: Path, start: datetime | None = None, zone: tzinfo | None = No
     kinds = {event.sensor: event.kind for event in events}
     rooms = read.rooms
     sensors = {name: SensorFacts(name, kind, rooms.get(name, "")) for name, kind in kinds.items()}
-    return LoadedLog(events, begin, sensors, read.has_states, read.has_activities)
+    return LoadedLog(events, begin, sensors, read.has_states, read.has_activities, left_out)
 
 
 def _format_of(path: Path) -> Format | None:

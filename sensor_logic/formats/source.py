@@ -7,7 +7,7 @@ import csv
 import json
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,9 @@ from ..kinds import KINDS
 from ..log.event_log import HEADER, Event, read_events
 from ..log.start import COLUMN, parse_start
 from ..recording.tracks import Recording
+from .local_time import count_left_out, localised, since
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, Value
 
-_UTC = UTC
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
 # The quantity of a field that names none, by type.
 ANY_QUANTITY = {bool: "state", str: "text", float: "number", int: "number"}
@@ -99,8 +99,11 @@ def _value(number: int, event: Event, of: type) -> Value:
     raise SourceError(f"line {number}: '{event.field}' is '{event.value}', not {wanted}")
 
 
-def read_log_events(path: Path, start: datetime | None) -> tuple[list[Event], datetime | None]:
-    """The events of an event log, or of the `events.csv` of a folder of days, and their start.
+def read_log_events(
+    path: Path, start: datetime | None, zone: tzinfo | None = None
+) -> tuple[list[Event], datetime | None, int]:
+    """The events of an event log, or of the `events.csv` of a folder of days, their start, and how
+    many have a local time that the clocks of the home's `zone` went past.
 
     `start` None: the dates in the file give the start. A folder of days has dates instead of
     seconds and starts with its first event. Raises SourceError, OSError.
@@ -110,10 +113,10 @@ def read_log_events(path: Path, start: datetime | None) -> tuple[list[Event], da
             rows = csv.reader(file)
             header = tuple(next(rows, ()))
             if header == DAY_HEADER:
-                return _dated_events(path, rows, start)
+                return _dated_events(path, rows, start, zone)
             if header == (*HEADER, COLUMN) and start is None:
                 start = _start_by_row(next(rows, []))
-            return read_events(path), start
+            return read_events(path), start, 0
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file in UTF-8") from None
     except ValueError as error:
@@ -130,19 +133,20 @@ def _start_by_row(row: Sequence[str]) -> datetime | None:
 
 
 def _dated_events(
-    path: Path, rows: Iterable[list[str]], start: datetime | None
-) -> tuple[list[Event], datetime | None]:
-    found = []
+    path: Path, rows: Iterable[list[str]], start: datetime | None, zone: tzinfo | None
+) -> tuple[list[Event], datetime | None, int]:
+    found, times = [], []
     for number, row in enumerate(rows, start=2):
         try:
             when, sensor, kind, name, value, _person, _because = row
             time = datetime.fromisoformat(when)
-            start = start or time
+            times.append(time)
+            start = start or (localised(time, zone) if zone is not None else time)
             seconds = since(start, time) / 1e6
         except (ValueError, TypeError):
             raise SourceError(f"{path}: line {number} is not an event") from None
         found.append(Event(seconds, sensor, name, 0.0, kind, value))
-    return found, start
+    return found, start, count_left_out(times, zone)
 
 
 def read_home(path: Path) -> tuple[dict[str, SensorFacts], datetime | None, dict[str, str]]:
@@ -234,13 +238,3 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> L
         raise SourceError(f"{path}: line {number}: '{activity}' ends before it begins")
     return LoggedActivity(first, last, person, activity, room)
 
-
-def since(start: datetime, time: datetime) -> int:
-    """Microseconds from the start; a time without a zone is in the start's zone. Raises TypeError
-    for a time with a zone where the start has none."""
-    if start.tzinfo is not None and time.tzinfo is None:
-        time = time.replace(tzinfo=start.tzinfo)
-    if start.tzinfo is not None:
-        # Python subtracts times of one zone as if daylight saving did not exist.
-        start, time = start.astimezone(_UTC), time.astimezone(_UTC)
-    return (time - start) // timedelta(microseconds=1)

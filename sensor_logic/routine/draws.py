@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random numbers for routines: a stream of its own for each seed, person, day and purpose, so that
+"""Random numbers for routines: a stream of its own for each seed, person, date and purpose, so that
 another day, person or entry changes nothing else. The same in every version of Python."""
 
 from __future__ import annotations
@@ -8,9 +8,13 @@ import hashlib
 import math
 import random
 from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
 from statistics import NormalDist
 
 _NORMAL = NormalDist()
+# Days are counted from here: any date does, and another one changes all that was ever drawn.
+ORIGIN = date(2026, 3, 2)
 
 
 class Stream:
@@ -53,3 +57,19 @@ class Stream:
             if point < 0:
                 return index
         return max(index for index, weight in enumerate(weights) if weight > 0)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """The streams of a seed, for days that are numbered from the date `first`."""
+
+    seed: int
+    first: date
+
+    def stream(self, person: str, day: int, purpose: str) -> Stream:
+        return Stream(self.seed, person, day_number(self.first) + day, purpose)
+
+
+def day_number(of: date) -> int:
+    """The same for a date, whichever day a run begins with; below 0 before `ORIGIN`."""
+    return (of - ORIGIN).days

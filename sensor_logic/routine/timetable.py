@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from math import inf
 
-from .draws import Stream
+from .draws import Draws, Stream
 from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
 
 # The shortest stretch of an activity, s: less than that nobody begins.
@@ -32,13 +32,14 @@ class _Point:
 def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
     """What everybody does on `days` days from the date `first`: for each person segments without
     gaps from 0 to the end of the last day, in s since midnight of `first`."""
+    draws = Draws(seed, first)
     found: list[Segment] = []
     for person in routine.persons.values():
         # From a day before to a day after: the first night and the last are whole ones.
-        drawn = list(_joined(_person(routine, person, first, days + 1, seed), -inf, inf))
+        drawn = list(_joined(_person(routine, person, days + 1, draws), -inf, inf))
         for number, rule in enumerate(routine.interruptions):
             if rule.person == person.name:
-                drawn = list(_interrupted(drawn, rule, seed, number))
+                drawn = list(_interrupted(drawn, rule, draws, number))
         for absence in routine.absences:
             if absence.person == person.name:
                 away = _since(first, absence.begins), _since(first, absence.ends)
@@ -51,16 +52,16 @@ def _since(first: date, moment: datetime) -> float:
     return (moment - datetime.combine(first, time())).total_seconds()
 
 
-def _person(
-    routine: Routine, person: Person, first: date, days: int, seed: int
-) -> Iterator[Segment]:
+def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterator[Segment]:
     now, doing = -DAY, person.begins
     for day in range(-1, days):
-        filling = Stream(seed, person.name, day, "filler")
-        for point in [*_points(routine, person, first, day, seed), None]:
+        filling = draws.stream(person.name, day, "filler")
+        for point in [*_points(routine, person, day, draws), None]:
             until = (day + 1) * DAY if point is None else max(point.start, now)
             while now < until:
-                activity, end = _filled(routine, person, first, day, now, until, doing, filling)
+                activity, end = _filled(
+                    routine, person, draws.first, day, now, until, doing, filling
+                )
                 yield Segment(now, end, person.name, activity)
                 now, doing = end, activity
             if point is None:
@@ -70,19 +71,19 @@ def _person(
                 yield Segment(now, end, person.name, point.activity)
                 now, doing = end, point.activity
                 # Anew after each fixed point: what came before it changes nothing after it.
-                filling = Stream(seed, person.name, day, f"filler after {point.name}")
+                filling = draws.stream(person.name, day, f"filler after {point.name}")
         if person.visitor:
             doing = AWAY
 
 
-def _points(routine: Routine, person: Person, first: date, day: int, seed: int) -> list[_Point]:
+def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_Point]:
     """The fixed points of a day that happen, in order."""
     found = []
     for number, plan in enumerate(routine.plans):
-        if plan.person == person.name and first + timedelta(day) in plan.days:
+        if plan.person == person.name and draws.first + timedelta(day) in plan.days:
             for place, entry in enumerate(plan.entries):
                 name = f"plan {number} {place}"
-                stream = Stream(seed, person.name, day, name)
+                stream = draws.stream(person.name, day, name)
                 if stream.uniform() < entry.chance:
                     found.append(_point(entry, name, day * DAY, stream))
     return sorted(found, key=lambda point: point.start)
@@ -121,7 +122,7 @@ def _filled(
 
 
 def _interrupted(
-    segments: list[Segment], rule: Interruption, seed: int, number: int
+    segments: list[Segment], rule: Interruption, draws: Draws, number: int
 ) -> Iterator[Segment]:
     for segment in segments:
         if segment.activity != rule.during:
@@ -129,7 +130,7 @@ def _interrupted(
             continue
         # Each stretch by its own stream: the ones before it on that day change nothing.
         purpose = f"interruption {number} {segment.start % DAY:.0f}"
-        stream = Stream(seed, rule.person, int(segment.start // DAY), purpose)
+        stream = draws.stream(rule.person, int(segment.start // DAY), purpose)
         now = segment.start
         times = sorted(
             segment.start + (segment.end - segment.start) * stream.uniform()

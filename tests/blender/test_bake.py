@@ -244,3 +244,41 @@ def test_baked_outputs_play_without_the_recording(door):
     for frame, expected in ((40, False), (13, True), (12, False), (36, True), (1, False)):
         door.scene.frame_set(frame)
         assert sensor().angen_sensor.active is expected, frame
+
+
+@pytest.mark.parametrize(("old", "new"), [(100, 200), (100, 90), (90, 100), (7, 11)])
+def test_baked_outputs_play_as_they_were_logged_in_stretched_time(door, old, new):
+    door.scene.render.frame_map_old, door.scene.render.frame_map_new = old, new
+    door.scene.frame_end = 120
+    bake()
+    track = recording().tracks["Front door"]
+    assert len(set(track.active)) == 2
+    ops.clear_recording()
+    door.scene.angen_live = False
+    for frame in range(1, 121):
+        door.scene.frame_set(frame)
+        at = track.at(frame)
+        assert sensor().angen_sensor.active == bool(track.active[at]), frame
+        assert sensor().angen_sensor.value == pytest.approx(track.value[at]), frame
+
+
+def test_keys_that_would_not_play_are_told(door, fcurves, capfd):
+    sensor().keyframe_insert(VALUE, frame=1, group="Readings")
+    curve(fcurves, sensor(), VALUE).mute = True
+    bake()
+    assert not curve(fcurves, sensor(), VALUE).mute
+    door.scene.frame_set(20)
+    assert sensor().angen_sensor.value == pytest.approx(0.5)
+    group = curve(fcurves, sensor(), VALUE).group
+    group.mute = True
+    with pytest.raises(RuntimeError, match="No sensor could be keyed"):
+        ops.bake_keyframes()
+    assert "group of F-curves 'Readings' is muted: unmute it" in "".join(capfd.readouterr())
+    group.mute = False
+    tracks = sensor().animation_data.nla_tracks
+    tracks.new().strips.new("other", 1, bpy.data.actions.new("other"))
+    tracks[0].is_solo = True
+    ops.simulate()
+    with pytest.raises(RuntimeError, match="No sensor could be keyed"):
+        ops.bake_keyframes()
+    assert "an NLA track plays alone: end its solo" in "".join(capfd.readouterr())

@@ -195,6 +195,16 @@ def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
     monkeypatch.setattr(run.Household, "run", None)
     assert day("--format", "casas", out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
+    monkeypatch.undo()
+    # A run that begins with the second date draws it the same; the first one is another day.
+    assert day("--start", "2026-03-03", out="second", days=1)[0] == 0
+    for name in ("events.csv", "activities.csv"):
+        both, alone = (rows(home.parent / folder / name) for folder in ("out", "second"))
+        key = "start" if name == "activities.csv" else "time"
+        later = [row for row in both if row[key] > "2026-03-03T00:00:01"]
+        assert later == [row for row in alone if row[key] > "2026-03-03T00:00:01"]
+        first = [row[key][11:] for row in both if row[key] < "2026-03-03"]
+        assert first != [row[key][11:] for row in alone]
 
 
 def test_a_full_disk_is_one_line_and_keeps_whole_days(

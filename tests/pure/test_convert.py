@@ -126,6 +126,55 @@ def test_daylight_saving_is_heeded_where_a_zone_is_given(convert, tmp_path) -> N
     assert times == {None: "03:00:00.000000", "Europe/Stockholm": "04:00:00.000000"}
 
 
+DAY_HEAD = "time,sensor,kind,field,value,person,because\r\n"
+
+
+def of_day(*times: str) -> str:
+    rows = [f"{at},P,PIR,moved,{number % 2},," for number, at in enumerate(times)]
+    return DAY_HEAD + "".join(f"{row}\r\n" for row in rows)
+
+
+@pytest.mark.parametrize("home", [False, True], ids=["alone", "with home.toml"])
+@pytest.mark.parametrize("date", ["2026-03-29", "2026-10-25"])
+def test_days_keep_their_local_times_where_clocks_change(convert, tmp_path, home, date) -> None:
+    told = [f"{date}T00:30:00.000", f"{date}T09:00:00.500", f"{date}T23:58:20.400"]
+    options = ["--timezone", "Europe/Stockholm"]
+    if home:
+        (tmp_path / "home.toml").write_text(
+            f'start = {date}T00:00:00\n[[sensors]]\nname = "P"\nkind = "PIR"\nroom = "hall"\n'
+        )
+        options += ["--home", tmp_path / "home.toml"]
+    out = tmp_path / "out.csv"
+    assert convert("--format", "events", "--out", out, *options, events=of_day(*told)) == (0, "")
+    found = [row.split(",")[-1] for row in out.read_text().split()[1:]]
+    assert [time[:-6] for time in found] == told
+    # Whole hours of difference between the clock and the seconds are those of the change.
+    seconds = [float(row.split(",")[0]) for row in out.read_text().split()[1:]]
+    assert seconds[2] - seconds[0] == pytest.approx(84_500.4 + (-3600 if "03" in date[5:7] else 3600))
+    # Activities go along, and mark the event that they begin with.
+    (tmp_path / "acts.csv").write_text(
+        f"start,end,person,activity,room\r\n{told[1]},{date}T23:59:30.000,anna,Sit,hall\r\n"
+    )
+    options += ["--activities", tmp_path / "acts.csv"]
+    out = tmp_path / "casas.txt"
+    rows = of_day(*told, f"{date}T23:59:00.000", f"{date}T23:59:10.000")
+    status, _ = convert("--format", "casas", "--out", out, *options, events=rows)
+    marked = [line for line in out.read_text().splitlines() if "begin" in line]
+    assert status == 0 and len(marked) == 1 and " 09:00:00.500" in marked[0]
+
+
+def test_local_times_that_clocks_leave_out_stay_in_order_and_are_counted(convert, tmp_path) -> None:
+    hours = ("01:59:59.000", "02:00:00.000", "02:45:00.000", "03:00:00.000", "03:10:00.000")
+    rows = of_day(*(f"2026-03-29T{hour}" for hour in hours))
+    out = tmp_path / "out.csv"
+    zone = "--timezone", "Europe/Stockholm"
+    status, err = convert("--format", "events", "--out", out, *zone, events=rows)
+    assert status == 0 and one_line(err).endswith("went forward: 2")
+    found = [row.split(",")[-1][11:] for row in out.read_text().split()[1:]]
+    begin, three = "01:59:59.000+01:00", "03:00:00.000+02:00"
+    assert found == [begin, three, three, three, "03:10:00.000+02:00"]
+
+
 def test_the_hour_that_comes_twice_keeps_its_order() -> None:
     start = datetime(2026, 10, 25, 2, 30, tzinfo=ZoneInfo("Europe/Stockholm"))
     events = [Event(t, "P", "moved", 0, "PIR", v) for t, v in ((0.0, "0"), (3600.0, "1"))]

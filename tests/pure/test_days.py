@@ -162,6 +162,7 @@ def test_the_truth_of_a_day_ends_with_it_and_tells_each_minute_of_movement() -> 
     # The chair stands in the hall, and belongs to the living room.
     of_places = {"Sofa": "living", "Chair": "living"}.__getitem__
     found = people(ACTED, lambda at: "living" if at[0] < 31.0 else "hall", of_places)
+    assert activities(ACTED, lambda place: rooms.get(place, ""), found)[1].room == "living"
     told = [(w.time / 1e6, w.room, w.at and w.at[0], w.posture) for w in found]
     assert told == [
         (0.0, "living", 1.0, SITTING),

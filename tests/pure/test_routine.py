@@ -4,7 +4,7 @@
 import re
 from collections import defaultdict
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta
 from itertools import pairwise
 from pathlib import Path
 
@@ -93,6 +93,23 @@ def test_another_person_day_or_length_of_the_run_changes_nothing_else() -> None:
     after = [s for s in week if s.start > 4.5 * DAY]
     assert after and changed[-len(after) :] == after
     assert drawn(seed=2) != drawn(seed=1)
+
+
+def test_a_date_is_drawn_the_same_whichever_day_the_run_begins_with() -> None:
+    def told(segments: list[Segment], shift: int) -> list[tuple[float, float, str]]:
+        """From the Wednesday's noon to Saturday, in s since Monday."""
+        moved = [(s.start + shift * DAY, s.end + shift * DAY, s.activity) for s in segments]
+        inside = [m for m in moved if 2.5 * DAY < m[0] and m[1] < 5 * DAY]
+        return [(round(begin, 3), round(end, 3), activity) for begin, end, activity in inside]
+
+    week = by_person(drawn())["anna"]
+    assert len(told(week, 0)) > 20
+    for day in (-7, 1, 2):
+        own = by_person(drawn(first=MONDAY + timedelta(day), days=7 - day))["anna"]
+        assert told(own, day) == told(week, 0), day
+    # Another Monday is not the same one again.
+    before = by_person(drawn(first=MONDAY - timedelta(7)))["anna"]
+    assert told(before, 0) != told(week, 0)
 
 
 def test_the_order_of_a_late_day_is_kept() -> None:

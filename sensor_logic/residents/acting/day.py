@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from ...routine.diary import OTHER
-from ...routine.draws import Stream
+from ...routine.draws import Draws, Stream
 from ...routine.routine import DAY, Routine, RoutineError, Segment
 from ...routine.table import suggestion
 from ..acted import AWAY, STANDING, Acted, ActedActivity, Stay
@@ -34,18 +34,18 @@ def act(
     routine: Routine,
     places: Places,
     residents: Mapping[str, Build],
-    seed: int,
+    draws: Draws,
     day: int,
     ground: Ground | None = None,
 ) -> Acted:
     """What happens on a day, counted from 0. `segments` are all that is known, in s since midnight
-    of day 0; `residents` the bodies by the names of the persons. With the `ground` of an earlier
+    of day 0, whose date the `draws` have; `residents` the bodies by the names of the persons. With the `ground` of an earlier
     day, ways that were found need not be found again; it changes nothing else. Raises RoutineError
     where something cannot be done."""
     activities = read_activities(routine, places)
     _check_known(segments, activities, residents, places)
     home = HomeInUse(places, ground or Ground(places))
-    plans = {person: _plan(segments, person, day, seed) for person in residents}
+    plans = {person: _plan(segments, person, day, draws) for person in residents}
     _begin_home(home, segments, activities, plans, day)
     left = home.as_left()
     people: list[Living] = []
@@ -89,7 +89,7 @@ def _check_known(
 
 
 def _plan(
-    segments: Sequence[Segment], person: str, day: int, seed: int
+    segments: Sequence[Segment], person: str, day: int, draws: Draws
 ) -> list[tuple[Segment, Stream]]:
     """A person's segments of a day, from the one that is under way at midnight, in s of the day."""
     mine = [s for s in segments if s.person == person]
@@ -99,7 +99,7 @@ def _plan(
         since = int(segment.start // DAY)
         purpose = f"acting {segment.start - since * DAY:.3f}"
         moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
-        found.append((moved, Stream(seed, person, since, purpose)))
+        found.append((moved, draws.stream(person, since, purpose)))
     return found
 
 

@@ -33,6 +33,7 @@ from sensor_logic.residents.places import (
 from sensor_logic.residents.timeline import swung
 from sensor_logic.residents.ways import Floor
 from sensor_logic.routine import file
+from sensor_logic.routine.draws import Draws
 from sensor_logic.routine.routine import Segment
 from sensor_logic.routine.timetable import timetable
 
@@ -48,6 +49,7 @@ ROOMS = {
 DOORWAYS = [(1.5, 3.0, 2.4, 3.2), (4.2, 3.0, 5.0, 3.2), (1.0, 4.6, 1.95, 4.8)]
 THINGS = [(0.0, 0.0, 2.0, 1.0), (5.1, 0.0, 5.6, 0.6), (7.0, 0.0, 9.0, 0.9), (9.2, 3.8, 10.0, 4.6)]
 # Name: use, x, y, yaw, and what the hand goes to or the hips rest on.
+MONDAY = date(2026, 3, 2)
 PLACES = {
     "Bed": (LIE, 1.0, 1.6, pi, (1.0, 0.5, 0.5)),
     "Toilet": (SIT, 5.0, 0.95, pi / 2, (5.35, 0.4, 0.45)),
@@ -185,7 +187,7 @@ def play(home: Places, ground: Ground) -> Callable[..., Played]:
                 segments.append(Segment(at * 60.0, end * 60.0, person, activity))
         bodies = {person: CAT if person == "cat" else ADULT for person in days} | (builds or {})
         at, over = (home, ground) if places is None else (places, Ground(places))
-        return Played(act(segments, routine, at, bodies, seed, day, over), at)
+        return Played(act(segments, routine, at, bodies, Draws(seed, MONDAY), day, over), at)
 
     return played
 
@@ -209,8 +211,8 @@ def week(home: Places, ground: Ground) -> Callable[..., Played]:
 
     def played(text: str, day: int, days: int = 7, seed: int = 1) -> Played:
         routine = file.read(text, "week.toml")
-        segments = timetable(routine, date(2026, 3, 2), days, seed)
+        segments = timetable(routine, MONDAY, days, seed)
         bodies = dict.fromkeys(routine.persons, ADULT)
-        return Played(act(segments, routine, home, bodies, seed, day, ground), home)
+        return Played(act(segments, routine, home, bodies, Draws(seed, MONDAY), day, ground), home)
 
     return played

@@ -2,6 +2,7 @@
 """What cannot be done is told in one line; what can hardly be done ends well."""
 
 import re
+from datetime import date
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ import pytest
 from sensor_logic.residents.acting import act
 from sensor_logic.residents.body.build import ADULT, Build, Sort
 from sensor_logic.routine import diary, file
+from sensor_logic.routine.draws import Draws
 from sensor_logic.routine.routine import DAY, RoutineError, Segment
 
+DRAWS = Draws(1, date(2026, 3, 2))
 ACTIVITIES = """
 Relax = sit Sofa
 Toilet = sit Toilet 2 min, use Washbasin 20 s
@@ -57,9 +60,9 @@ def test_activities_and_people_that_nobody_knows(home, ground) -> None:
         "start,end,person,activity\n2026-03-02 07:00,2026-03-02 08:00,anna,Nap\n", "d.csv"
     )
     with pytest.raises(RoutineError, match="'anna' does 'Nap', which is no activity"):
-        act(segments, routine, home, {"anna": ADULT}, 1, 0, ground)
+        act(segments, routine, home, {"anna": ADULT}, DRAWS, 0, ground)
     with pytest.raises(RoutineError, match="'bo' has no resident in the home; known: 'anna'"):
-        act([Segment(0.0, 60.0, "bo", "Away")], routine, home, {"anna": ADULT}, 1, 0, ground)
+        act([Segment(0.0, 60.0, "bo", "Away")], routine, home, {"anna": ADULT}, DRAWS, 0, ground)
 
 
 def test_an_activity_shorter_than_the_way_there(play) -> None:
@@ -93,7 +96,7 @@ def test_a_diary_with_gaps(home, ground) -> None:
     routine = file.read(from_day + '[activity.Sleep]\ndo = ["lie Bed"]\n', "week.toml")
     _, segments = diary.read(rows, "d.csv")
     for day in (0, 1):
-        acted = act(segments, routine, home, {"anna": ADULT}, 1, day, ground)
+        acted = act(segments, routine, home, {"anna": ADULT}, DRAWS, day, ground)
         told = [(done.activity, done.place) for done in acted.activities]
         if day == 0:
             names = ["Other", "Relax", "Other", "Toilet", "Other", "Sleep"]

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from sensor_logic.days.truth import activities, people
 from sensor_logic.residents.body.reach import palm
 from sensor_logic.residents.body.solve import solve
 from sensor_logic.residents.timeline import swung
@@ -55,6 +56,21 @@ def test_the_body_is_where_the_truth_says_in_the_posture_it_says(day) -> None:
         assert np.hypot(*(hips - wanted)[:2]) < 0.12, stay
         low, high = heights[stay.posture]
         assert low < hips[2] < high, stay
+
+
+def test_whoever_stands_still_is_where_the_truth_said_last(day) -> None:
+    storey, of = day.places.storeys[0], {p.name: p.room for p in day.places.places.values()}
+    rows = people(day.acted, storey.room_at, lambda name: of.get(name, ""))
+    moving, times = day.acted.bodies["anna"].moving(), np.arange(0.5, DAY, 30.0)
+    still = ~((times[:, None] > moving[:, 0]) & (times[:, None] < moving[:, 1])).any(axis=1)
+    last = np.searchsorted([row.time / 1e6 for row in rows], times[still], side="right") - 1
+    at = np.array([row.at or (np.nan,) * 3 for row in rows])[last]
+    off = np.linalg.norm(day.at("anna", *times[still]) - at, axis=1)
+    assert still.sum() > 2000 and np.nanmax(off) < 0.06
+    # So many rows tell it, not one for each gesture.
+    assert len(rows) < 200
+    named = activities(day.acted, lambda name: of.get(name, ""), rows)
+    assert [a.room == "" for a in named] == [a.activity == "Away" for a in named]
 
 
 def test_the_body_never_jumps_nor_goes_through_things(day) -> None:

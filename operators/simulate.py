@@ -13,7 +13,7 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
 from ..angen_addon.commands.progress import TimeLeft
-from ..angen_addon.recording.stored_recording import stored_run
+from ..angen_addon.recording.stored_recording import settings_of, stored_run
 from ..angen_addon.runtime import outputs, state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
@@ -45,6 +45,7 @@ class ANGEN_OT_simulate(Operator):
     _run: Iterator[Progress]
     _scene_uid = 0
     _recording: Recording
+    _settings: dict[str, str]
     _timer: Any = None
     _slices: Slices
     _left: TimeLeft
@@ -71,6 +72,7 @@ class ANGEN_OT_simulate(Operator):
         try:
             sensors = all_sensors(context.view_layer)
             self._run = simulate(scene, sensors, first, last, self._recording)
+            self._settings = settings_of(scene, sensors)
         except SensorError as error:
             self.report({"ERROR"}, str(error))
             return False
@@ -91,7 +93,9 @@ class ANGEN_OT_simulate(Operator):
             context.view_layer.update()
         lacking.look(context.view_layer)
         depsgraph = context.evaluated_depsgraph_get()
-        state.CACHE.keep(scene, stored_run(self._recording, scene, depsgraph))
+        stored = stored_run(self._recording, scene, depsgraph)
+        stored.note_begin(self._settings)
+        state.CACHE.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
         self.report({"INFO"}, f"{how} frames {first} to {last}: {self._updates()} updates")

@@ -12,9 +12,9 @@ from datetime import datetime
 from pathlib import Path
 
 from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
+from ...sensor_logic.formats.local_time import since
 from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, Value
 from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.local_time import since
 from ...sensor_logic.formats.source import SourceError, make_log, read_home, start_of
 from ..output.mqtt.address import AT_ONCE, Address, AddressError, add_options, address_of
 from ..output.mqtt.link import Link, MqttError

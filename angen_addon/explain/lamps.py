@@ -45,6 +45,11 @@ class LightParts:
     def total(self) -> float:
         return sum(lamp.light for lamp in self.lamps.values()) + self.rest
 
+    @property
+    def given(self) -> float:
+        """What comes, without what lamps of negative power take away again."""
+        return sum(max(lamp.light, 0.0) for lamp in self.lamps.values()) + max(self.rest, 0.0)
+
 
 class _Shading(NamedTuple):
     """An object in the way of a ray to a lamp (its number): whether it lets light pass, and how

@@ -19,6 +19,7 @@ from ...sensor_logic.report.facts import Report, ReportedSensor
 from ...sensor_logic.report.svg import shown_number
 from .. import plan
 from ..advice.lacking import lacking
+from ..scene.animation import is_animated
 from ..scene.sensors import Sensor, decimal, read_parameters, simulated
 from .version import extension_version
 
@@ -99,15 +100,18 @@ def _sensor_facts(sensor: Sensor) -> ReportedSensor:
 
 
 def _changed(sensor: Sensor) -> list[tuple[str, str]]:
-    """Names and values of the parameters in use that differ from the defaults of the kind."""
+    """Names and values of the parameters in use that differ from the defaults of the kind. What is
+    animated has no single value in a run."""
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)
-    return [
-        (name, value_text(getattr(parameters, name), spec, sensor.kind.unit_of(spec, parameters)))
-        for name, spec in specs(sensor.kind.parameters).items()
-        if is_chosen(parameters, spec.used_when)
-        and not _same(getattr(parameters, name), usual[name])
-    ]
+    found = []
+    for name, spec in specs(sensor.kind.parameters).items():
+        value = getattr(parameters, name)
+        if is_animated(sensor.object, f"angen_sensor.{sensor.kind.attribute}.{name}"):
+            found.append((name, "animated"))
+        elif is_chosen(parameters, spec.used_when) and not _same(value, usual[name]):
+            found.append((name, value_text(value, spec, sensor.kind.unit_of(spec, parameters))))
+    return found
 
 
 def _same(value: Any, usual: Any) -> bool:

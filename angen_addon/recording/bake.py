@@ -90,8 +90,10 @@ def _obstacle(obj: Any) -> str:
     animation = obj.animation_data
     if animation is not None and animation.use_tweak_mode:
         return "its NLA strip is being tweaked: leave Tweak Mode (Tab in the NLA editor)"
-    if animation is not None and animation.use_nla and any(
-        track.is_solo for track in animation.nla_tracks
+    if (
+        animation is not None
+        and animation.use_nla
+        and any(track.is_solo for track in animation.nla_tracks)
     ):
         return "an NLA track plays alone: end its solo (the star in the NLA editor)"
     drivers = animation.drivers if animation is not None else ()

@@ -9,11 +9,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.kind import LIGHT, REFLECTANCE
+from ...sensor_logic.kind import LIGHT, REFLECTANCE, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import listed
-from ..scene.sensors import Sensor, all_sensors
+from ..scene.sensors import Sensor, all_sensors, simulated
 from .fingerprint import (
     SCENE,
     SHOWN,
@@ -103,6 +103,15 @@ class StoredRecording:
             self.fingerprint = fingerprint_of(scene, depsgraph, made.light)
             self.fingerprint.portable = made.portable
             self.blender, self.stored = THIS_BLENDER, ""
+
+    def note_begin(self, settings: dict[str, str]) -> None:
+        """Compares with the `settings_of` the scene when the run began: what other code has edited
+        meanwhile was not so for all of the readings."""
+        known = self.fingerprint.digests
+        for key, digest in settings.items():
+            if known.get(key, digest) != digest:
+                known[key], now = digest, known[key]
+                self._compare({key: now})
 
     def note_edit(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], playing: bool
@@ -219,10 +228,22 @@ class StoredRecording:
         return self._other_view_layer
 
 
+def settings_of(scene: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
+    """Digests of the scene's settings and of its sensors, by key: what a run of them takes for the
+    same from its begin to its end."""
+    light = _see_light(sensor.kind for sensor in simulated(sensors))
+    objects = {part for sensor in sensors for part in (sensor.object, *sensor.holders)}
+    found = {key_of(obj): digest_of(obj) for obj in objects}
+    return found | {SCENE: own_settings(scene, sensors, light)}
+
+
+def _see_light(kinds: Iterable[Kind]) -> bool:
+    return any(kind.requires(LIGHT) or kind.requires(REFLECTANCE) for kind in kinds)
+
+
 def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
     """The recording of a run that has just ended, with the fingerprint of its scene."""
-    kinds = [KINDS[track.kind_name] for track in recording.tracks.values()]
-    light = any(kind.requires(LIGHT) or kind.requires(REFLECTANCE) for kind in kinds)
+    light = _see_light(KINDS[track.kind_name] for track in recording.tracks.values())
     made = fingerprint_of(scene, depsgraph, light)
     made.portable = portable(scene, depsgraph)
     return StoredRecording(recording, made)

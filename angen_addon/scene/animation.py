@@ -80,11 +80,17 @@ def may_set(owner: Any, *words: str) -> bool:
 
 
 def is_animated(obj: Any, path: str) -> bool:
-    """Whether keys or a driver set this data path."""
+    """Whether keys, a strip of the NLA or a driver set this data path."""
     animation = obj.animation_data
     if animation is None:
         return False
-    return bool(curves(obj, {path})) or any(d.data_path == path for d in animation.drivers)
+    strips = [strip for track in animation.nla_tracks for strip in track.strips]
+    played = [
+        curve for s in strips for curve in action_curves(s.action, getattr(s, "action_slot", None))
+    ]
+    return bool(curves(obj, {path})) or any(
+        curve.data_path == path for curve in (*animation.drivers, *played)
+    )
 
 
 def stays(obj: Any, *paths: str) -> bool:

@@ -44,9 +44,9 @@ RoomOf = Callable[[str], str]
 def activities(
     acted: Acted, room_of: RoomOf, where: Iterable[Whereabouts] = ()
 ) -> list[LoggedActivity]:
-    """What was done between midnight and midnight; `room_of` tells a place's room. What has no place,
-    or never came to it, is in the room where that person was longest meanwhile, as `people` tells
-    `where`. Times in µs."""
+    """What was done between midnight and midnight; `room_of` tells a place's room. What has no
+    place, or never came to it, is in the room where that person was longest meanwhile, as `people`
+    tells `where`. Times in µs."""
     found, of = [], defaultdict(list)
     for row in where:
         of[row.person].append(row)
@@ -59,9 +59,9 @@ def activities(
 
 
 def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
-    """Everybody at midnight, at each change of posture, room or place, where a movement ends, and at
-    least each minute of movement. Who is at a place is in its room, as in the activities; on the way in that of the
-    point."""
+    """Everybody at midnight, at each change of posture, room or place, where a movement ends, and
+    at least each minute of movement. Who is at a place is in its room, as in the activities; on the
+    way in that of the point."""
     rooms = room_at, room_of
     found = [where for person in acted.bodies for where in _person(acted, person, *rooms)]
     return sorted(found, key=lambda where: (where.time, where.person))
@@ -91,11 +91,10 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
         for time, at in zip(times.tolist(), where, strict=True):
             room = "" if gone else room_of(stay.place) if stay.place else room_at(at)
             place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
-            same = time > first and last is not None and room == last.room
-            if same and time - told < TELL_EVERY - 1e-6 and not (
-                time in ends and _apart(place, last.at) > ELSEWHERE
-            ):
-                continue
+            if last is not None and time > first and room == last.room:
+                stopped = time in ends and _apart(place, last.at) > ELSEWHERE
+                if not stopped and time - told < TELL_EVERY - 1e-6:
+                    continue
             told = time
             last = Whereabouts(round(time * US), person, room, place, stay.posture)
             yield last

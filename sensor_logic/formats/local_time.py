@@ -54,9 +54,10 @@ def count_left_out(times: Sequence[datetime], zone: tzinfo | None) -> int:
 def since(start: datetime, time: datetime) -> int:
     """Microseconds from the start; a time without a zone is a local one in the start's zone.
     Raises TypeError for a time with a zone where the start has none."""
-    if start.tzinfo is not None:
+    zone = start.tzinfo
+    if zone is not None:
         # Python subtracts times of one zone as if daylight saving did not exist.
-        start, time = start.astimezone(UTC), localised(time, start.tzinfo).astimezone(UTC)
+        start, time = start.astimezone(UTC), localised(time, zone).astimezone(UTC)
     return (time - start) // MICROSECOND
 
 

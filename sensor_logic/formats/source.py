@@ -237,4 +237,3 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> L
     if last < first:
         raise SourceError(f"{path}: line {number}: '{activity}' ends before it begins")
     return LoggedActivity(first, last, person, activity, room)
-

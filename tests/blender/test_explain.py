@@ -298,6 +298,31 @@ def test_each_lamps_share_and_what_shadows_it(world, explained):
     assert ("Hidden", "nothing: shadowed by 'Plate'") in found.facts
 
 
+@pytest.mark.parametrize("power", [-60.0, -1000.0])
+def test_a_lamp_that_takes_light_away_is_told_of(world, explained, power):
+    """Of what comes, so much goes again; a reading is no less than none, nor is its estimate."""
+    world.scene.angen_luminous_efficacy = 1.0
+    lamp(world, "POINT", at=(0, 0, 2), energy=100.0).name = "Plus"
+    lamp(world, "POINT", at=(0, 0, 4), energy=power).name = "Minus"
+    sensor = world.sensor(
+        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
+    )
+    sensor.rotation_euler = (math.pi, 0, 0)
+    recording = world.run(1, 2)
+    _, found = explained(sensor, 1, recording)
+    facts, away = dict(found.facts), -power / 100.0 / 4.0
+    assert facts["Plus"] == "100%: 1.99 lx"
+    assert facts["Minus"].startswith(f"takes {away:.0%} away: -")
+    reading = recording.tracks["light"].value[1]
+    if away < 1.0:
+        assert found.headline == "Lit: 'Plus' gives 100% of the estimated light"
+        assert facts["Estimate"].startswith(f"about {reading:.3g} lx")
+    else:
+        assert reading == 0.0 and found.headline == "Dark: 'Minus' takes the light away"
+        assert facts["Estimate"].startswith("about 0 lx (")
+        assert ", which make -" in facts["Estimate"]
+
+
 def test_light_behind_something_transparent_is_not_told_to_be_none(world, explained):
     """A curtain that lets half of the light pass, in a way that closed forms do not know, comes
     between: the reading is halved, and no number of the estimate is told of the lamp."""

@@ -354,3 +354,30 @@ def test_what_a_script_changes_just_before_a_frame_makes_it_stale(home, change):
     change(home)
     home.scene.frame_set(4)
     assert "changed since" in stale()
+
+
+DURING_A_RUN = {
+    "fps": lambda world: world.scene.render.__setattr__("fps", 60),
+    "start": lambda world: world.scene.__setattr__("frame_start", 10),
+    "seed": lambda world: world.scene.__setattr__("angen_seed", 9),
+    "kind": lambda world: named("Front door").angen_sensor.__setattr__("kind", "PIR"),
+    "place": lambda world: named("Front door").__setattr__("location", (3, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("change", DURING_A_RUN.values(), ids=DURING_A_RUN)
+def test_what_other_code_changes_amid_a_run_makes_it_stale(home, change):
+    left = [change]
+
+    def meddles(scene, _):
+        if scene.frame_current == 20 and left:
+            left.pop()(home)
+
+    bpy.app.handlers.frame_change_post.append(meddles)
+    try:
+        bpy.ops.angen.simulate()
+    finally:
+        bpy.app.handlers.frame_change_post.remove(meddles)
+    assert not left and "changed since" in stale()
+    bpy.ops.angen.simulate()
+    assert stale() == ""

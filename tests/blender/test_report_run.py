@@ -72,10 +72,22 @@ def test_the_picture_has_timeline_and_plan(home: Path, command: Any) -> None:
 
 def test_the_same_run_gives_the_same_bytes(home: Path, command: Any) -> None:
     pages = [home / "one.html", home / "two.html"]
-    for page in pages:
-        bpy.context.scene.frame_set(20)
+    for page, frame in zip(pages, (1, 20), strict=True):
+        bpy.context.scene.frame_set(frame)
         assert command("simulate", "--report", page, "--quiet")[0] == 0
     assert pages[0].read_bytes() == pages[1].read_bytes()
+
+
+def test_of_what_is_animated_no_single_value_is_told(home: Path, command: Any) -> None:
+    obj, pages = bpy.data.objects["PIR"], [home / "one.html", home / "two.html"]
+    for frame, angle in ((1, 0.5), (24, 1.0)):
+        obj.angen_sensor.pir.threshold = angle
+        obj.keyframe_insert("angen_sensor.pir.threshold", frame=frame)
+    for page, frame in zip(pages, (1, 20), strict=True):
+        bpy.context.scene.frame_set(frame)
+        assert command("simulate", "--report", page, "--quiet")[0] == 0
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+    assert rows(pages[0])[-1][2].endswith("vertical_fov 0°, threshold animated")
 
 
 def test_the_report_keeps_to_the_chosen_sensors_and_frames(home: Path, command: Any) -> None:

@@ -79,7 +79,8 @@ def _live(addon_part, found, text):
         name: build.CAT if name == "missan" else build.OLDER_ADULT for name in routine.persons
     }
     draws = addon_part("sensor_logic.routine.draws").Draws(1, date(2026, 3, 2))
-    acted = addon_part("sensor_logic.residents.acting").act(segments, routine, found, bodies, draws, 1)
+    act = addon_part("sensor_logic.residents.acting").act
+    acted = act(segments, routine, found, bodies, draws, 1)
     for name, body in acted.bodies.items():
         done = [one for one in acted.activities if one.person == name]
         moving = np.clip(body.moving(), 0.0, 86_400.0)

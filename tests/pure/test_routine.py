@@ -99,7 +99,7 @@ def test_a_date_is_drawn_the_same_whichever_day_the_run_begins_with() -> None:
     def told(segments: list[Segment], shift: int) -> list[tuple[float, float, str]]:
         """From the Wednesday's noon to Saturday, in s since Monday."""
         moved = [(s.start + shift * DAY, s.end + shift * DAY, s.activity) for s in segments]
-        inside = [m for m in moved if 2.5 * DAY < m[0] and m[1] < 5 * DAY]
+        inside = [m for m in moved if m[0] > 2.5 * DAY and m[1] < 5 * DAY]
         return [(round(begin, 3), round(end, 3), activity) for begin, end, activity in inside]
 
     week = by_person(drawn())["anna"]

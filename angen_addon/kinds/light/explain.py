@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from weakref import WeakKeyDictionary
 
 from ....sensor_logic.kind import Field
@@ -69,7 +70,7 @@ def explain_light(replay: Replay, index: int) -> Explanation:
         used = "Cycles"
     facts = [
         ("Reading", f"{text(track.value[index])} ({used})"),
-        ("Estimate", f"about {text(now.total)} (direct light and one mean for the walls)"),
+        ("Estimate", _estimate(cause)),
     ]
     if index > 0:
         when = at_frame(track.frames[index - 1], track.times[index - 1])
@@ -96,9 +97,19 @@ def _parts(replay: Replay, index: int) -> LightParts | None:
     return known[sensor][1]
 
 
+def _estimate(cause: LightCause) -> str:
+    """Within what the sensor can read, as its reading is."""
+    text, total = cause.field.text, cause.now.total
+    shown = min(max(total, 0.0), 100.0 if cause.unit == "%" else inf)
+    of = "direct light and one mean for the walls"
+    if shown != total:
+        of += f", which make {text(total)}"
+    return f"about {text(shown)} ({of})"
+
+
 def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
     now, text = cause.now, cause.field.text
-    whole = max(now.total, 1e-9)
+    whole = max(now.given, 1e-9)
     ordered = sorted(now.lamps.values(), key=lambda lamp: (-lamp.light, lamp.name))
     giving = [lamp for lamp in ordered if lamp.light > LITTLE * whole and not lamp.through]
     facts = [
@@ -108,12 +119,16 @@ def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
     if len(giving) > LAMPS_SHOWN:
         left = sum(lamp.light for lamp in giving[LAMPS_SHOWN:])
         facts.append((f"{len(giving) - LAMPS_SHOWN} more", f"{left / whole:.0%}"))
+    taking = [lamp for lamp in ordered if lamp.light < -LITTLE * whole and not lamp.through]
+    for lamp in taking[::-1][:LAMPS_SHOWN]:
+        away = f"takes {-lamp.light / whole:.0%} away: {text(lamp.light)}{_shade(lamp)}"
+        facts.append((lamp.name, away))
     if abs(now.rest) > LITTLE * whole:
         facts.append(("Walls and sky", f"{now.rest / whole:.0%}: {text(now.rest)}"))
     others = [
         lamp
-        for lamp in sorted(ordered, key=lambda lamp: (-lamp.unshaded, lamp.name))
-        if lamp not in giving and lamp.unshaded > LITTLE * whole
+        for lamp in sorted(ordered, key=lambda lamp: (-abs(lamp.unshaded), lamp.name))
+        if lamp not in giving and lamp not in taking and abs(lamp.unshaded) > LITTLE * whole
     ]
     facts += [(lamp.name, _behind(lamp)) for lamp in others if lamp.through]
     dark = [lamp for lamp in others if not lamp.through]
@@ -125,7 +140,7 @@ def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
 
 
 def _shade(lamp: LampShare) -> str:
-    lost = 1.0 - lamp.light / lamp.unshaded if lamp.unshaded > 0.0 else 0.0
+    lost = 1.0 - lamp.light / lamp.unshaded if lamp.unshaded else 0.0
     if lost < 0.01:
         return ""
     by = f" by {quoted(lamp.blocker)}" if lamp.blocker else ""
@@ -137,13 +152,16 @@ def _behind(lamp: LampShare) -> str:
 
 
 def _headline(cause: LightCause) -> str:
-    now, whole = cause.now, max(cause.now.total, 1e-9)
+    now, whole = cause.now, max(cause.now.given, 1e-9)
     changed = _most_changed(cause)
     if changed is not None:
         return _change(cause, *changed)
     most = max(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
     if most is not None and most.through and most.unshaded > LITTLE * whole:
         return f"{quoted(most.name)} shines through {quoted(most.through)}"
+    least = min(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
+    if least is not None and least.light < 0.0 and now.total <= LITTLE * whole:
+        return f"{quoted(least.name)} takes the light away"
     if most is None or most.light <= LITTLE * whole:
         return "no lamp shines on it directly"
     return f"{quoted(most.name)} gives {most.light / whole:.0%} of the estimated light"
@@ -172,7 +190,7 @@ def _most_changed(cause: LightCause) -> tuple[LampShare, LampShare] | None:
         for name in sorted({*then, *now})
     ]
     best = max(pairs, key=lambda pair: _difference(*pair), default=None)
-    least = LITTLE * max(cause.now.total, cause.before.total, 1e-9)
+    least = LITTLE * max(cause.now.given, cause.before.given, 1e-9)
     return best if best is not None and _difference(*best) > 10 * least else None
 
 

@@ -39,9 +39,9 @@ def act(
     ground: Ground | None = None,
 ) -> Acted:
     """What happens on a day, counted from 0. `segments` are all that is known, in s since midnight
-    of day 0, whose date the `draws` have; `residents` the bodies by the names of the persons. With the `ground` of an earlier
-    day, ways that were found need not be found again; it changes nothing else. Raises RoutineError
-    where something cannot be done."""
+    of day 0, whose date the `draws` have; `residents` the bodies by the names of the persons. With
+    the `ground` of an earlier day, ways that were found need not be found again; it changes nothing
+    else. Raises RoutineError where something cannot be done."""
     activities = read_activities(routine, places)
     _check_known(segments, activities, residents, places)
     home = HomeInUse(places, ground or Ground(places))

@@ -17,6 +17,7 @@ from ...sensor_logic.days.truth import DAY_S, US
 from ...sensor_logic.log.event_log import Event
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.residents.acted import Acted
+from ..process.memory import give_back
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.simulation import Exchange, Progress, simulate
 from ..scene.sensors import Sensor, decimal
@@ -24,7 +25,7 @@ from .causes import Causes
 from .stretch import DayStretch, state_of
 
 # s: with more movement than this between two exchanges keys take much memory.
-MOST_MOVEMENT = 300.0
+MOST_MOVEMENT = 200.0
 # s: keys go on for so long after a stretch, for what needs the frames after its own.
 AFTER_S = 1.0
 # Updates that *Explain* goes back to: of the same tilt, and the one before that.
@@ -114,6 +115,7 @@ class DayRun:
         def exchange() -> None:
             self._causes.take_left()
             self._show(start, end)
+            give_back()
 
         return exchange
 

@@ -14,9 +14,11 @@ import pytest
 
 
 @pytest.fixture
-def short_days(monkeypatch: pytest.MonkeyPatch, addon_part: Callable[[str], Any]) -> float:
+def short_days(
+    monkeypatch: pytest.MonkeyPatch, addon_part: Callable[[str], Any], request: Any
+) -> float:
     """Days of some minutes, cut where there is more than some seconds of movement."""
-    seconds = 400.0
+    seconds: float = getattr(request, "param", 400.0)
     for name in ("sensor_logic.days.truth", "sensor_logic.days.times", "angen_addon.days.living"):
         monkeypatch.setattr(addon_part(name), "DAY_S", seconds)
     monkeypatch.setattr(addon_part("angen_addon.days.living"), "MOST_MOVEMENT", 6.0)
@@ -60,7 +62,13 @@ def test_a_day_reads_what_every_frame_of_it_does(
     assert {e.sensor for e in found.events if e.time} == set(found.recording.tracks)
 
 
-@pytest.mark.parametrize(("hold", "driven"), [(100.0, False), (0.0, True)], ids=["held", "driven"])
+# With drivers every frame is evaluated.
+@pytest.mark.parametrize(
+    ("hold", "driven", "short_days"),
+    [(100.0, False, 400.0), (0.0, True, 200.0)],
+    ids=["held", "driven"],
+    indirect=["short_days"],
+)
 def test_a_day_in_stretches_tells_the_same(
     world: Any, hold: float, driven: bool, short_days: float, addon_part: Any, monkeypatch: Any
 ) -> None:
@@ -80,9 +88,10 @@ def test_a_day_in_stretches_tells_the_same(
         driver.type, variable = "SUM", driver.variables.new()
         variable.targets[0].id = world.bpy.data.objects["pad"]
         variable.targets[0].data_path = "angen_sensor.active"
-    acted = day_home.acted(5, day=short_days)
+    ways = int(short_days // 33)
+    acted = day_home.acted(5, ways, short_days)
     spans = acted.spans(0.0, short_days)
-    cuts = tuple((spans[[5, 8], 0] - 1.0).tolist())
+    cuts = tuple((spans[[5 * ways // 12, 2 * ways // 3], 0] - 1.0).tolist())
     plain = run(world, acted, 2)
     of, states, made = addon_part("angen_addon.days.stretch"), {}, {}
     waiting: set[str] = set()

@@ -77,7 +77,8 @@ def _is_shown(scene: Any, depsgraph: Any) -> bool:
 def on_edit(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
-    state.CACHE.note(depsgraph, edited=True)
+    own = state.CACHE.publishing and not others_follow_edits()
+    state.CACHE.note(depsgraph, edited=not own)
     if state.CACHE.running:
         return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
@@ -197,6 +198,15 @@ def others_follow_frames() -> bool:
     return any(
         handler is not on_frame_change
         for name in ("frame_change_pre", "frame_change_post")
+        for handler in getattr(bpy.app.handlers, name)
+    )
+
+
+def others_follow_edits() -> bool:
+    """Whether other code has handlers that can change the scene when it is evaluated."""
+    return any(
+        handler not in (on_edit, on_frame_change)
+        for name in ("depsgraph_update_pre", "depsgraph_update_post")
         for handler in getattr(bpy.app.handlers, name)
     )
 

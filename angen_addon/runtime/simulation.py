@@ -203,12 +203,14 @@ class _Run:
                         # Whoever is told may undo: not while something is kept.
                         for ready in stage.sense(window, evaluated_depsgraph()):
                             self._record(ready, driven)
+                        self._let_drivers_follow(driven)
                         yield self._at(step, doing)
                     for lit in stage.take_lit():
                         self._record(lit, driven)
                     if stage.has_sensed_all:
                         # Whoever is told may change the scene: not while something is kept of it.
                         self._recording.frame_end = min(self._frame(step), self._frame_end)
+                        self._let_drivers_follow(driven)
                         yield self._at(step)
                         self._resume(step, stage, alone, batches)
             finally:
@@ -219,8 +221,19 @@ class _Run:
                 if last is not None:
                     self._recording.frame_end = min(self._frame(last), self._frame_end)
             if last is not None:
+                self._let_drivers_follow(driven)
                 yield self._at(last)
                 self._resume(last, stage, alone, batches)
+
+    def _let_drivers_follow(self, driven: bool) -> None:
+        """Evaluates what reads the outputs, before others have their turn: it is no edit, after
+        which all of the scene would be looked at again."""
+        if driven:
+            state.CACHE.publishing = True
+            try:
+                evaluated_depsgraph()
+            finally:
+                state.CACHE.publishing = False
 
     def _frame(self, step: int) -> int:
         return self._clock.frame_and_subframe(step)[0]

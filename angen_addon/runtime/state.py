@@ -23,7 +23,8 @@ class Watching(Protocol):
 
 class Cache:
     """The last run of each scene, by its session uid; `running` while a run drives the frames, so
-    that handlers keep still, and `progress` the share of it that is done; `live` is what follows
+    that handlers keep still, `publishing` while what reads its outputs is evaluated, and `progress`
+    the share of it that is done; `live` is what follows
     the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
     `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
     what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
@@ -32,7 +33,7 @@ class Cache:
     """
 
     def __init__(self) -> None:
-        self.running = False
+        self.running = self.publishing = False
         self.progress = 0.0
         self.live: Any = None
         self.shown_at = 0.0

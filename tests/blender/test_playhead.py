@@ -310,7 +310,8 @@ def run_of(steps):
 def stop(recording, early=True):
     """What the operator says when Esc, or an error, ends the run that made `recording` so far."""
     operator, said = part("operators.simulate").ANGEN_OT_simulate, []
-    stub = SimpleNamespace(_recording=recording, _scene_uid=bpy.context.scene.session_uid)
+    scene = bpy.context.scene
+    stub = SimpleNamespace(_recording=recording, _scene_uid=scene.session_uid, _settings={})
     stub.report = lambda _, text: said.append(text)
     stub._updates = lambda: operator._updates(stub)
     stub._has_a_frame = lambda: operator._has_a_frame(stub)

@@ -289,7 +289,10 @@ class Solids:
         made: dict[int, MadeByNodes] = {}
         shapes: dict[int, Geometry] = {}
         paths = Paths()
-        matrices: list[Array] = []
+        # Of all matrices: one array of them is made in half the time of one each.
+        cells: list[float] = []
+        # Rows, now and before (-1: of another shape), of solids that have stood still so far.
+        stood: list[tuple[int, int]] = []
         holders: set[Any] = set()
         view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
         for instance in depsgraph.object_instances:
@@ -320,15 +323,12 @@ class Solids:
                 reshaped = geometry is not last
             else:
                 geometry, reshaped = self._shape(depsgraph, original, shapes)
-            matrix = np.array(instance.matrix_world, np.float64)
+            cells += [cell for row in instance.matrix_world for cell in row]
             if solid is None:
                 self._numbers += 1
                 solid = Solid(key, self._numbers, moving=self.listing > 0)
-            elif not solid.moving and (
-                reshaped or not np.array_equal(matrix, self.matrix[solid.row])
-            ):
-                solid.moving = True
-                self.gone.append(solid.number)
+            elif not solid.moving:
+                stood.append((len(self.solids), -1 if reshaped else solid.row))
             solid.geometry = geometry
             solid.name = name_of(original, owner, made_by_nodes)
             solid.original, solid.owner = original, owner
@@ -337,15 +337,17 @@ class Solids:
                 solid.owners |= paths.owners(instance)
             self._by_key[key] = solid
             self.solids.append(solid)
-            matrices.append(matrix)
         self.gone += [solid.number for solid in before.values() if not solid.moving]
         self._shapes = shapes
         self._of_instances = self.instanced | set(parts_of_instances(holders))
-        self._finish_list(depsgraph, matrices)
+        self._finish_list(depsgraph, np.array(cells).reshape(-1, 4, 4), stood)
 
-    def _finish_list(self, depsgraph: Any, matrices: list[Array]) -> None:
-        count = len(self.solids)
-        self.matrix = np.array(matrices).reshape(count, 4, 4)
+    def _finish_list(self, depsgraph: Any, matrices: Array, stood: list[tuple[int, int]]) -> None:
+        now, then = np.array(stood, np.intp).reshape(-1, 2).T
+        for row in now[(then < 0) | (matrices[now] != self.matrix[then]).any((1, 2))].tolist():
+            self.solids[row].moving = True
+            self.gone.append(self.solids[row].number)
+        count, self.matrix = len(self.solids), matrices
         self._inverse = np.empty((count, 4, 4))
         self._not_inverted.clear()
         self.lo, self.hi = np.empty((count, 3)), np.empty((count, 3))

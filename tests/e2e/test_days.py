@@ -7,6 +7,7 @@ import csv
 import subprocess
 from collections.abc import Callable
 from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 
 import build_zip
@@ -36,7 +37,7 @@ def test_a_day_tells_who_opened_the_entrance_when_somebody_left(
     people = rows(tmp_path / "day" / "people.csv")
     left = [
         datetime.fromisoformat(row["time"])
-        for before, row in zip(people, people[1:], strict=False)
+        for before, row in pairwise(people)
         if row["posture"] == "away" and before["posture"] != "away"
     ]
     times = [datetime.fromisoformat(row["time"]) for row in opened]

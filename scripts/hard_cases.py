@@ -95,6 +95,9 @@ OTHERS = (
     ("Pressure", "random piles", "0.5%",
      BLENDER + "test_pressure_range.py::test_random_piles",
      "100 random piles of 6 bodies (5 came to rest: 124 frames)"),
+    ("Pressure", "20,000 random islands of up to 6 bodies, that can be in balance or not; masses, "
+     "stiffnesses and sizes that differ by up to 1000: solved", "all settle",
+     PURE + "test_balance.py::test_every_island_settles", ""),
     ("Light", "a white sphere: light that bounces many times", "2%",
      BLENDER + "test_light_closed_form.py::test_inside_a_white_sphere_light_goes_round", ""),
     ("Light", "far from the origin, 10 km", "3%",

@@ -158,7 +158,7 @@ def names_nothing(home: Examined) -> Iterator[Found]:
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
                 yield (
-                    f"'{sensor.name}' has no {spec.label.lower()}: it aldirections reads the same",
+                    f"'{sensor.name}' has no {spec.label.lower()}: it always reads the same",
                     f"Choose its {spec.label} in the sidebar, Active Sensor",
                 )
 

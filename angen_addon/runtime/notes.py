@@ -5,6 +5,7 @@ rays met: so that it can be told what made a reading without going back to its f
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -67,13 +68,27 @@ class _Sensed:
     asked: list[_Asked] = field(default_factory=list)
 
 
+class _Last:
+    """The last `updates` of a sensor: at least KEPT, if there were so many."""
+
+    def __init__(self) -> None:
+        self.updates: deque[_Sensed] = deque()
+        self._count = 0
+
+    def append(self, sensed: _Sensed) -> None:
+        self.updates.append(sensed)
+        self._count += len(sensed.steps)
+        while self._count - len(self.updates[0].steps) >= KEPT:
+            self._count -= len(self.updates.popleft().steps)
+
+
 class Notes:
     """Of all sensors whose probes have them. `read` is called with a sensor's name after its
     readings were recorded."""
 
     def __init__(self, read: Callable[[str], object] = lambda name: None) -> None:
         self.read = read
-        self._sensed: dict[str, list[_Sensed]] = {}
+        self._sensed: dict[str, _Last] = {}
         self._met: Any = None
         # By number; those that are gone too.
         self._names: dict[int, str] = {}
@@ -96,10 +111,7 @@ class Notes:
     def listen(self, question: Question, updates: Updates) -> Updates:
         """The same updates, of which all that is asked is taken down."""
         sensed = _Sensed(question.steps, question.read.parameters, updates)
-        kept = self._sensed.setdefault(question.runner.sensor.name, [])
-        if sum(len(one.steps) for one in kept[1:]) >= KEPT:
-            kept.pop(0)
-        kept.append(sensed)
+        self._sensed.setdefault(question.runner.sensor.name, _Last()).append(sensed)
         asks = updates.scene.items()
         told = {need: partial(self._ask, question, sensed, need, ask) for need, ask in asks}
         return replace(updates, scene=told)
@@ -143,7 +155,8 @@ class Notes:
     def recall(self, runner: SensorRunner, step: int) -> tuple[Any, Updates]:
         """Parameters and the update at a step, of the sensor of a runner: its questions are
         answered as they were. Raises NotNoted."""
-        for sensed in reversed(self._sensed.get(runner.sensor.name, [])):
+        last = self._sensed.get(runner.sensor.name)
+        for sensed in reversed(last.updates if last is not None else ()):
             if sensed.steps[0] <= step <= sensed.steps[-1]:
                 i = bisect_left(sensed.steps, step)
                 own, one = sensed.updates, slice(i, i + 1)

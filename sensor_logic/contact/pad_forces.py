@@ -42,6 +42,7 @@ class _Attempt:
     groups: list[Group]
     balance: Balance | None
     residuals: dict[Key, float]
+    converged: bool = True
     undecided: str = ""
     unresolved: str = ""
 
@@ -104,7 +105,7 @@ def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Att
     residuals = {
         key: _residual(world, key, found.missing[index], least) for key, index in order.items()
     }
-    attempt = _Attempt(island, groups, found, residuals)
+    attempt = _Attempt(island, groups, found, residuals, found.settled and lying.converged)
     attempt.unresolved = _unresolved(pad, world, attempt, lying)
     if island.constraints:
         attempt.undecided = _undecided(pad, attempt, loads, points, order)
@@ -140,16 +141,12 @@ def _undecided(
 ) -> str:
     """Says so where the pad's force depends on the stiffness of constraints; else empty."""
     on_pad = points_on_pad(pad, attempt.groups)
-    borne = [
-        np.abs(
-            balance(
-                loads,
-                points,
-                [_joint(link, order, stiffness) for link in attempt.island.constraints],
-            ).forces[on_pad]
-        ).sum()
-        for stiffness in (SOFT_JOINT, HARD_JOINT)
-    ]
+    borne = []
+    for stiffness in (SOFT_JOINT, HARD_JOINT):
+        joints = [_joint(link, order, stiffness) for link in attempt.island.constraints]
+        found = balance(loads, points, joints)
+        attempt.converged &= found.settled
+        borne.append(np.abs(found.forces[on_pad]).sum())
     if abs(borne[0] - borne[1]) <= SHARE_KNOWN * max(borne):
         return ""
     names = ", ".join(f"'{link.name}'" for link in attempt.island.constraints)
@@ -214,7 +211,7 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
             f"the contacts of '{world.node(worst).name}' explain "
             f"{max(0.0, 1.0 - attempt.worst):.0%} of its motion and weight"
         )
-    elif not attempt.balance.settled:
+    elif not attempt.converged:
         problems.append("the contact forces did not settle")
     problem = next((problem for problem in problems if problem), "")
     bodies = len(attempt.island.bodies)

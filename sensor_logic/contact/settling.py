@@ -37,11 +37,12 @@ OFF = 1e4
 class Settled:
     """`points` with their slack; for each of them (n,) in m, the largest height difference of
     supports that are `level`, and the largest at which it is uncertain (`untold`) which of them
-    carries."""
+    carries. `converged`: whether the solver found its end."""
 
     points: Points
     level: Array
     untold: Array
+    converged: bool = True
 
 
 def settled(
@@ -58,10 +59,11 @@ def settled(
         return Settled(points, LEVEL + rounding, untold)
     slack = np.where(known, gaps, 0.0) / INDENTATION
     stiff = replace(points, stiffness=np.ones(len(gaps)), slack=slack)
-    left = -INDENTATION * balance(loads, stiff, joints).depths
+    found = balance(loads, stiff, joints)
+    left = -INDENTATION * found.depths
     limits = np.where(moves, MOVING, TOUCHING) + rounding
     slack = np.where(known & (left > limits), OFF, 0.0)
-    return Settled(replace(points, slack=slack), LEVEL + rounding, untold)
+    return Settled(replace(points, slack=slack), LEVEL + rounding, untold, found.settled)
 
 
 def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> float:

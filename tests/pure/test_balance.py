@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The solver of contact forces: closed forms, and random islands against scipy's solvers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -223,6 +225,55 @@ def island(seed, feasible=True):
     return loads, where
 
 
+def rough_island(seed, feasible):
+    """Up to six bodies that hang on each other and on the ground, of 1 cm to 3 m, with masses and
+    stiffnesses that differ by up to 1000. Where feasible, the needs are those of random forces
+    in their cones, some on the cone's edge."""
+    rng = np.random.default_rng((int(feasible), seed))
+    bodies = int(rng.integers(1, 7))
+    sizes = 10.0 ** rng.uniform(-2, 0.5, bodies)
+    weights = 9.81 * 10.0 ** rng.uniform(-1.5, 1.5, bodies)
+    centres = np.zeros((bodies, 3))
+    parts = []
+    for body in range(bodies):
+        under, towards = GROUND, -UP
+        if body:
+            under = int(rng.integers(0, body))
+            towards = rng.normal(size=3)
+            towards /= np.linalg.norm(towards)
+            centres[body] = centres[under] - towards * (sizes[body] + sizes[under])
+        for other, way in [(under, towards), (GROUND, -UP)][: int(rng.integers(1, 3))]:
+            count = int(rng.integers(1, 9))
+            reach = 0.5 * min(sizes[body], sizes[other] if other != GROUND else np.inf)
+            spread = rng.uniform(-reach, reach, (count, 3))
+            flat = rng.random() < 0.5
+            if flat:
+                spread -= np.outer(spread @ way, way)
+            normals = -way + (0.0 if flat else 0.3) * rng.normal(size=(count, 3))
+            normals /= np.linalg.norm(normals, axis=1)[:, None]
+            places = centres[body] + way * sizes[body] + spread
+            parts.append(points(places, normals, a=body, b=other))
+    where = joined(*parts)
+    count = len(where.places)
+    friction = rng.choice([0.0, 0.01, 0.1, 0.5, 1.0, 2.0], count)
+    slack = np.zeros(count)
+    if rng.random() < 0.3:
+        slack = np.where(rng.random(count) < 0.2, 10.0 ** rng.uniform(-2, 4, count), 0.0)
+    spring = 10.0 ** rng.uniform(-rng.choice([0, 3]), 0, count)
+    where = replace(where, friction=friction, stiffness=spring, slack=slack)
+    wrenches = rng.normal(size=(bodies, 6)) * weights[:, None]
+    wrenches[:, 3:] *= sizes[:, None]
+    if feasible:
+        press = rng.exponential(size=count) * weights[where.a] * (rng.random(count) < 0.7)
+        rub = np.cross(where.normals, rng.normal(size=(count, 3)))
+        rub /= np.linalg.norm(rub, axis=1)[:, None]
+        share = friction * rng.choice([rng.uniform(), 1.0], count)
+        forces = press[:, None] * (where.normals + share[:, None] * rub)
+        blank = [Load(c, np.zeros(6), s) for c, s in zip(centres, sizes, strict=True)]
+        wrenches = -missing_of(blank, where, forces)
+    return [Load(c, w, s) for c, w, s in zip(centres, wrenches, sizes, strict=True)], where
+
+
 def assert_possible(loads, where, found):
     """No NaN, no pulling, friction in its cone, and `missing` tells the truth."""
     assert np.isfinite(found.forces).all() and np.isfinite(found.missing).all()
@@ -253,6 +304,31 @@ def test_islands_that_cannot_be_met_are_told(seed):
     found = balance(loads, where)
     assert_possible(loads, where, found)
     assert found.settled, found.steps
+
+
+@pytest.mark.parametrize(
+    "count", [150, pytest.param(10_000, marks=pytest.mark.measured)], ids=["some", "20000"]
+)
+def test_every_island_settles(count, figure):
+    """Whether it can be met or not."""
+    most = 0
+    for feasible in (True, False):
+        for seed in range(count):
+            loads, where = rough_island(seed, feasible)
+            found = balance(loads, where)
+            assert found.settled, (seed, feasible)
+            assert_possible(loads, where, found)
+            most = max(most, found.steps)
+    figure(f"0 of {2 * count} not settled, at most {most} steps")
+
+
+def test_a_cone_whose_apex_newton_circles():
+    """Newton's method alone found no end in 150 steps."""
+    for seed, feasible in ((507, True), (33, True), (90, False), (1_014_826_219, False)):
+        loads, where = island(seed, feasible)
+        found = balance(loads, where)
+        assert found.settled
+        assert_possible(loads, where, found)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

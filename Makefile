@@ -8,10 +8,11 @@ LINT_VENV ?= .venv-lint
 READERS_VENV ?= .venv-readers
 RUN = $(VENV)/bin/python
 LINT = $(LINT_VENV)/bin/python
+PYTEST = $(RUN) -m pytest -n auto --maxprocesses 4 --dist worksteal
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test readers mqtt bench lint zip assets sample clean
+.PHONY: help venv lint-venv demo test test-all readers mqtt bench lint zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -20,8 +21,11 @@ help: ## this list
 demo: venv ## simulate the sample home and show what its sensors saw
 	@$(RUN) scripts/demo.py
 
-test: venv ## run the tests (ARGS="-k pir": pytest's options; ARGS="-n 0": in one process)
-	@$(RUN) -m pytest -n auto --maxprocesses 4 --dist loadfile $(ARGS)
+test: venv ## run the quick tests, in minutes (ARGS="-k pir": pytest's options; ARGS="-n 0": in one process)
+	@$(PYTEST) -m "not slow and not measured" $(ARGS)
+
+test-all: venv ## run all tests in this version of Blender
+	@$(PYTEST) -m "not measured" $(ARGS)
 
 readers: ## read the files of all formats with programs that others wrote (800 MB to fetch, once)
 	@BPY= sh scripts/make_venv.sh $(READERS_VENV) readers

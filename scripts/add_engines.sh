@@ -12,12 +12,12 @@ stamp=$(cksum <"$requirements")
 # Blender's module needs the numpy that it came with.
 "$venv/bin/python" -c 'import numpy; print("numpy==" + numpy.__version__)' >"$venv/numpy.txt"
 complete=true
-while read -r engine; do
+for engine in embreex matplotlib mujoco pyradiance; do
     "$venv/bin/python" -m pip install -qq --disable-pip-version-check --retries 1 \
-        -c "$venv/numpy.txt" "$engine" && continue
+        -c "$requirements" -c "$venv/numpy.txt" "$engine" && continue
     echo "Could not install $engine: the benchmarks leave it out; pip's message is above." >&2
     complete=false
-done <"$requirements"
+done
 if $complete; then
     echo "$stamp" >"$venv/engines"
 fi

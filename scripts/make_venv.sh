@@ -39,7 +39,7 @@ case $purpose,${BPY:-} in
 esac
 
 # What the environment is made of, kept in it: a change here makes it anew.
-stamp="$purpose ${BPY:-} $(cksum <"$requirements")"
+stamp="$purpose ${BPY:-} $(cat "$requirements" "$0" | cksum)"
 if ready "$stamp" && fits; then
     exit 0
 fi
@@ -66,14 +66,15 @@ else
     no_python
 fi
 
-packages=
-if [ -n "$bpy" ]; then
-    packages="bpy==$bpy.*"
-elif [ "$purpose" = test ]; then
-    packages=numpy
-fi
-# Blender 4.2 ships numpy 1.24; its module asks for no version and would get one that it cannot use.
-case $bpy in 4.2*) packages="$packages numpy==1.24.*" ;; esac
+# Blender's module with the numpy that it can use, to the exact version for what CI tests.
+case $purpose,$bpy in
+    test,4.2) packages="bpy==4.2.23 numpy==1.24.4" ;;
+    test,4.5) packages="bpy==4.5.15 numpy==1.26.4" ;;
+    test,5.2) packages="bpy==5.2.3 numpy==2.5.5" ;;
+    test,) packages=numpy ;;
+    test,*) packages="bpy==$bpy.*" ;;
+    *) packages= ;;
+esac
 
 # Two stamps, each written last, so half an environment never counts: "installed", and "ready" once
 # Blender's module starts, which may first need libraries of the system.

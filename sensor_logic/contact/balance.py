@@ -341,7 +341,7 @@ class _Problem:
 
 def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
     """The minimum of φ, searched from `displacement`: by Newton's method, which mostly takes 1 to 4
-    steps of 0.15 ms; where it zigzags, by the interior-point method (10 to 60 steps of 0.4 ms)."""
+    steps of 0.15 ms; where it zigzags, by the interior-point method (10 to 60 steps of 0.25 ms)."""
     found = _newton(problem, soft, displacement, near_enough)
     if found.settled or not problem.count:
         return found

@@ -18,7 +18,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -33,10 +33,13 @@ SHORT_OF_SURFACE = 0.99
 CENTRAL = 0.01
 # The duality gap, as a share of the squared forces. By the strong convexity of the energy, the
 # forces err by less than √(2 · gap) of their norm: steps end at 1.5e-6, or where rounding lets the
-# gap close no further, and the forces count as found at 4.5e-4.
-CLOSED, ENOUGH = 1e-12, 1e-7
-# A shorter step gets nowhere.
-SHORTEST = 0.01
+# gap close no further, and the forces count as found at 1.4e-3.
+CLOSED, ENOUGH = 1e-12, 1e-6
+# Of the norm of the forces: how far they are from those of the displacement.
+EVEN = 1e-5
+# Steps without a smaller gap, after which rounding lets none follow. A length that leads nowhere.
+PATIENCE = 4
+SHORTEST = 1e-8
 
 
 class Cones(Protocol):
@@ -57,7 +60,7 @@ class Cones(Protocol):
 @dataclass(frozen=True)
 class Inside:
     """A `displacement` (6·bodies,), the scaled forces `given` (m,) strictly inside their cones, the
-    steps, and whether the duality gap has closed."""
+    steps that led there, and whether the duality gap has closed."""
 
     displacement: Array
     given: Array
@@ -83,7 +86,7 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     Returns
     -------
     Inside
-        Where the gap did not close, what the last step gave.
+        The step with the smallest duality gap; where none met `near_enough`, the last displacement.
     """
     count = problem.count
     contacts, ties = problem.scaled[:, : 3 * count], problem.scaled[:, 3 * count :]
@@ -98,17 +101,20 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     size = max(1.0, np.abs(start).max() * np.abs(contacts).max(), np.abs(offset).max(initial=0.0))
     force, gap = np.zeros((2, count, 3))
     force[:, 0] = gap[:, 0] = size
-    closed = False
-    steps = 0
-    while steps < MAX_STEPS:
+    best, found = np.inf, Inside(start, np.zeros(len(problem.offset)), 0, False)
+    for steps in range(MAX_STEPS):
         tied = moved @ ties - tie_offset
         stretch = (widths**2 * force - gap).ravel() + offset - moved @ contacts
         left = contacts @ force.ravel() + ties @ tied + soft * moved - problem.target
         mean = float((force * gap).sum()) / count
         energy = float(((widths * force) ** 2).sum())
-        met = bool((np.abs(left) <= near_enough).all()) and np.abs(stretch).max() <= 1e-12 * size
-        closed = met and count * mean <= ENOUGH * energy
-        if met and count * mean <= CLOSED * energy:
+        met = (np.abs(left) <= near_enough).all() and np.abs(stretch).max() <= EVEN * energy**0.5
+        share = count * mean / energy
+        if met and share < best:
+            best = share
+            given = np.concatenate([(widths * force).ravel(), tied])
+            found = Inside(moved, given, steps, share <= ENOUGH)
+        if best <= CLOSED or (found.closed and steps >= found.steps + PATIENCE):
             break
         scaling, point, inverse = _scaling(force, gap, widths)
         if not np.isfinite(inverse).all():
@@ -122,15 +128,13 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
         move, change, opened = linear.step(_divided(aim, point))
         length = min(_to_surface(force, change), _to_surface(gap, opened))
         length = min(1.0, SHORT_OF_SURFACE * length)
-        while length > 1e-8 and not _is_central(force + length * change, gap + length * opened):
+        while length > SHORTEST and not _is_central(force + length * change, gap + length * opened):
             length *= 0.8
-        if length < (SHORTEST if closed else 1e-8):
+        if length <= SHORTEST:
             break
         moved = moved + length * move
         force, gap = force + length * change, gap + length * opened
-        steps += 1
-    given = np.concatenate([(widths * force).ravel(), moved @ ties - tie_offset])
-    return Inside(moved, given, steps, closed)
+    return found if np.isfinite(best) else replace(found, displacement=moved)
 
 
 class _Linear:

@@ -11,6 +11,7 @@ from ..scene.animation import is_animated
 from ..scene.bearers import has_mass
 from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
+from ..scene.light import panes
 from ..scene.rays.solids import SURFACE_TYPES
 
 
@@ -121,3 +122,14 @@ def short_cache(scene: Any) -> Advice | None:
         "readings after it are not valid",
         f"{way_out}: Scene tab, Rigid Body World, Cache",
     )
+
+
+def opaque_glass(view_layer: Any) -> Iterator[Advice]:
+    """Warns of glass that keeps lamps and the sun from light sensors."""
+    for name, material in panes.opaque_glass(view_layer).items():
+        yield Advice(
+            f"Light sensors see no lamp and no sun through the glass '{material}' of '{name}', "
+            "which is no thin, flat, plain pane",
+            "Make it a pane of at most 5 cm without textures, keys and volume, or mix its shader "
+            "with a Transparent BSDF by Light Path, Is Shadow Ray",
+        )

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ...sensor_logic.kind import FORCES
+from ...sensor_logic.kind import FORCES, LIGHT
 from ...sensor_logic.wording import uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
@@ -23,6 +23,9 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
         _advise_on_pads(sensors)
         _advise_on_warmth(sensors)
         _advise_on_warm_up(sensors)
+        if any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors)):
+            for found in advice.opaque_glass(bpy.context.view_layer):
+                note(uncapitalized(found.text))
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:

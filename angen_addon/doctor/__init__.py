@@ -25,6 +25,7 @@ CHECKS: dict[str, Check] = {
     "warmth": placed.nothing_warm,
     "watts": lamps.electrical_watts,
     "dark": lamps.none_lit,
+    "glass": lamps.opaque_glass,
     "eevee": lamps.eevee_cannot_run,
     "pads": pads.advised,
     "pads_in_air": pads.hanging_in_the_air,

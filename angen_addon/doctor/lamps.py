@@ -8,6 +8,7 @@ from typing import Any
 
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.wording import named
+from ..advice import sensing
 from ..scene.animation import curves, is_animated
 from ..scene.light.engine import why_no_eevee
 from ..scene.light.nodes import has_nodes
@@ -53,6 +54,12 @@ def none_lit(home: Examined) -> Iterator[Found]:
         f"No lamp, no sky and nothing that glows lights {named(s.name for s in sensors)}",
         "Add a lamp (Shift+A, Light) or a sky (World tab, Color), or show those that are hidden",
     )
+
+
+def opaque_glass(home: Examined) -> Iterator[Found]:
+    """Reports glass that keeps lamps and the sun from light sensors."""
+    if home.requiring(LIGHT):
+        yield from sensing.opaque_glass(home.view_layer)
 
 
 def eevee_cannot_run(home: Examined) -> Iterator[Found]:

@@ -135,6 +135,17 @@ def sixty_watts():
     bpy.data.objects["Lamp"].data.energy = 60.0
 
 
+def thick_glass():
+    chair = bpy.data.objects["Chair 1"]
+    glass = bpy.data.materials.new("Crystal")
+    glass.use_nodes = True
+    principled = glass.node_tree.nodes["Principled BSDF"]
+    principled.inputs["Transmission Weight"].default_value = 1.0
+    principled.inputs["Roughness"].default_value = 0.0
+    chair.data.materials.clear()
+    chair.data.materials.append(glass)
+
+
 def dark():
     bpy.data.objects["Lamp"].data.energy = 0.0
 
@@ -173,6 +184,7 @@ BAD = {
     "too_near": (against, "looks into 'Chair 1', nearer than its range min of 20 cm", "turn"),
     "warmth": (cold, "Nothing in the scene has a temperature", "Set Usual, Person"),
     "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "divide lumens by 683"),
+    "glass": (thick_glass, "through the glass 'Crystal' of 'Chair 1'", "Make it a pane"),
     "dark": (dark, "lights 'Light'", "Add a lamp"),
     "pads": (weightless, "'Mat': nothing in this scene has a weight", "give an animated person"),
     "pads_in_air": (in_the_air, "'Mat' hangs in the air", "Lower it onto the floor"),

@@ -22,6 +22,7 @@ from ..animation import is_animated
 from .begins import BEGINS
 from .frozen import Frozen, Simulated
 from .instances import Instances
+from .panes import Panes, glass_of
 from .twins import twins
 from .values import CHANGING_IMAGES, MARK, own_properties
 
@@ -172,7 +173,8 @@ class LightScene:
         # Linked while no scene holds the collection: else Blender tags the scene for each object.
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
-        instances = Instances(self.own, housings)
+        panes = Panes(self._user_scene, self._user_layer.depsgraph, self.own)
+        instances = Instances(self.own, housings, panes)
         for obj in list(shown_objects(self._user_layer)):
             if not is_left_out(obj, housings):
                 for seen in self._stand_ins(obj):
@@ -224,11 +226,19 @@ def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
     """The objects that a light scene would hold, and its world, for comparison."""
     housings = Housings()
     shown = tuple(
-        (obj.session_uid, must_be_frozen(obj, simulated))
+        (obj.session_uid, must_be_frozen(obj, simulated), *_glass(obj))
         for obj in shown_objects(view_layer)
         if not is_left_out(obj, housings)
     )
     return scene.world.session_uid if scene.world else 0, shown
+
+
+def _glass(obj: Any) -> Iterator[Hashable]:
+    """What a stand-in's material is made from."""
+    for slot in obj.material_slots:
+        glass = slot.material and glass_of(slot.material)
+        if glass:
+            yield glass
 
 
 def is_left_out(obj: Any, housings: Housings) -> bool:

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Window panes in light scenes: thin glass that lets lamps and the sun shine through.
+
+Cycles sends no shadow ray through refraction, so that a pane of glass hides every lamp behind it.
+A plane-parallel pane bends no light: what passes goes straight on. So each face of a thin, flat,
+smooth pane reflects by Fresnel's equations and lets the rest pass straight, in the glass's colour:
+a closed pane then lets (1 − R)/(1 + R) pass with all reflections between its faces, 92 % from the
+front at an index of refraction of 1.5. A single sheet of faces stands for both faces of a pane.
+Only the light scene has such materials; the user's stay as they are.
+
+Reference: Born and Wolf, Principles of Optics, section 1.5 (Fresnel's formulae).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..instances import with_instanced
+from ..sensors import unit_scale
+from .nodes import Nodes
+
+Array = NDArray[np.float64]
+# Rougher glass scatters, and Cycles then sends shadow rays through it.
+SMOOTH = 0.02
+# m: glazing with its cavities is no thicker.
+THIN = 0.05
+# m: smaller things of glass, such as bottles, hide little.
+LARGE = 0.3
+# Of a pane's area, what faces its two sides: within acos(0.99), 8°.
+FLAT, ALIGNED = 0.9, 0.99
+
+
+class Glass(NamedTuple):
+    """What one face of smooth glass lets pass, red, green and blue, and its index of refraction."""
+
+    tint: tuple[float, float, float]
+    ior: float
+
+
+class Panes:
+    """Objects that stand for panes in a light scene. `own`: takes charge of what is made."""
+
+    def __init__(self, scene: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
+        self._metres = unit_scale(scene)
+        self._depsgraph = depsgraph
+        self._own = own
+        self._made: dict[tuple[Glass, bool], Any] = {}
+
+    def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
+        """Return the object, or a copy of it whose panes let light pass.
+
+        `is_copy`: `obj` was made for this scene, has no modifiers, and is changed itself.
+        """
+        panes = self._panes(obj, is_copy)
+        if not panes:
+            return obj
+        copy = obj if is_copy else self._own(obj.copy())
+        for number, pane in panes.items():
+            slot = copy.material_slots[number]
+            slot.link, slot.material = "OBJECT", self._material(*pane)
+        return copy
+
+    def is_pane(self, obj: Any) -> bool:
+        return bool(self._panes(obj, False))
+
+    def _panes(self, obj: Any, is_copy: bool) -> dict[int, tuple[Glass, bool]]:
+        """By material slots: the glass of what is a pane, and whether that is a single sheet."""
+        if not any(slot.material and glass_of(slot.material) for slot in obj.material_slots):
+            return {}
+        return panes_of(obj if is_copy else obj.evaluated_get(self._depsgraph), self._metres)
+
+    def _material(self, glass: Glass, is_sheet: bool) -> Any:
+        key = glass, is_sheet
+        if key not in self._made:
+            nodes = Nodes(self._own)
+            # The node takes the inverse index on back faces, as if rays came from within.
+            back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+            inverse = 1.0 / glass.ior - glass.ior
+            index = nodes.add("ShaderNodeMath", "MULTIPLY_ADD", _0=back, _1=inverse, _2=glass.ior)
+            share = nodes.add("ShaderNodeFresnel", _0=index.outputs[0]).outputs[0]
+            if is_sheet:
+                twice = nodes.add("ShaderNodeMath", "MULTIPLY", _0=share, _1=2.0)
+                more = nodes.add("ShaderNodeMath", "ADD", _0=share, _1=1.0)
+                both = nodes.add(
+                    "ShaderNodeMath", "DIVIDE", _0=twice.outputs[0], _1=more.outputs[0]
+                )
+                share = both.outputs[0]
+            through = nodes.add("ShaderNodeBsdfTransparent", color=(*glass.tint, 1.0))
+            mirror = nodes.add("ShaderNodeBsdfGlossy", color=(1.0,) * 4, roughness=0.0)
+            mixed = nodes.add(
+                "ShaderNodeMixShader", _0=share, _1=through.outputs[0], _2=mirror.outputs[0]
+            )
+            nodes.add("ShaderNodeOutputMaterial", surface=mixed.outputs[0])
+            self._made[key] = nodes.material
+        return self._made[key]
+
+
+def glass_of(material: Any) -> Glass | None:
+    """The smooth, clear glass that a material is; None where it is more, or changes in time."""
+    tree = material.node_tree
+    if tree is None or material.animation_data or tree.animation_data:
+        return None
+    outputs = [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL" and n.is_active_output]
+    if len(outputs) != 1 or outputs[0].inputs["Volume"].links or not outputs[0].inputs[0].links:
+        return None
+    node = outputs[0].inputs[0].links[0].from_node
+    if any(socket.is_linked for socket in node.inputs) or not _refracts(node):
+        return None
+    if node.type == "BSDF_PRINCIPLED":
+        values = {socket.name: socket.default_value for socket in node.inputs}
+        if values["Transmission Weight"] < 1.0 or values["Alpha"] < 1.0 or values["Metallic"] > 0.0:
+            return None
+        # Cycles takes half of the colour at each of the two faces.
+        red, green, blue = (max(part, 0.0) ** 0.5 for part in values["Base Color"][:3])
+        return Glass((red, green, blue), values["IOR"])
+    red, green, blue = node.inputs["Color"].default_value[:3]
+    return Glass((red, green, blue), node.inputs["IOR"].default_value)
+
+
+def panes_of(evaluated: Any, metres: float) -> dict[int, tuple[Glass, bool]]:
+    """The panes of an evaluated object by their material slots: the glass, and whether they are
+    single sheets. Slots with glass that is thick or curved are left out."""
+    found: dict[int, tuple[Glass, bool]] = {}
+    if evaluated.type != "MESH":
+        return found
+    for number, slot in enumerate(evaluated.material_slots):
+        glass = slot.material and glass_of(slot.material.original)
+        if glass:
+            sheets = {_is_sheet(*part) for part in _parts(evaluated, number, metres)}
+            if len(sheets) == 1 and None not in sheets:
+                found[number] = glass, bool(sheets.pop())
+    return found
+
+
+def hides_lamps(material: Any) -> bool:
+    """Whether Cycles sends no shadow ray through its smooth glass, as far as its nodes tell."""
+    nodes = material.node_tree.nodes if material.node_tree else ()
+    opens = any(node.type in {"BSDF_TRANSPARENT", "LIGHT_PATH"} for node in nodes)
+    return not opens and any(_refracts(node) for node in nodes)
+
+
+def opaque_glass(view_layer: Any) -> dict[str, str]:
+    """Return the names of visible things whose glass hides lamps from light sensors, with that
+    glass: what is no thin, flat and plain pane, and is larger than a bottle."""
+    found = {}
+    metres = unit_scale(view_layer.id_data)
+    for obj, holder in with_instanced(view_layer):
+        glass = [
+            number
+            for number, slot in enumerate(obj.material_slots)
+            if slot.material is not None and hides_lamps(slot.material)
+        ]
+        if not glass or obj.angen_ignored or not holder.visible_get(view_layer=view_layer):
+            continue
+        evaluated = obj.evaluated_get(view_layer.depsgraph)
+        if max(evaluated.dimensions) * metres < LARGE:
+            continue
+        panes = panes_of(evaluated, metres)
+        for number in glass:
+            if number not in panes:
+                found[obj.name] = obj.material_slots[number].material.name
+    return found
+
+
+def _refracts(node: Any) -> bool:
+    rough = node.inputs.get("Roughness")
+    if rough is None or rough.is_linked or rough.default_value > SMOOTH:
+        return False
+    if node.type == "BSDF_PRINCIPLED":
+        through = node.inputs["Transmission Weight"]
+        return bool(through.is_linked or through.default_value > 0.0)
+    return node.type in {"BSDF_GLASS", "BSDF_REFRACTION"}
+
+
+def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]]:
+    """Connected parts of the faces with a material slot: corners (n, 3, 3) in m of their triangles,
+    and the area vectors (n, 3) in m²."""
+    mesh = evaluated.data
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    corners, of = np.empty(count * 3, np.int32), np.empty(count, np.int32)
+    mesh.loop_triangles.foreach_get("vertices", corners)
+    mesh.loop_triangles.foreach_get("material_index", of)
+    points = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.vertices.foreach_get("co", points)
+    matrix = np.array(evaluated.matrix_world, np.float64)[:3, :3] * metres
+    places = points.reshape(-1, 3) @ matrix.T
+    triangles = corners.reshape(-1, 3)[of == slot]
+    if not len(triangles):
+        return []
+    # Files from elsewhere have each face apart: corners at one place are one.
+    _, same = np.unique(np.round(places, 5), axis=0, return_inverse=True)
+    labels = _connected(same.ravel()[triangles], len(places))
+    corners_at = places[triangles]
+    edges = corners_at[:, 1:] - corners_at[:, :1]
+    areas = np.cross(edges[:, 0], edges[:, 1]) / 2.0
+    return [(corners_at[labels == label], areas[labels == label]) for label in np.unique(labels)]
+
+
+def _connected(triangles: Any, count: int) -> Any:
+    """A label for each triangle (n, 3), the same within a connected part."""
+    labels = np.arange(count)
+    while True:
+        lowest = labels[triangles].min(axis=1)
+        before = labels.copy()
+        np.minimum.at(labels, triangles.ravel(), np.repeat(lowest, 3))
+        labels = labels[labels]
+        if np.array_equal(before, labels):
+            return labels[triangles[:, 0]]
+
+
+def _is_sheet(corners: Array, areas: Array) -> bool | None:
+    """Whether a connected part of glass is a single flat sheet; False for a thin, flat, closed
+    pane, None for anything else."""
+    sizes = np.linalg.norm(areas, axis=1)
+    whole = sizes.sum()
+    _, axes = np.linalg.eigh((areas / np.maximum(sizes, 1e-300)[:, None]).T @ areas)
+    normal = axes[:, -1]
+    flat = sizes[np.abs(areas @ normal) >= ALIGNED * sizes].sum() >= FLAT * whole
+    if not flat or np.ptp(corners.reshape(-1, 3) @ normal) > THIN:
+        return None
+    open_area = float(np.linalg.norm(areas.sum(axis=0)))
+    if open_area <= 1e-3 * whole:
+        return False
+    return True if open_area >= FLAT * whole else None

@@ -53,7 +53,7 @@ FORMATS = {
             "A folder for pyadlml's load_act_assist",
             pyadlml.write,
             pyadlml.read,
-            rb"device_map\.csv",
+            rb"(?m)^device(_map|_mapping|s)\.csv$",
             is_folder=True,
         ),
         Format(

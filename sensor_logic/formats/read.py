@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, tzinfo
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple, TypeVar
 
 from ..kinds import KINDS
 from ..log.event_log import Event, format_value
@@ -15,26 +17,30 @@ EPOCH = datetime(1970, 1, 1)
 
 
 class DatedChange(NamedTuple):
-    """A field's new value, as text in the spelling of the event log."""
+    """A field's new value, as text in the spelling of the event log. `line`: where the file has it;
+    0 where it has no lines."""
 
     time: datetime
     sensor: str
     kind: str
     field: str
     value: str
+    line: int = 0
 
 
 @dataclass
 class ParsedLog:
     """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
     field is its initial state. `has_activities`: the file also has activities, which readers
-    ignore. `in_utc`: times without a zone are UTC, not the home's."""
+    ignore. `in_utc`: times without a zone are UTC, not the home's. `notes`: a sentence for each
+    thing that was mended or left out."""
 
     changes: list[DatedChange]
     rooms: dict[str, str] = field(default_factory=dict)
     has_states: bool = True
     has_activities: bool = False
     in_utc: bool = False
+    notes: list[str] = field(default_factory=list)
 
 
 def since_epoch(microseconds: int) -> datetime:
@@ -78,8 +84,30 @@ def events_of(
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:
             raise ValueError(
-                f"out of order: {time} comes after a later time; sort it by time, or where clocks "
-                "were put back, convert it with --timezone"
+                f"{at_line(change.line)}out of order: {change.time} comes after a later time; "
+                "`convert --sort` sorts it, or where clocks were put back, convert it with "
+                "--timezone"
             )
-        found.append(Event(seconds, change.sensor, change.field, 0.0, change.kind, change.value))
+        name, kind, field, value, line = change[1:]
+        found.append(Event(seconds, name, field, 0.0, kind, value, line))
     return found, start
+
+
+def at_line(number: int) -> str:
+    """The begin of a message about a line; empty where there are no lines."""
+    return f"line {number}: " if number else ""
+
+
+Row = TypeVar("Row", DatedChange, Event)
+
+
+def sort_rows(rows: Iterable[Row]) -> tuple[list[Row], str]:
+    """The rows by time, exact repeats once, and a note on what changed; rows of one time keep their
+    order. Raises TypeError where only some times have a zone."""
+    given = list(rows)
+    late = sum(after.time < before.time for before, after in pairwise(given))
+    first: dict[Any, Row] = {}
+    for row in sorted(given, key=lambda row: row.time):
+        first.setdefault(row if isinstance(row, Event) else row[:-1], row)
+    note = f"sorted by time: {late} times went back, {len(given) - len(first)} rows were repeats"
+    return list(first.values()), note

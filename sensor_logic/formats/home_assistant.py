@@ -171,7 +171,10 @@ def read(path: Path) -> ParsedLog:
     found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
     # Not by `splitlines`: names may have U+2028, which JSON writes as it is.
-    for line in filter(str.strip, path.read_text(encoding="utf-8").split("\n")):
+    lines = path.read_text(encoding="utf-8").split("\n")
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
         message = json.loads(line)
         topic, text = message["topic"], message["payload"]
         if topic.endswith("/config"):
@@ -182,7 +185,6 @@ def read(path: Path) -> ParsedLog:
                 known[entity["state_topic"]] = name, kind, field
         elif topic in known:
             value = {"ON": "1", "OFF": "0", NO_TEXT: ""}.get(text, text)
-            found.changes.append(
-                DatedChange(datetime.fromisoformat(message["time"]), *known[topic], value)
-            )
+            time = datetime.fromisoformat(message["time"])
+            found.changes.append(DatedChange(time, *known[topic], value, number))
     return found

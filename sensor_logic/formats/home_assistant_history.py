@@ -53,9 +53,9 @@ def read(path: Path) -> ParsedLog:
     left_out = key.Told("state", "left out")
     with open(path, newline="", encoding="utf-8-sig") as text:
         reader = csv.DictReader(text)
-        rows = [(reader.line_num, *(row[column] or "" for column in HEADER)) for row in reader]
-    entities = entities_of(dict.fromkeys(name for _, name, _, _ in rows))
-    for line, name, state, changed in rows:
+        rows = [(reader.line_num, [row[column] or "" for column in HEADER]) for row in reader]
+    entities = entities_of(dict.fromkeys(name for _, (name, _, _) in rows))
+    for line, (name, state, changed) in rows:
         entity = entities.get(name)
         value = _value(entity, state)
         if entity is None or value is None:

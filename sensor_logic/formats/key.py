@@ -94,12 +94,15 @@ def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -
             continue
         if not is_plain and word != text.upper():
             mended.add(line, f"'{text}' is {word}")
-        if not found.changes and not has_initial:
-            found.changes.extend(_change(time, entry, entry.initial, line) for entry in states)
         if name not in entries:
             entries[name] = _guessed(name, word)
         found.changes.append(_change(time, entries[name], word, line))
-    found.notes += [told.text for told in (mended, left_out) if told.count]
+    if found.changes and not has_initial:
+        begin = found.changes[0].time
+        found.changes[:0] = [_change(begin, entry, entry.initial, 0) for entry in states]
+        found.undated = len(states)
+    texts = [told.text for told in (mended, left_out) if told.count]
+    found.notes += ["; ".join(texts)] if texts else []
     return found
 
 

@@ -32,7 +32,8 @@ class DatedChange(NamedTuple):
 class ParsedLog:
     """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
     field is its initial state. `has_activities`: the file also has activities, which readers
-    ignore. `in_utc`: times without a zone are UTC, not the home's. `notes`: a sentence for each
+    ignore. `in_utc`: times without a zone are UTC, not the home's. `undated`: how many changes at
+    the begin are initial states that have the time of the first row. `notes`: a sentence for each
     thing that was mended or left out."""
 
     changes: list[DatedChange]
@@ -40,7 +41,15 @@ class ParsedLog:
     has_states: bool = True
     has_activities: bool = False
     in_utc: bool = False
+    undated: int = 0
     notes: list[str] = field(default_factory=list)
+
+    def sort(self) -> None:
+        """Sorts the changes as `sort_rows` does."""
+        states, changes = self.changes[: self.undated], self.changes[self.undated :]
+        changes, note = sort_rows(changes)
+        self.changes = [state._replace(time=changes[0].time) for state in states] + changes
+        self.notes.append(note)
 
 
 def since_epoch(microseconds: int) -> datetime:
@@ -77,6 +86,7 @@ def events_of(
         times = in_zone(times, zone, read.in_utc)
     start = start or (times[0] if times else None)
     found: list[Event] = []
+    last: datetime | None = None
     for time, change in zip(times, read.changes, strict=True):
         assert start is not None
         # A start without a time zone is a local time of the home.
@@ -84,12 +94,12 @@ def events_of(
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:
             raise ValueError(
-                f"{at_line(change.line)}out of order: {change.time} comes after a later time; "
-                "`convert --sort` sorts it, or where clocks were put back, convert it with "
-                "--timezone"
+                f"{at_line(change.line)}out of order: {change.time} comes after {last}; `convert "
+                "--sort` sorts it, or where clocks were put back, convert it with --timezone"
             )
         name, kind, field, value, line = change[1:]
         found.append(Event(seconds, name, field, 0.0, kind, value, line))
+        last = change.time
     return found, start
 
 
@@ -109,5 +119,6 @@ def sort_rows(rows: Iterable[Row]) -> tuple[list[Row], str]:
     first: dict[Any, Row] = {}
     for row in sorted(given, key=lambda row: row.time):
         first.setdefault(row if isinstance(row, Event) else row[:-1], row)
-    note = f"sorted by time: {late} times went back, {len(given) - len(first)} rows were repeats"
+    repeated = len(given) - len(first)
+    note = f"sorted by time, which went back {late} ×; repeated rows left out: {repeated}"
     return list(first.values()), note

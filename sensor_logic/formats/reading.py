@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, tzinfo
 from pathlib import Path
@@ -73,31 +73,44 @@ def read_log(
             f"{path}: its format is not recognised by line 1; known are {', '.join(FORMATS)}; an "
             f"event log begins with {','.join(HEADER)}"
         )
-    if found.read is None:
-        of_events = read_log_events(path / "events.csv" if path.is_dir() else path, start)
-        if not isinstance(of_events, ParsedLog):
-            events, note = sort_rows(of_events[0]) if sort else (of_events[0], "")
-            notes = (f"{path}: {note}",) if note else ()
-            return LoadedLog(path, events, of_events[1], {}, notes=notes)
+    if found.read is not None:
+        return _loaded(path, found.name, found.read, start, zone, sort)
+    read = read_log_events(path / "events.csv" if path.is_dir() else path, start)
+    if isinstance(read, ParsedLog):
+        return _loaded(path, found.name, lambda _: read, start, zone, sort)
+    events, start = read
+    if not sort:
+        return LoadedLog(path, events, start, {})
+    events, note = sort_rows(events)
+    return LoadedLog(path, events, start, {}, notes=(f"{path}: {note}",))
+
+
+def _loaded(
+    path: Path,
+    name: str,
+    reader: Callable[[Path], ParsedLog],
+    start: datetime | None,
+    zone: tzinfo | None,
+    sort: bool,
+) -> LoadedLog:
     try:
-        read = found.read(path) if found.read else of_events
+        read = reader(path)
         if sort:
-            read.changes, note = sort_rows(read.changes)
-            read.notes.append(note)
+            read.sort()
         events, begin = events_of(read, start, zone)
         left_out = 0 if read.in_utc else count_left_out([c.time for c in read.changes], zone)
     except KeyError as error:
-        raise SourceError(f"{path} cannot be read as {found.name}: it has no {error}") from None
+        raise SourceError(f"{path} cannot be read as {name}: it has no {error}") from None
     except (ValueError, IndexError, TypeError, struct.error, ParseError) as error:
-        raise SourceError(f"{path} cannot be read as {found.name}: {error}") from None
+        raise SourceError(f"{path} cannot be read as {name}: {error}") from None
     except FormatError as error:
         raise SourceError(f"{path}: {error}") from None
     notes = tuple(f"{path}: {text}" for text in read.notes)
-    if not events and found.read:
+    if not events and name != "events":
         raise SourceError("; ".join([f"{path} has no sensor of a known kind", *read.notes]))
     kinds = {event.sensor: event.kind for event in events}
     rooms = read.rooms
-    sensors = {name: SensorFacts(name, kind, rooms.get(name, "")) for name, kind in kinds.items()}
+    sensors = {s: SensorFacts(s, kind, rooms.get(s, "")) for s, kind in kinds.items()}
     return LoadedLog(
         path, events, begin, sensors, read.has_states, read.has_activities, left_out, notes
     )

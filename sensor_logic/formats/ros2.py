@@ -94,7 +94,8 @@ def range_message(
 ) -> bytes:
     """A sensor_msgs/Range: a distance (m), the field of view (rad), and both range limits (m). The
     greatest distance means no target: +inf, as REP 117 prescribes."""
-    distance = distance if distance < most else float("inf")
+    # Blender stores the greatest distance in single precision.
+    distance = distance if distance < most * (1.0 - 1e-6) else float("inf")
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", view, least, most, distance).data)
 

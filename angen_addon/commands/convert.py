@@ -51,8 +51,8 @@ def main(arguments: list[str], program: str) -> int:
     except OSError as error:
         note(f"cannot read {error.filename}: {error.strerror}")
         return BAD_INPUT
-    except OverflowError:
-        note("the log's dates run beyond the year 9999: give an earlier --start")
+    except OverflowError as error:
+        note(f"a time or a number in {options.events} is too large: {error}")
         return BAD_INPUT
     for text in written.notes:
         note(text)

@@ -119,11 +119,11 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     told = simulated(chosen(sensors, options.sensor))
     if not told:
         raise DayError("no sensor is switched on")
+    _check_dates(options)
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
     household = Household(scene, told, plan, options.start, options.seed)
-    _check_dates(options)
     # What cannot be acted is told before anything is written.
     household.acted(0)
     folder = Folder(options.out, household, options.format)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from ..wording import listed
 from . import key
 from .log import Change, Channel, Log, LoggedActivity, titles
 from .names import camel, label, unique
@@ -91,7 +92,9 @@ def _written(
     renamed = [f"{c.sensor.name} is {name}" for c, name in names.items() if c.sensor.name != name]
     if renamed and not log.has_states:
         # From CASAS; the names of other logs are in the second file.
-        notes.append(f"sensors that have no name of CASAS, renamed: {', '.join(renamed)}")
+        notes.append(
+            f"sensors without a name of CASAS are renamed, as OUT{SUFFIX} lists: {listed(renamed)}"
+        )
     return FormatFiles({"": "".join(lines), SUFFIX: key.to_text(log, names)}, tuple(notes))
 
 

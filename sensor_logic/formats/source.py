@@ -49,15 +49,15 @@ def make_log(
     facts = dict(sensors or {})
     changes = []
     last = float("-inf")
-    for number, event in enumerate(events, start=2):
-        number = event.line or number
+    for number, event in enumerate(events, start=1):
+        where = f"line {event.line}" if event.line else f"event {number}"
         if event.time < last:
             raise SourceError(
-                f"line {number}: {event.time:.6f} s comes after {last:.6f} s; sort the events by "
+                f"{where}: {event.time:.6f} s comes after {last:.6f} s; sort the events by "
                 "time, as `convert --sort` does"
             )
         last = event.time
-        published = _field(number, event)
+        published = _field(where, event)
         key = (event.sensor, event.field)
         if key not in channels:
             known = facts.setdefault(event.sensor, SensorFacts(event.sensor, event.kind))
@@ -65,10 +65,10 @@ def make_log(
         channel = channels[key]
         if channel.sensor.kind != event.kind:
             raise SourceError(
-                f"line {number}: '{event.sensor}' is of kind {event.kind} here and of kind "
+                f"{where}: '{event.sensor}' is of kind {event.kind} here and of kind "
                 f"{channel.sensor.kind} elsewhere"
             )
-        value = _value(number, event, published.type)
+        value = _value(where, event, published.type)
         changes.append(Change(round(event.time * 1e6), channel, value, event.frame))
     activities, about = tuple(sorted(activities)), dict(about or {})
     return Log(tuple(changes), start, activities, about, samples, has_states)
@@ -79,20 +79,20 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
     return Channel(sensor, published.name, published.type, quantity, published.unit)
 
 
-def _field(number: int, event: Event) -> Field:
+def _field(where: str, event: Event) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
         raise SourceError(
-            f"line {number}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}"
+            f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}"
         )
     for published in kind.events:
         if published.name == event.field:
             return published
     names = ", ".join(f.name for f in kind.events)
-    raise SourceError(f"line {number}: {event.kind} has no field '{event.field}', but {names}")
+    raise SourceError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
 
 
-def _value(line: int, event: Event, of: type) -> Value:
+def _value(where: str, event: Event, of: type) -> Value:
     if of is str:
         return event.value
     if of is bool and event.value in {"0", "1"}:
@@ -103,7 +103,7 @@ def _value(line: int, event: Event, of: type) -> Value:
     except ValueError:
         pass
     wanted = "0 or 1" if of is bool else "a number, which is finite"
-    raise SourceError(f"line {line}: '{event.field}' is '{event.value}', not {wanted}")
+    raise SourceError(f"{where}: '{event.field}' is '{event.value}', not {wanted}")
 
 
 def read_log_events(

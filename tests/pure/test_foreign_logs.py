@@ -100,7 +100,9 @@ def test_casas_to_casas_keeps_all_rows_and_names(run, tmp_path, name) -> None:
 def test_names_that_casas_text_cannot_have_are_told(run) -> None:
     status, told, out = run(of_casas("FrontDoor OPEN", "D001 CLOSE"))
     assert status == 0
-    assert told == ["sensors that have no name of CASAS, renamed: FrontDoor is D002"]
+    assert told == [
+        "sensors without a name of CASAS are renamed, as OUT.sensors.csv lists: FrontDoor is D002"
+    ]
     assert [line.split()[2] for line in out.splitlines()] == ["D002", "D001"]
 
 

@@ -59,11 +59,11 @@ def test_words_are_known_or_mended_where_it_is_obvious(text, word) -> None:
 
 
 def test_what_is_mended_or_left_out_is_one_line_with_the_first_of_each(run) -> None:
-    rows = ["M001 ON", "M001 OFFc", "T002 21.5", "M001 ONM026", "M001 O", "M001 OF"]
+    rows = ["M001 ON", "M001 OFFc", "T002 21.5", "M001 ONM026", "M001 O", "M001 OF", "c ON"]
     status, told, out = run(of_casas(*rows))
     assert status == 0
     assert told == [
-        "3 words mended, first line 2: 'OFFc' is OFF; 2 rows left out, first line 3: 'T002 21.5'"
+        "3 words mended, first line 2: 'OFFc' is OFF; 3 rows left out, first line 3: 'T002 21.5'"
     ]
     assert [line.split()[-1] for line in out.splitlines()] == ["ON", "OFF", "ON", "OFF"]
 

@@ -175,8 +175,13 @@ def read(path: Path) -> ParsedLog:
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
-        message = json.loads(line)
-        topic, text = message["topic"], message["payload"]
+        try:
+            message = json.loads(line)
+            topic, text = message["topic"], message["payload"]
+        except KeyError as error:
+            raise ValueError(f"line {number} has no {error}") from None
+        except ValueError:
+            raise ValueError(f"line {number} is not JSON") from None
         if topic.endswith("/config"):
             config = json.loads(text)
             name, kind = config["dev"]["name"], config["dev"]["mdl"].rpartition(" ")[2]

@@ -94,8 +94,11 @@ def read(path: Path) -> ParsedLog:
         time = since_epoch(int(parts[3]) // 1000)
         for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):
             kind = _plain(measurement).upper()
-            change = DatedChange(time, name, kind, _plain(field), _value(value), number)
-            found.changes.append(change)
+            try:
+                text = _value(value)
+            except ValueError:
+                raise ValueError(f"line {number}: {field} is '{value}', not a value") from None
+            found.changes.append(DatedChange(time, name, kind, _plain(field), text, number))
     return found
 
 

@@ -130,8 +130,10 @@ def mended_word(text: str) -> str | None:
     """The word of `WORDS` that a text is, or was before it was damaged: OFFc, OFcF, OF, ONM026.
     None where it is not obvious."""
     upper = text.upper()
+    if upper in WORDS:
+        return upper
     capitals = re.sub(r"[^A-Z]", "", text)
-    for word in (upper, re.sub(r"[^A-Z]", "", upper), capitals):
+    for word in (re.sub(r"[^A-Z]", "", upper), capitals):
         if word in WORDS:
             return word
     if glued := GLUED.fullmatch(text):

@@ -101,7 +101,7 @@ def _loaded(
         left_out = 0 if read.in_utc else count_left_out([c.time for c in read.changes], zone)
     except KeyError as error:
         raise SourceError(f"{path} cannot be read as {name}: it has no {error}") from None
-    except (ValueError, IndexError, TypeError, struct.error, ParseError) as error:
+    except (ValueError, IndexError, TypeError, OverflowError, struct.error, ParseError) as error:
         raise SourceError(f"{path} cannot be read as {name}: {error}") from None
     except FormatError as error:
         raise SourceError(f"{path}: {error}") from None

@@ -82,9 +82,7 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
 def _field(where: str, event: Event) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
-        raise SourceError(
-            f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}"
-        )
+        raise SourceError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
     for published in kind.events:
         if published.name == event.field:
             return published

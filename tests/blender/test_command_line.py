@@ -36,7 +36,8 @@ def test_a_part_of_the_frames(home, command):
     status, out, err = command("simulate", "--quiet", "--frames", f"{last}:{last + 9}")
     assert status == 0
     assert one_line(err) == (
-        f"angen: frames {last}:{last + 9}: the scene ends at frame {last}, and those after it are run too"
+        f"angen: frames {last}:{last + 9}: the scene ends at frame {last}, and those after it are "
+        "run too"
     )
 
 

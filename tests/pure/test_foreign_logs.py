@@ -19,7 +19,7 @@ from sensor_logic.formats.written import DateError
 from sensor_logic.log.event_log import HEADER, Event
 
 load_extension()
-from angen_sensors.angen_addon.commands import compare, convert  # noqa: E402
+from angen_sensors.angen_addon.commands import compare, convert, replay  # noqa: E402
 
 HEAD = ",".join(HEADER) + "\n"
 
@@ -297,6 +297,14 @@ def test_the_history_of_home_assistant_is_read(run, tmp_path) -> None:
 def test_a_history_without_a_time_is_told_by_its_line(run) -> None:
     status, told, _ = run(HISTORY.replace("2024-03-01T10:05:00.500Z", "noon"), "xes")
     assert status == 2 and "line 4: 'noon' is no time" in told[0]
+
+
+def test_replay_reads_the_history_and_tells_what_it_leaves_out(tmp_path, capsys) -> None:
+    path = tmp_path / "history.csv"
+    path.write_text(HISTORY)
+    log, start = replay._read(path, None)
+    assert len(log.changes) == 6 and start == datetime(2024, 3, 1, 10)
+    assert "2 states left out" in capsys.readouterr().err
 
 
 def test_the_history_compares_with_itself(tmp_path, capsys) -> None:

@@ -104,6 +104,23 @@ def test_a_date_that_a_format_cannot_hold_is_told_before_the_run(
     assert not events.exists() and not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--start", "2038-01-19", "--format", "mcap"], "mcap holds dates from 1970-01-01"),
+        (["--start", "2300-01-01", "--format", "influx"], "influx holds dates from 1677-09-21"),
+        (["--start", "9999-12-31"], "between the years 1 and 9999"),
+    ],
+)
+def test_days_whose_dates_cannot_be_are_told_before_there_is_a_folder(
+    home, command, tmp_path, more, words
+) -> None:
+    out = tmp_path / "days"
+    status, _, err = command("day", "--routine", "r.toml", "--days", "2", "--out", out, *more)
+    assert status == 2 and words in err and err.count("\n") == 1, err
+    assert not out.exists()
+
+
 @pytest.mark.skipif(find_spec("pyarrow") is not None, reason="pyarrow is installed here")
 def test_a_missing_package_is_told_before_the_run(home, command, tmp_path) -> None:
     out = tmp_path / "x.parquet"

@@ -373,19 +373,3 @@ def test_a_folder_with_other_things_in_it_is_left_alone(day: Any, home: Path) ->
     status, told = day()
     assert status == 1 and "is not empty and holds no days" in told
     assert content(home.parent / "out") == {"thesis.txt": b"mine"}
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (["--start", "2038-01-19", "--format", "mcap"], "mcap holds dates from 1970-01-01"),
-        (["--start", "2300-01-01", "--format", "influx"], "influx holds dates from 1677-09-21"),
-        (["--start", "9999-12-31"], "between the years 1 and 9999"),
-    ],
-)
-def test_dates_that_cannot_be_are_told_before_there_is_a_folder(
-    day: Any, home: Path, more: list[object], words: str
-) -> None:
-    status, told = day(*more)
-    assert status == 2 and words in told and len(told.splitlines()) == 1, told
-    assert not (home.parent / "out").exists()

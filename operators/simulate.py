@@ -16,7 +16,7 @@ from ..angen_addon.commands.progress import TimeLeft
 from ..angen_addon.recording.stored_recording import settings_of, stored_run
 from ..angen_addon.runtime import outputs, state
 from ..angen_addon.runtime.simulation import Progress, simulate
-from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run
+from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
 from ..angen_addon.scene.sensors import SensorError, all_sensors, simulated
 from ..sensor_logic.recording.tracks import Recording
 from .polls import is_idle, needs
@@ -67,6 +67,9 @@ class ANGEN_OT_simulate(Operator):
         if last < scene.frame_start:
             self.report({"ERROR"}, ends_before_time(scene, first, last))
             return False
+        if text := outside_scene(scene, first, last):
+            self.report({"INFO"}, text)
+        first = max(first, scene.frame_start)
         self._recording = Recording()
         self._scene_uid = scene.session_uid
         try:

@@ -214,6 +214,7 @@ class Home:
     ) -> Recording:
         """Simulates frames first … last (default: the scene's) with all sensors, or those named.
 
+        Frames before the scene's start have no time and are left out; those after its end are run.
         `progress` is called with the share done, 0 to 1; an exception from it ends the run. Raises
         AngenError.
         """
@@ -229,7 +230,7 @@ class Home:
             if not simulated(found):
                 raise AngenError(f"{self.path.name} has no sensors to simulate")
             run = Run()
-            for step in simulate(scene, found, first, last, run):
+            for step in simulate(scene, found, max(first, scene.frame_start), last, run):
                 if progress is not None:
                     progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
         CACHE.keep(scene, stored_run(run, scene, evaluated_depsgraph()))

@@ -120,7 +120,8 @@ def _of_runs(every: Parser) -> Parser:
         "--frames",
         type=_frames,
         metavar="A:B",
-        help="first and last frame (default: the scene's); t = 0 stays at the scene's start",
+        help="first and last frame (default: the scene's); t = 0 stays at the scene's start, and "
+        "frames after the scene's end are run too",
     )
     run.add_argument(
         "--sensor",

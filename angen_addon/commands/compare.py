@@ -22,6 +22,8 @@ def main(arguments: list[str], program: str) -> int:
     options = _parser(program).parse_args(arguments)
     try:
         one, two = read(options.log), read(options.other)
+        for text in dict.fromkeys((*one.notes, *two.notes)):
+            note(text)
         found = measures(one, two)
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])

@@ -4,18 +4,18 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
 from ...sensor_logic.faults import undo
 from ...sensor_logic.files import OutputError, write_files
-from ...sensor_logic.formats import FORMATS, FormatError, Log
+from ...sensor_logic.formats import FORMATS, DateError, FormatError, Log
 from ...sensor_logic.formats.log import DEFAULT_START, SensorFacts
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import (
     SourceError,
-    make_log,
     read_activities,
     read_home,
     start_of,
@@ -47,12 +47,12 @@ def main(arguments: list[str], program: str) -> int:
         write_files(files)
     except (SourceError, OutputError, FormatError) as error:
         note(str(error))
-        return BAD_INPUT if isinstance(error, SourceError) else FAILED
+        return BAD_INPUT if isinstance(error, (SourceError, DateError)) else FAILED
     except OSError as error:
         note(f"cannot read {error.filename}: {error.strerror}")
         return BAD_INPUT
-    except OverflowError:
-        note("the log's dates run beyond the year 9999: give an earlier --start")
+    except OverflowError as error:
+        note(f"a time or a number in {options.events} is too large: {error}")
         return BAD_INPUT
     for text in written.notes:
         note(text)
@@ -72,8 +72,10 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     zone = _zone(options.timezone) if options.timezone else None
     if start and zone:
         start = start.replace(tzinfo=zone)
-    source = read_log(options.events, start, zone)
-    events, start = source.events, source.start
+    source = read_log(options.events, start, zone, options.sort)
+    start = source.start
+    for text in source.notes:
+        note(text)
     if source.has_activities and not options.activities:
         note(f"the activities in {options.events} are ignored: give --activities FILE.csv")
     if source.left_out:
@@ -82,14 +84,14 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
             f"went past, which stand at the moment at which these went forward: {source.left_out}"
         )
     if options.undo_faults:
-        events = undo(events, options.undo_faults)
+        source = replace(source, events=undo(source.events, options.undo_faults))
     if start is None:
         start = DEFAULT_START
         note(f"the log begins at {start.isoformat()}: --start says when it did")
     if zone:
         start = start.astimezone(zone) if start.tzinfo else start.replace(tzinfo=zone)
     activities = read_activities(options.activities, start) if options.activities else []
-    log = make_log(events, source.sensors | sensors, start, activities, about)
+    log = source.log(sensors, start, activities, about)
     return log, sensors.keys() | {sensor.name for sensor in log.sensors}
 
 
@@ -108,7 +110,10 @@ def _parser(program: str) -> Parser:
         description="Writes an event log in the format of another tool; needs no Blender.",
     )
     parser.add_argument(
-        "events", type=path, metavar="LOG", help="a log that simulate or convert wrote"
+        "events",
+        type=path,
+        metavar="LOG",
+        help="an event log, a folder of days, or a log in another format",
     )
     parser.add_argument(
         "--format",
@@ -119,6 +124,11 @@ def _parser(program: str) -> Parser:
     )
     parser.add_argument(
         "--out", required=True, type=path, metavar="PATH", help="the file; for pyadlml the folder"
+    )
+    parser.add_argument(
+        "--sort",
+        action="store_true",
+        help="sort the log by time first, and keep rows that are repeated exactly once",
     )
     parser.add_argument(
         "--home",

@@ -14,7 +14,7 @@ from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording
 from ..advice.lacking import lacking
 from ..runtime.simulation import simulate
-from ..runtime.time_base import ends_before_time
+from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.sensors import Sensor, all_sensors, simulated
 from . import run_advice
 from .console import note
@@ -64,11 +64,7 @@ def run_home(
     """Simulates the frames in the options; calls `on_progress` with the growing recording."""
     scene = bpy.context.scene
     run_advice.print_advice(sensors, options.quiet)
-    first, last = options.frames or (scene.frame_start, scene.frame_end)
-    if last < scene.frame_start:
-        raise BadInput(ends_before_time(scene, first, last))
-    if first > scene.frame_end:
-        note(f"frames {first}:{last} are after the animation's last, frame {scene.frame_end}")
+    first, last = _frames_to_run(options)
     recording = Recording()
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
@@ -85,6 +81,25 @@ def run_home(
     # Drivers can fail at any frame.
     _print_lacks(options, sensors)
     return recording
+
+
+def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
+    """First and last frame; prints where these are not all the scene's. Raises BadInput."""
+    scene = bpy.context.scene
+    first, last = options.frames or (scene.frame_start, scene.frame_end)
+    if last < scene.frame_start:
+        raise BadInput(ends_before_time(scene, first, last))
+    outside = outside_scene(scene, first, last)
+    if outside:
+        note(outside)
+    return max(first, scene.frame_start), last
+
+
+def seconds_to_run(options: argparse.Namespace) -> float:
+    """The time of the last frame that the options ask for, in seconds since the scene's start."""
+    scene = bpy.context.scene
+    last = options.frames[1] if options.frames else scene.frame_end
+    return (last - scene.frame_start) * scene.render.fps_base / scene.render.fps
 
 
 def _print_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:

@@ -9,6 +9,7 @@ import sys
 import bpy
 
 from ...sensor_logic.files import OutputError, file_names
+from ...sensor_logic.formats import DateError
 from ...sensor_logic.formats.source import SourceError
 from ...sensor_logic.log.event_log import for_spreadsheets, rows_csv, samples_csv
 from ..output.exports import Exports
@@ -23,7 +24,7 @@ from ..recording.stored_recording import stored_run
 from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
-from .home import BadInput, run_home, sensors_of
+from .home import BadInput, run_home, seconds_to_run, sensors_of
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
@@ -84,6 +85,7 @@ def _exports(
     try:
         faults.check_names(sensor.name for sensor in sensors)
         exports = Exports(options.format, options.out)
+        exports.check_dates(options.start, seconds_to_run(options))
         files |= {**exports.files, "--truth": faults.truth}
         for flag, path in files.items():
             if path and faults.file and path.resolve() == faults.file.resolve():
@@ -93,7 +95,7 @@ def _exports(
         )
         if options.report:
             check_name(options.report, "--report")
-    except (OutputError, SourceError) as error:
+    except (OutputError, SourceError, DateError) as error:
         raise BadInput(str(error)) from None
     return exports
 

@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from datetime import date
+from datetime import date, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from ...sensor_logic.days.cuts import shares
 from ...sensor_logic.days.times import LEAD_S, hours_minutes
 from ...sensor_logic.days.truth import DAY_S
 from ...sensor_logic.files import OutputError
-from ...sensor_logic.formats import FORMATS
+from ...sensor_logic.formats import FORMATS, DateError
 from ..commands.console import note
 from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
@@ -119,6 +119,7 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     told = simulated(chosen(sensors, options.sensor))
     if not told:
         raise DayError("no sensor is switched on")
+    _check_dates(options)
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
@@ -132,6 +133,16 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
             pass
         return True
     return _all(household, folder, options)
+
+
+def _check_dates(options: argparse.Namespace) -> None:
+    """Raises DayError where the days, or a format, do not hold such dates."""
+    start = datetime.combine(options.start, datetime.min.time())
+    try:
+        for name in ("events", *options.format):
+            FORMATS[name].check_dates(start, 0.0, options.days * DAY_S)
+    except DateError as error:
+        raise DayError(str(error)) from None
 
 
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:

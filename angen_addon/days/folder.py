@@ -16,7 +16,7 @@ import bpy
 from ...sensor_logic.days.rows import Day, DayRows, toml
 from ...sensor_logic.files import OutputError, check_folder, write_files
 from ...sensor_logic.formats import FORMATS, FormatError
-from ...sensor_logic.formats.outputs import check_out, output_files
+from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
 from ..authoring.presets import is_applied
 from ..output.describe import parameters_of
 from ..output.run_log import about, sensor_facts
@@ -40,6 +40,8 @@ class Folder:
         self._path, self._household = path, household
         self._formats = [FORMATS[name] for name in dict.fromkeys(formats) if name != "events"]
         self._digest = digest_of(household)
+        for target in self._formats:
+            check_installed(target)
         self._claim()
         for target in self._formats:
             check_out(target, path / f"{target.name}{target.extension}")

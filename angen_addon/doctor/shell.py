@@ -83,7 +83,8 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
             "Units), or scale all of it down by that and apply the scale"
         )
-    factor = 10.0 ** round(math.log10(1.0 / things)) if things > 0.0 else 100.0
+    # At least ten, or the advice would change nothing.
+    factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
     return (
         f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale all of it up "
         f"{factor:g} times and apply the scale"

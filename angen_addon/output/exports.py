@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.formats import FORMATS, FormatError, Log
+from ...sensor_logic.formats.log import DEFAULT_START
 from ...sensor_logic.formats.outputs import check_out, output_files
 from .output_files import Outputs
 
@@ -23,6 +25,11 @@ class Exports:
         self._targets = [(FORMATS[name], out) for name, out in zip(names, outs, strict=True)]
         for target, out in self._targets:
             check_out(target, out)
+
+    def check_dates(self, start: datetime | None, seconds: float) -> None:
+        """Raises DateError where a format cannot hold the dates of a run of so many seconds."""
+        for target, _ in self._targets:
+            target.check_dates(start or DEFAULT_START, 0.0, seconds)
 
     @property
     def files(self) -> dict[str, Path | None]:

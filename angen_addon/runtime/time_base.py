@@ -31,6 +31,17 @@ def ends_before_time(scene: Any, first: int, last: int) -> str:
     )
 
 
+def outside_scene(scene: Any, first: int, last: int) -> str:
+    """What the user is told of frames that are not all the scene's; empty where they are. Those
+    before its start have no time, and those after its end are run."""
+    found = []
+    if first < scene.frame_start:
+        found.append(f"time begins at frame {scene.frame_start}, and none before it is run")
+    if last > scene.frame_end:
+        found.append(f"the scene ends at frame {scene.frame_end}, and those after it are run too")
+    return f"frames {first}:{last}: {'; '.join(found)}" if found else ""
+
+
 def evaluated_depsgraph() -> bpy.types.Depsgraph:
     """The evaluated scene of the present context, with pending edits applied."""
     return bpy.context.evaluated_depsgraph_get()

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..formats.log import DEFAULT_START, Log
 from ..formats.reading import read_log
-from ..formats.source import SourceError, make_log
+from ..formats.source import SourceError
 
 DAY_S = 86400.0
 
@@ -28,12 +28,14 @@ class SensorIntervals:
 
 @dataclass
 class HomeIntervals:
-    """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0."""
+    """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0. `notes`: a
+    sentence for each thing that was mended or left out when the log was read."""
 
     name: str
     begin: float
     end: float
     sensors: dict[str, SensorIntervals]
+    notes: tuple[str, ...] = ()
 
 
 def read(path: Path) -> HomeIntervals:
@@ -42,11 +44,8 @@ def read(path: Path) -> HomeIntervals:
     Raises SourceError, which names the file and the problem, or OSError.
     """
     source = read_log(path)
-    try:
-        log = make_log(source.events, source.sensors, source.start or DEFAULT_START)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from None
-    return _home(path, _log_changes(log), source.has_states)
+    log = source.log(start=source.start or DEFAULT_START)
+    return replace(_home(path, _log_changes(log), source.has_states), notes=source.notes)
 
 
 Row = tuple[float, str, str, bool]

@@ -6,30 +6,72 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 
-from . import casas, events, home_assistant, influx, mcap, mcap_reader, ocel, parquet, pyadlml, xes
+from ..log.start import moment
+from . import (
+    casas,
+    events,
+    home_assistant,
+    home_assistant_history,
+    influx,
+    mcap,
+    mcap_reader,
+    ocel,
+    parquet,
+    pyadlml,
+    xes,
+)
 from .log import Log
-from .read import ParsedLog
-from .written import FormatError, FormatFiles
+from .read import EPOCH, ParsedLog
+from .written import DateError, FormatError, FormatFiles
 
-__all__ = ["FORMATS", "Format", "FormatError", "FormatFiles", "Log"]
+__all__ = ["FORMATS", "DateError", "Format", "FormatError", "FormatFiles", "Log"]
 
 
 @dataclass(frozen=True)
 class Format:
     """A format: how to write a log, and how to read one. `is_folder`: it is several files in a
     folder, else one file. `needs`: a package that must be installed. `begins`: a pattern of the
-    first bytes of its file, or of the file names in its folder, by which it is recognised."""
+    first bytes of its file, or of the file names in its folder, by which it is recognised.
+    `seconds`: the first and last second since 1970 that it can hold; all dates by default."""
 
     name: str
     extension: str
     tip: str
-    write: Callable[[Log], FormatFiles]
+    writer: Callable[[Log], FormatFiles]
     read: Callable[[Path], ParsedLog] | None = None
     begins: bytes = rb"(?!)"
     is_folder: bool = False
     needs: str = ""
+    seconds: tuple[int, int] | None = None
+
+    def write(self, log: Log) -> FormatFiles:
+        """Raises FormatError, or DateError where the format cannot hold the log's dates."""
+        first, last = log.span()
+        self.check_dates(log.start, first / 1e6, last / 1e6)
+        return self.writer(log)
+
+    def check_dates(self, start: datetime, first: float, last: float) -> None:
+        """Raises DateError unless the format can hold dates from `first` to `last`, in seconds
+        since the start."""
+        try:
+            begin = moment(start, timedelta(seconds=first))
+            end = moment(start, timedelta(seconds=last))
+        except OverflowError:
+            raise DateError(
+                "the log's dates are not all between the years 1 and 9999: give another --start"
+            ) from None
+        if self.seconds is None:
+            return
+        zero = Log((), start).epoch_us(0) / 1e6
+        if not self.seconds[0] <= zero + first <= zero + last < self.seconds[1] + 1:
+            earliest, latest = (EPOCH + timedelta(seconds=second) for second in self.seconds)
+            raise DateError(
+                f"{self.name} holds dates from {earliest} to {latest} (UTC), but the log's are "
+                f"{begin} to {end}: give another --start, or choose another format"
+            )
 
 
 FORMATS = {
@@ -53,7 +95,7 @@ FORMATS = {
             "A folder for pyadlml's load_act_assist",
             pyadlml.write,
             pyadlml.read,
-            rb"device_map\.csv",
+            rb"(?m)^device(_map|_mapping|s)\.csv$",
             is_folder=True,
         ),
         Format(
@@ -63,6 +105,7 @@ FORMATS = {
             mcap.write,
             mcap_reader.read,
             re.escape(mcap.MAGIC),
+            seconds=mcap.SECONDS,
         ),
         Format("xes", ".xes", "XES, for process mining", xes.write, xes.read, xes.BEGINS),
         Format(
@@ -74,15 +117,21 @@ FORMATS = {
             ocel.BEGINS,
         ),
         Format(
-            "influx", ".lp", "InfluxDB's line protocol", influx.write, influx.read, influx.BEGINS
+            "influx",
+            ".lp",
+            "InfluxDB's line protocol",
+            influx.write,
+            influx.read,
+            influx.BEGINS,
+            seconds=influx.SECONDS,
         ),
         Format(
             "home-assistant",
             ".jsonl",
             "MQTT messages for Home Assistant",
             home_assistant.write,
-            home_assistant.read,
-            rb"\{[^\n]*\"topic\"",
+            home_assistant_history.read,
+            home_assistant_history.BEGINS,
         ),
         Format(
             "parquet",

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from ..wording import listed
 from . import key
 from .log import Change, Channel, Log, LoggedActivity, titles
 from .names import camel, label, unique
@@ -86,18 +87,45 @@ def _written(
     left_out = [f"{c.sensor.name} {c.field}" for c in log.channels if c not in names]
     if left_out:
         notes.append(f"CASAS has no sensors for these, left out: {', '.join(left_out)}")
+    if log.channels and not lines:
+        notes.append("no sensor changed: the file is empty, as CASAS lists changes alone")
+    renamed = [f"{c.sensor.name} is {name}" for c, name in names.items() if c.sensor.name != name]
+    if renamed and not log.has_states:
+        # From CASAS; the names of other logs are in the second file.
+        notes.append(
+            f"sensors without a name of CASAS are renamed, as OUT{SUFFIX} lists: {listed(renamed)}"
+        )
     return FormatFiles({"": "".join(lines), SUFFIX: key.to_text(log, names)}, tuple(notes))
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
+    """Names of CASAS, which sensors that already have one keep."""
+    kept = {c: title for c, title in titles(channels).items() if _is_of_casas(c, title)}
+    taken = set(kept.values())
     counts: dict[str, int] = {}
     found = {}
     for channel in channels:
         prefix = PREFIXES.get(channel.quantity, ITEM if channel.type is bool else "")
-        if prefix and channel.quantity != "validity":
-            counts[prefix] = counts.get(prefix, 0) + 1
-            found[channel] = f"{prefix}{counts[prefix]:03d}"
+        if channel in kept:
+            found[channel] = kept[channel]
+        elif prefix and channel.quantity != "validity":
+            while (name := _next(prefix, counts)) in taken:
+                pass
+            found[channel] = name
     return found
+
+
+def _is_of_casas(channel: Channel, name: str) -> bool:
+    """Whether a name has the letters that CASAS gives to what the channel measures, or letters
+    that do not say what a sensor measures."""
+    letters = re.fullmatch(r"([A-Z]{1,2})\d+", name)
+    quantity = letters and key.NUMBERED.get(letters[1], channel.quantity)
+    return channel.type is bool and quantity == channel.quantity
+
+
+def _next(prefix: str, counts: dict[str, int]) -> str:
+    counts[prefix] = counts.get(prefix, 0) + 1
+    return f"{prefix}{counts[prefix]:03d}"
 
 
 def _named(channels: list[Channel]) -> dict[Channel, str]:
@@ -108,7 +136,8 @@ def _named(channels: list[Channel]) -> dict[Channel, str]:
 
 
 def _stamp(log: Log, change: Change, separator: str) -> str:
-    return log.local(change.time).strftime(f"%Y-%m-%d{separator}%H:%M:%S.%f")
+    # Not by `strftime`, which writes years before 1000 with fewer digits.
+    return log.local(change.time).replace(tzinfo=None).isoformat(separator, "microseconds")
 
 
 def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[str]]:
@@ -164,7 +193,7 @@ def read(path: Path) -> ParsedLog:
     """Reads either format, written by this program or by a real home, without the activities.
 
     Without the second file, the sensors' kinds are guessed from their names, and numbers are
-    ignored. Raises ValueError, which names the line.
+    left out. Raises ValueError, which names the line.
     """
     labels: set[str] = set()
     found = key.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))
@@ -172,13 +201,14 @@ def read(path: Path) -> ParsedLog:
     return found
 
 
-def _rows(path: Path, labels: set[str]) -> Iterator[tuple[datetime, str, str]]:
+def _rows(path: Path, labels: set[str]) -> Iterator[key.TextRow]:
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, start=1):
             found = LINE.match(line)
             if found:
                 labels.update(line[found.end() :].split())
-                yield _time(number, f"{found[1]} {found[2]}"), found[3], found[4]
+                time = _time(number, f"{found[1]} {found[2]}")
+                yield key.TextRow(number, time, found[3], found[4])
             elif line.strip():
                 raise ValueError(f"line {number} is not one of CASAS")
 

@@ -171,9 +171,17 @@ def read(path: Path) -> ParsedLog:
     found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
     # Not by `splitlines`: names may have U+2028, which JSON writes as it is.
-    for line in filter(str.strip, path.read_text(encoding="utf-8").split("\n")):
-        message = json.loads(line)
-        topic, text = message["topic"], message["payload"]
+    lines = path.read_text(encoding="utf-8").split("\n")
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            message = json.loads(line)
+            topic, text = message["topic"], message["payload"]
+        except KeyError as error:
+            raise ValueError(f"line {number} has no {error}") from None
+        except ValueError:
+            raise ValueError(f"line {number} is not JSON") from None
         if topic.endswith("/config"):
             config = json.loads(text)
             name, kind = config["dev"]["name"], config["dev"]["mdl"].rpartition(" ")[2]
@@ -182,7 +190,6 @@ def read(path: Path) -> ParsedLog:
                 known[entity["state_topic"]] = name, kind, field
         elif topic in known:
             value = {"ON": "1", "OFF": "0", NO_TEXT: ""}.get(text, text)
-            found.changes.append(
-                DatedChange(datetime.fromisoformat(message["time"]), *known[topic], value)
-            )
+            time = datetime.fromisoformat(message["time"])
+            found.changes.append(DatedChange(time, *known[topic], value, number))
     return found

@@ -20,6 +20,8 @@ from .written import FormatFiles
 # Comments, and a line that ends with its time.
 BEGINS = rb"((#[^\n]*)?\r?\n)*[^\s,={#]+(,(\\.|[^\\\s])+)? [^\s=]+=[^\n]* -?\d+\s*(\n|\Z)"
 ACTIVITY = "activity"
+# Times are signed 64-bit nanoseconds.
+SECONDS = -(2**63) // 10**9 + 1, 2**63 // 10**9 - 1
 
 
 def write(log: Log) -> FormatFiles:
@@ -76,11 +78,11 @@ def read(path: Path) -> ParsedLog:
     """The sensors' changes, without the activities."""
     found = ParsedLog([], in_utc=True)
     # Not by `splitlines`: names may have U+2028.
-    for line in path.read_text(encoding="utf-8").split("\n"):
+    for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), start=1):
         parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
         if parts is None:
             if line.strip() and not line.startswith("#"):
-                raise ValueError(f"'{line[:60]}' is not a line of the line protocol")
+                raise ValueError(f"line {number}: '{line[:60]}' is not of the line protocol")
             continue
         measurement, *tags = re.split(r"(?<!\\),", parts[1])
         if measurement == ACTIVITY:
@@ -92,7 +94,11 @@ def read(path: Path) -> ParsedLog:
         time = since_epoch(int(parts[3]) // 1000)
         for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):
             kind = _plain(measurement).upper()
-            found.changes.append(DatedChange(time, name, kind, _plain(field), _value(value)))
+            try:
+                text = _value(value)
+            except ValueError:
+                raise ValueError(f"line {number}: {field} is '{value}', not a value") from None
+            found.changes.append(DatedChange(time, name, kind, _plain(field), text, number))
     return found
 
 

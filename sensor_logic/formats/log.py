@@ -70,10 +70,12 @@ class LoggedActivity:
 
 @dataclass(frozen=True)
 class Log:
-    """Changes in time order. The first change of each channel is its initial state.
+    """Changes in time order. The first change of each channel is its initial state, if the log
+    `has_states`.
 
     `start`: date and time of t = 0; without a time zone it is the local time of the home.
     `about`: home, seed, versions, as text. `samples`: all updates, where the log has them.
+    `has_states` off: initial states are unknown, as in CASAS, and all changes are updates.
     """
 
     changes: tuple[Change, ...]
@@ -81,6 +83,7 @@ class Log:
     activities: tuple[LoggedActivity, ...] = ()
     about: Mapping[str, str] = field(default_factory=dict)
     samples: Recording | None = None
+    has_states: bool = True
 
     @property
     def channels(self) -> list[Channel]:
@@ -101,9 +104,9 @@ class Log:
         return frozenset(activity.person for activity in self.activities)
 
     def initial(self) -> dict[Channel, Change]:
-        """Each channel's first change."""
+        """Each channel's initial state."""
         found: dict[Channel, Change] = {}
-        for change in self.changes:
+        for change in self.changes if self.has_states else ():
             found.setdefault(change.channel, change)
         return found
 
@@ -111,6 +114,12 @@ class Log:
         """The changes without the initial states."""
         first = {id(change) for change in self.initial().values()}
         return [change for change in self.changes if id(change) not in first]
+
+    def span(self) -> tuple[int, int]:
+        """The times of the first and the last change or activity; those of t = 0 if it is empty."""
+        times = [change.time for change in (*self.changes[:1], *self.changes[-1:])]
+        times += [time for activity in self.activities for time in (activity.start, activity.end)]
+        return min(times, default=0), max(times, default=0)
 
     def local(self, time: int) -> datetime:
         """The local time of the home `time` microseconds after the start."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 from ..kind import RAYS
 from ..kinds import KINDS
+from ..parameters import defaults
 from . import ros2
 from .log import Change, Channel, Log
 from .names import slug, unique
@@ -24,6 +25,8 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 1 << 20
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
 STATISTICS, METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 0x0B, 0x0C, 0x0D, 0x0E, 0x0F
+# Times in message headers are signed 32-bit seconds, and the file's are not negative.
+SECONDS = 0, 2**31 - 1
 RANGE = "sensor_msgs/msg/Range"
 BY_QUANTITY = {
     "distance": RANGE,
@@ -32,21 +35,20 @@ BY_QUANTITY = {
 }
 BY_TYPE = {bool: "std_msgs/msg/Bool", str: "std_msgs/msg/String"}
 NUMBER = "std_msgs/msg/Float32"
-# The parameters of a distance sensor in the order of Range.msg.
-OF_RANGE = ("horizontal_fov", "range_min", "range_max")
 ACTIVITY = "std_msgs/msg/String"
 ACTIVITIES = "activities"
 
 
 @dataclass(frozen=True)
 class _Message:
-    """The bytes of a message on a topic, with its time in nanoseconds since 1970."""
+    """The bytes of a message on a topic, with its time in nanoseconds since 1970; `about`: the
+    metadata of the topic."""
 
     time: int
     topic: str
     schema: str
     data: bytes
-    of: Channel | None = None
+    about: Mapping[str, str]
 
 
 @dataclass
@@ -98,27 +100,38 @@ def write(log: Log) -> FormatFiles:
 
 def _messages(log: Log) -> Iterator[_Message]:
     topics = unique((sensor.name for sensor in log.sensors), slug)
+    greatest: dict[Channel, float] = {}
     for change in log.changes:
-        yield from _of_change(log, topics, change)
+        if change.channel.quantity == "distance":
+            value = float(change.value)
+            greatest[change.channel] = max(value, greatest.get(change.channel, value))
+    for change in log.changes:
+        yield from _of_change(log, topics, change, greatest.get(change.channel, 0.0))
     for activity in log.activities:
         topic = f"/angen/people/{slug(activity.person)}/activity"
         for time, text in ((activity.start, activity.activity), (activity.end, "")):
             data = ros2.string_message(text)
-            yield _Message(log.epoch_us(time) * 1000, topic, ACTIVITY, data)
+            about = {"holds": ACTIVITIES}
+            yield _Message(log.epoch_us(time) * 1000, topic, ACTIVITY, data, about)
 
 
-def _of_change(log: Log, topics: Mapping[str, str], change: Change) -> Iterator[_Message]:
+def _of_change(
+    log: Log, topics: Mapping[str, str], change: Change, greatest: float
+) -> Iterator[_Message]:
     channel, time = change.channel, log.epoch_us(change.time)
     frame = topics[channel.sensor.name]
     topic = f"/angen/{frame}/{channel.field}"
     schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
-    yield _Message(time * 1000, topic, schema, _bytes(schema, time, frame, change), channel)
+    data = _bytes(schema, time, frame, change, greatest)
+    yield _Message(time * 1000, topic, schema, data, _about(channel))
     if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
         data = ros2.beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
-        yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data)
+        # Our reader takes the sensor's changes from its own topic.
+        about = {"holds": "beam"}
+        yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data, about)
 
 
-def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
+def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) -> bytes:
     value = change.value
     if isinstance(value, str):
         return ros2.string_message(value)
@@ -126,7 +139,12 @@ def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
         "std_msgs/msg/Bool": lambda: ros2.bool_message(bool(value)),
         "sensor_msgs/msg/Illuminance": lambda: ros2.illuminance_message(time, frame, value),
         RANGE: lambda: ros2.range_message(
-            time, frame, value, *(_parameter(change.channel, name) for name in OF_RANGE)
+            time,
+            frame,
+            value,
+            _parameter(change.channel, "horizontal_fov"),
+            _parameter(change.channel, "range_min"),
+            _range_max(change.channel, greatest),
         ),
         "geometry_msgs/msg/WrenchStamped": lambda: ros2.force_message(time, frame, value),
         NUMBER: lambda: ros2.float_message(value),
@@ -135,9 +153,21 @@ def _bytes(schema: str, time: int, frame: str, change: Change) -> bytes:
 
 
 def _parameter(channel: Channel, name: str) -> float:
-    """A parameter of the channel's sensor; 0 if it is not known."""
-    value = channel.sensor.parameters.get(name, 0.0)
+    """A parameter of the channel's sensor; its kind's default if it is not known."""
+    default = defaults(KINDS[channel.sensor.kind].parameters).get(name, 0.0)
+    value = channel.sensor.parameters.get(name, default)
     return float(value) if isinstance(value, (int, float)) else 0.0
+
+
+def _range_max(channel: Channel, greatest: float) -> float:
+    """The greatest distance that the channel's sensor measures, which is also its value without a
+    target. If it is not known: the kind's default, or where the `greatest` value in the log exceeds
+    that, the next one of the kind's presets."""
+    found = _parameter(channel, "range_max")
+    if "range_max" in channel.sensor.parameters or greatest <= found:
+        return found
+    presets = (p.values.get("range_max", 0.0) for p in KINDS[channel.sensor.kind].presets)
+    return min((most for most in presets if most >= greatest), default=greatest)
 
 
 def _add_chunk(file: _File, messages: list[_Message]) -> None:
@@ -170,14 +200,12 @@ def _new_channel(file: _File, message: _Message) -> bytes:
     if message.schema not in file.schemas:
         file.schemas[message.schema] = len(file.schemas) + 1
         records += _schema_record(file, message.schema)
-    file.channels[message.topic] = (len(file.channels), message.schema, _about(message.of))
+    file.channels[message.topic] = (len(file.channels), message.schema, message.about)
     return records + _channel_record(file, message.topic)
 
 
-def _about(channel: Channel | None) -> dict[str, str]:
+def _about(channel: Channel) -> dict[str, str]:
     """The metadata of a topic: the names in their original spelling, room and unit."""
-    if channel is None:
-        return {"holds": ACTIVITIES}
     sensor = channel.sensor
     return {
         "sensor": sensor.name,

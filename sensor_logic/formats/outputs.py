@@ -11,13 +11,18 @@ from ..files import OutputError, check_folder
 from . import Format, FormatFiles
 
 
-def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
-    """Raises OutputError where a format's files could not be written to `out`."""
+def check_installed(target: Format) -> None:
+    """Raises OutputError where the package that a format needs is not installed."""
     if target.needs and find_spec(target.needs) is None:
         raise OutputError(
             f"{target.name} needs {target.needs}, which is not installed: "
             f"pip install {target.needs}, or choose another format"
         )
+
+
+def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
+    """Raises OutputError where a format's files could not be written to `out`."""
+    check_installed(target)
     for source in sources:
         if out.resolve() == source.resolve():
             raise OutputError(f"--out: {out} is also read; give another name")

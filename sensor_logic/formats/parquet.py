@@ -41,7 +41,8 @@ def write(log: Log) -> FormatFiles:
 def read(path: Path) -> ParsedLog:
     """The rows of an event log, or the changes in a table of updates. Raises FormatError."""
     table = _pyarrow().parquet.read_table(path).to_pylist()
-    found = ParsedLog([])
+    # A log with a time zone was written in UTC, any other in its own clock.
+    found = ParsedLog([], in_utc=any(row["time"].tzinfo for row in table[:1]))
     last: dict[tuple[str, str], str] = {}
     for row in sorted(table, key=lambda row: row["time"]):
         found.rooms[row["sensor"]] = row["room"]

@@ -21,6 +21,9 @@ from .read import ParsedLog
 from .written import FormatFiles
 
 TIME = "%d.%m.%Y %H:%M:%S.%f"
+DEVICES = "devices.csv"
+# The names of the devices; older folders have the second.
+MAPS = ("device_map.csv", "device_mapping.csv")
 # A file for kinds, fields and units, which pyadlml does not read.
 SENSORS = "sensors.csv"
 # The subject of a log without activities: pyadlml needs at least one.
@@ -35,10 +38,12 @@ def write(log: Log) -> FormatFiles:
     activity = {name: str(number) for number, name in enumerate(names)}
 
     def clock(time: int) -> str:
-        return log.local(time).strftime(TIME)
+        local = log.local(time)
+        # `%Y` writes years before 1000 with fewer digits.
+        return local.strftime(TIME.replace("%Y", f"{local.year:04}"))
 
     files: dict[str, str | bytes] = {
-        "devices.csv": to_csv(
+        DEVICES: to_csv(
             ("time", "device", "value"),
             (
                 (clock(change.time), device[change.channel], format_value(change.value))
@@ -46,7 +51,7 @@ def write(log: Log) -> FormatFiles:
                 if change.channel in device
             ),
         ),
-        "device_map.csv": to_csv(("id", "device"), ((device[c], named[c]) for c in named)),
+        MAPS[0]: to_csv(("id", "device"), ((device[c], named[c]) for c in named)),
         SENSORS: key.to_text(log, device),
         "device_area_map.csv": _areas("device", ((device[c], c.sensor.room) for c in named)),
         "activity_map.csv": to_csv(("id", "activity"), ((activity[n], n) for n in names)),
@@ -79,16 +84,48 @@ def read(folder: Path) -> ParsedLog:
     return found
 
 
-def _rows(folder: Path) -> Iterator[tuple[datetime, str, str]]:
+def _rows(folder: Path) -> Iterator[key.TextRow]:
     is_ours = (folder / SENSORS).is_file()
-    with open(folder / "device_map.csv", newline="", encoding="utf-8-sig") as file:
-        names = {row["id"]: row["device"] for row in csv.DictReader(file)}
-    with open(folder / "devices.csv", newline="", encoding="utf-8-sig") as file:
-        for row in csv.DictReader(file):
-            name = row["device"] if is_ours else names[row["device"]]
-            is_state = row["value"] in {"0", "1"} and not is_ours
-            value = ("OFF", "ON")[int(row["value"])] if is_state else row["value"]
-            yield datetime.strptime(row["time"], TIME), name, value
+    names = {} if is_ours else _names(folder)
+    with open(folder / DEVICES, newline="", encoding="utf-8-sig") as file:
+        rows = csv.DictReader(file)
+        if missing := {"time", "device", "value"} - set(rows.fieldnames or ()):
+            raise ValueError(f"{DEVICES} line 1 has no column {', '.join(sorted(missing))}")
+        for row in rows:
+            device, value = row["device"], row["value"] or ""
+            if value in {"0", "1"}:
+                value = value if is_ours else ("OFF", "ON")[int(value)]
+            time = _time(rows.line_num, row["time"])
+            yield key.TextRow(rows.line_num, time, names.get(device, device), value)
+
+
+def _names(folder: Path) -> dict[str, str]:
+    """Number → name of each device; empty where a folder has no map, and devices their names."""
+    path = next((folder / name for name in MAPS if (folder / name).is_file()), None)
+    if path is None:
+        return {}
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        rows = csv.DictReader(file)
+        columns = rows.fieldnames or ()
+        names = [column for column in columns if column.startswith("device")]
+        if "id" not in columns or not names:
+            raise ValueError(f"{path.name} line 1 is not id,device")
+        return {row["id"]: row[names[0]] for row in rows}
+
+
+def _time(line: int, text: str | None) -> datetime:
+    for pattern in (TIME, TIME.removesuffix(".%f")):
+        try:
+            return datetime.strptime(text or "", pattern)
+        except ValueError:
+            pass
+    try:
+        return datetime.fromisoformat(text or "")
+    except ValueError:
+        raise ValueError(
+            f"{DEVICES} line {line}: '{text}' is no time such as 05.11.2010 00:00:09.500000 or "
+            "2010-11-05 00:00:09.5"
+        ) from None
 
 
 def _areas(of: str, rows: Iterable[tuple[str, str]]) -> str:

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, tzinfo
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple, TypeVar
 
 from ..kinds import KINDS
 from ..log.event_log import Event, format_value
@@ -15,26 +17,39 @@ EPOCH = datetime(1970, 1, 1)
 
 
 class DatedChange(NamedTuple):
-    """A field's new value, as text in the spelling of the event log."""
+    """A field's new value, as text in the spelling of the event log. `line`: where the file has it;
+    0 where it has no lines."""
 
     time: datetime
     sensor: str
     kind: str
     field: str
     value: str
+    line: int = 0
 
 
 @dataclass
 class ParsedLog:
     """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
     field is its initial state. `has_activities`: the file also has activities, which readers
-    ignore. `in_utc`: times without a zone are UTC, not the home's."""
+    ignore. `in_utc`: times without a zone are UTC, not the home's. `undated`: how many changes at
+    the begin are initial states that have the time of the first row. `notes`: a sentence for each
+    thing that was mended or left out."""
 
     changes: list[DatedChange]
     rooms: dict[str, str] = field(default_factory=dict)
     has_states: bool = True
     has_activities: bool = False
     in_utc: bool = False
+    undated: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    def sort(self) -> None:
+        """Sorts the changes as `sort_rows` does."""
+        states, changes = self.changes[: self.undated], self.changes[self.undated :]
+        changes, note = sort_rows(changes)
+        self.changes = [state._replace(time=changes[0].time) for state in states] + changes
+        self.notes.append(note)
 
 
 def since_epoch(microseconds: int) -> datetime:
@@ -71,6 +86,7 @@ def events_of(
         times = in_zone(times, zone, read.in_utc)
     start = start or (times[0] if times else None)
     found: list[Event] = []
+    last: datetime | None = None
     for time, change in zip(times, read.changes, strict=True):
         assert start is not None
         # A start without a time zone is a local time of the home.
@@ -78,8 +94,31 @@ def events_of(
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:
             raise ValueError(
-                f"out of order: {time} comes after a later time; sort it by time, or where clocks "
-                "were put back, convert it with --timezone"
+                f"{at_line(change.line)}out of order: {change.time} comes after {last}; `convert "
+                "--sort` sorts it, or where clocks were put back, convert it with --timezone"
             )
-        found.append(Event(seconds, change.sensor, change.field, 0.0, change.kind, change.value))
+        name, kind, field, value, line = change[1:]
+        found.append(Event(seconds, name, field, 0.0, kind, value, line))
+        last = change.time
     return found, start
+
+
+def at_line(number: int) -> str:
+    """The begin of a message about a line; empty where there are no lines."""
+    return f"line {number}: " if number else ""
+
+
+Row = TypeVar("Row", DatedChange, Event)
+
+
+def sort_rows(rows: Iterable[Row]) -> tuple[list[Row], str]:
+    """The rows by time, exact repeats once, and a note on what changed; rows of one time keep their
+    order. Raises TypeError where only some times have a zone."""
+    given = list(rows)
+    late = sum(after.time < before.time for before, after in pairwise(given))
+    first: dict[Any, Row] = {}
+    for row in sorted(given, key=lambda row: row.time):
+        first.setdefault(row if isinstance(row, Event) else row[:-1], row)
+    repeated = len(given) - len(first)
+    note = f"sorted by time, which went back {late} ×; repeated rows left out: {repeated}"
+    return list(first.values()), note

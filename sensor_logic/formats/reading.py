@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, tzinfo
 from pathlib import Path
@@ -13,9 +14,9 @@ from xml.etree.ElementTree import ParseError
 from ..log.event_log import HEADER, Event
 from . import FORMATS, Format
 from .local_time import count_left_out
-from .log import SensorFacts
-from .read import events_of
-from .source import SourceError, read_log_events
+from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts
+from .read import ParsedLog, events_of, sort_rows
+from .source import SourceError, make_log, read_log_events
 from .written import FormatError
 
 HEAD = 4096
@@ -26,48 +27,93 @@ class LoadedLog:
     """A log from a file: events in seconds since `start` (None: unknown), and the facts about its
     sensors. `has_states`: the first event of each field is its initial state. `has_activities`: the
     file has activities, which were not read. `left_out`: how many changes have a local time that
-    the home's clocks went past in spring; they count as at the moment at which these did."""
+    the home's clocks went past in spring; they count as at the moment at which these did. `notes`:
+    a sentence for each thing that was mended or left out."""
 
+    path: Path
     events: list[Event]
     start: datetime | None
     sensors: dict[str, SensorFacts]
     has_states: bool = True
     has_activities: bool = False
     left_out: int = 0
+    notes: tuple[str, ...] = ()
+
+    def log(
+        self,
+        sensors: Mapping[str, SensorFacts] | None = None,
+        start: datetime = DEFAULT_START,
+        activities: Iterable[LoggedActivity] = (),
+        about: Mapping[str, str] | None = None,
+    ) -> Log:
+        """The events as a log, with further facts. Raises SourceError, which names the file."""
+        facts = self.sensors | dict(sensors or {})
+        try:
+            return make_log(
+                self.events, facts, start, activities, about, has_states=self.has_states
+            )
+        except SourceError as error:
+            raise SourceError(f"{self.path}: {error}") from None
 
 
-def read_log(path: Path, start: datetime | None = None, zone: tzinfo | None = None) -> LoadedLog:
+def read_log(
+    path: Path, start: datetime | None = None, zone: tzinfo | None = None, sort: bool = False
+) -> LoadedLog:
     """Reads an event log, a folder of days, or a file or folder in any of the readable formats.
 
     `start` is the time of t = 0; None: the time in the log, or that of the first change; `zone`:
-    the home's, if known. Raises SourceError, which names the file and the problem, or OSError.
+    the home's, if known; `sort`: sort the rows by time, and keep exact repeats once. Raises
+    SourceError, which names the file and the problem, or OSError.
     """
     found = _format_of(path)
+    if found is None and not path.is_dir() and not path.stat().st_size:
+        raise SourceError(f"{path} is empty: no sensor changed, or it was not written")
     if found is None:
         raise SourceError(
             f"{path}: its format is not recognised by line 1; known are {', '.join(FORMATS)}; an "
             f"event log begins with {','.join(HEADER)}"
         )
-    if found.read is None:
-        log_path = path / "events.csv" if path.is_dir() else path
-        events, begin, left_out = read_log_events(log_path, start, zone)
-        return LoadedLog(events, begin, {}, left_out=left_out)
+    if found.read is not None:
+        return _loaded(path, found.name, found.read, start, zone, sort)
+    read = read_log_events(path / "events.csv" if path.is_dir() else path, start)
+    if isinstance(read, ParsedLog):
+        return _loaded(path, found.name, lambda _: read, start, zone, sort)
+    events, start = read
+    if not sort:
+        return LoadedLog(path, events, start, {})
+    events, note = sort_rows(events)
+    return LoadedLog(path, events, start, {}, notes=(f"{path}: {note}",))
+
+
+def _loaded(
+    path: Path,
+    name: str,
+    reader: Callable[[Path], ParsedLog],
+    start: datetime | None,
+    zone: tzinfo | None,
+    sort: bool,
+) -> LoadedLog:
     try:
-        read = found.read(path)
+        read = reader(path)
+        if sort:
+            read.sort()
         events, begin = events_of(read, start, zone)
         left_out = 0 if read.in_utc else count_left_out([c.time for c in read.changes], zone)
     except KeyError as error:
-        raise SourceError(f"{path} cannot be read as {found.name}: it has no {error}") from None
-    except (ValueError, IndexError, TypeError, struct.error, ParseError) as error:
-        raise SourceError(f"{path} cannot be read as {found.name}: {error}") from None
+        raise SourceError(f"{path} cannot be read as {name}: it has no {error}") from None
+    except (ValueError, IndexError, TypeError, OverflowError, struct.error, ParseError) as error:
+        raise SourceError(f"{path} cannot be read as {name}: {error}") from None
     except FormatError as error:
         raise SourceError(f"{path}: {error}") from None
-    if not events:
-        raise SourceError(f"{path} has no sensor of a known kind")
+    notes = tuple(f"{path}: {text}" for text in read.notes)
+    if not events and name != "events":
+        raise SourceError("; ".join([f"{path} has no sensor of a known kind", *read.notes]))
     kinds = {event.sensor: event.kind for event in events}
     rooms = read.rooms
-    sensors = {name: SensorFacts(name, kind, rooms.get(name, "")) for name, kind in kinds.items()}
-    return LoadedLog(events, begin, sensors, read.has_states, read.has_activities, left_out)
+    sensors = {s: SensorFacts(s, kind, rooms.get(s, "")) for s, kind in kinds.items()}
+    return LoadedLog(
+        path, events, begin, sensors, read.has_states, read.has_activities, left_out, notes
+    )
 
 
 def _format_of(path: Path) -> Format | None:

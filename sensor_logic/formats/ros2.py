@@ -92,7 +92,10 @@ def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> b
 def range_message(
     epoch_us: int, frame_id: str, distance: float, view: float, least: float, most: float
 ) -> bytes:
-    """A sensor_msgs/Range: a distance (m), the field of view (rad), and both range limits (m)."""
+    """A sensor_msgs/Range: a distance (m), the field of view (rad), and both range limits (m). The
+    greatest distance means no target: +inf, as REP 117 prescribes."""
+    # Blender stores the greatest distance in single precision.
+    distance = distance if distance < most * (1.0 - 1e-6) else float("inf")
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", view, least, most, distance).data)
 
@@ -118,7 +121,9 @@ def value_of(schema: str, data: bytes) -> bool | float | str:
         return float(struct.unpack_from("<d", data, body)[0])
     if schema == "sensor_msgs/msg/Range":
         last = 4 + -(-(13 + length) // 4) * 4 + 12
-        return float(f"{struct.unpack_from('<f', data, last)[0]:.7g}")
+        most, distance = struct.unpack_from("<ff", data, last - 4)
+        # Without a target, the event log has the greatest distance.
+        return float(f"{min(distance, most):.7g}")
     if schema == "geometry_msgs/msg/WrenchStamped":
         return -float(struct.unpack_from("<d", data, body + 16)[0])
     raise ValueError(f"{schema} is not a message of a sensor")

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
-from datetime import datetime, timedelta, tzinfo
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ from ..kinds import KINDS
 from ..log.event_log import HEADER, Event, read_events
 from ..log.start import COLUMN, parse_start
 from ..recording.tracks import Recording
-from .local_time import count_left_out, localised, since
+from .local_time import since
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, Value
+from .read import DatedChange, ParsedLog
 
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
 # The quantity of a field that names none, by type.
@@ -36,22 +38,26 @@ def make_log(
     activities: Iterable[LoggedActivity] = (),
     about: Mapping[str, str] | None = None,
     samples: Recording | None = None,
+    has_states: bool = True,
 ) -> Log:
     """A log of events; a sensor that is not in `sensors` has no room.
 
-    Raises SourceError for an unknown kind or field, an invalid value, and decreasing times.
+    `has_states`: the first event of each field is its initial state. Raises SourceError for an
+    unknown kind or field, an invalid value, and decreasing times.
     """
     channels: dict[tuple[str, str], Channel] = {}
     facts = dict(sensors or {})
     changes = []
     last = float("-inf")
-    for number, event in enumerate(events, start=2):
+    for number, event in enumerate(events, start=1):
+        where = f"line {event.line}" if event.line else f"event {number}"
         if event.time < last:
             raise SourceError(
-                f"line {number}: {event.time:g} s comes after {last:g} s; sort the events by time"
+                f"{where}: {event.time:.6f} s comes after {last:.6f} s; sort the events by "
+                "time, as `convert --sort` does"
             )
         last = event.time
-        published = _field(number, event)
+        published = _field(where, event)
         key = (event.sensor, event.field)
         if key not in channels:
             known = facts.setdefault(event.sensor, SensorFacts(event.sensor, event.kind))
@@ -59,12 +65,13 @@ def make_log(
         channel = channels[key]
         if channel.sensor.kind != event.kind:
             raise SourceError(
-                f"line {number}: '{event.sensor}' is of kind {event.kind} here and of kind "
+                f"{where}: '{event.sensor}' is of kind {event.kind} here and of kind "
                 f"{channel.sensor.kind} elsewhere"
             )
-        value = _value(number, event, published.type)
+        value = _value(where, event, published.type)
         changes.append(Change(round(event.time * 1e6), channel, value, event.frame))
-    return Log(tuple(changes), start, tuple(sorted(activities)), dict(about or {}), samples)
+    activities, about = tuple(sorted(activities)), dict(about or {})
+    return Log(tuple(changes), start, activities, about, samples, has_states)
 
 
 def channel_of(sensor: SensorFacts, published: Field) -> Channel:
@@ -72,51 +79,48 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
     return Channel(sensor, published.name, published.type, quantity, published.unit)
 
 
-def _field(number: int, event: Event) -> Field:
+def _field(where: str, event: Event) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
-        raise SourceError(
-            f"line {number}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}"
-        )
+        raise SourceError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
     for published in kind.events:
         if published.name == event.field:
             return published
     names = ", ".join(f.name for f in kind.events)
-    raise SourceError(f"line {number}: {event.kind} has no field '{event.field}', but {names}")
+    raise SourceError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
 
 
-def _value(number: int, event: Event, of: type) -> Value:
+def _value(where: str, event: Event, of: type) -> Value:
     if of is str:
         return event.value
     if of is bool and event.value in {"0", "1"}:
         return event.value == "1"
     try:
-        if of is not bool:
-            return float(event.value)
+        if of is not bool and math.isfinite(number := float(event.value)):
+            return number
     except ValueError:
         pass
-    wanted = "0 or 1" if of is bool else "a number"
-    raise SourceError(f"line {number}: '{event.field}' is '{event.value}', not {wanted}")
+    wanted = "0 or 1" if of is bool else "a number, which is finite"
+    raise SourceError(f"{where}: '{event.field}' is '{event.value}', not {wanted}")
 
 
 def read_log_events(
-    path: Path, start: datetime | None, zone: tzinfo | None = None
-) -> tuple[list[Event], datetime | None, int]:
-    """The events of an event log, or of the `events.csv` of a folder of days, their start, and how
-    many have a local time that the clocks of the home's `zone` went past.
+    path: Path, start: datetime | None
+) -> tuple[list[Event], datetime | None] | ParsedLog:
+    """The events of an event log and their start; of the `events.csv` of a folder of days, which
+    has dates instead of seconds, the changes.
 
-    `start` None: the dates in the file give the start. A folder of days has dates instead of
-    seconds and starts with its first event. Raises SourceError, OSError.
+    `start` None: the dates in the file give the start. Raises SourceError, OSError.
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             rows = csv.reader(file)
             header = tuple(next(rows, ()))
             if header == DAY_HEADER:
-                return _dated_events(path, rows, start, zone)
+                return ParsedLog(list(_dated_changes(path, rows)))
             if header == (*HEADER, COLUMN) and start is None:
                 start = _start_by_row(next(rows, []))
-            return read_events(path), start, 0
+            return read_events(path), start
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file in UTF-8") from None
     except ValueError as error:
@@ -132,21 +136,14 @@ def _start_by_row(row: Sequence[str]) -> datetime | None:
         return None
 
 
-def _dated_events(
-    path: Path, rows: Iterable[list[str]], start: datetime | None, zone: tzinfo | None
-) -> tuple[list[Event], datetime | None, int]:
-    found, times = [], []
+def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[DatedChange]:
     for number, row in enumerate(rows, start=2):
         try:
             when, sensor, kind, name, value, _person, _because = row
             time = datetime.fromisoformat(when)
-            times.append(time)
-            start = start or (localised(time, zone) if zone is not None else time)
-            seconds = since(start, time) / 1e6
-        except (ValueError, TypeError):
+        except ValueError:
             raise SourceError(f"{path}: line {number} is not an event") from None
-        found.append(Event(seconds, sensor, name, 0.0, kind, value))
-    return found, start, count_left_out(times, zone)
+        yield DatedChange(time, sensor, kind, name, value, number)
 
 
 def read_home(path: Path) -> tuple[dict[str, SensorFacts], datetime | None, dict[str, str]]:

@@ -21,3 +21,7 @@ class FormatFiles:
 
 class FormatError(Exception):
     """A log cannot be written or read in a format; the text says why, and what would work."""
+
+
+class DateError(FormatError):
+    """A format cannot hold the dates of a log."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import math
 from collections import defaultdict
@@ -25,7 +26,8 @@ HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
 
 @dataclass(frozen=True, order=True)
 class Event:
-    """A field's new value, as text; ordered by time, then sensor, then field."""
+    """A field's new value, as text; ordered by time, then sensor, then field. `line`: where a file
+    has it; 0 where there is no line."""
 
     time: float
     sensor: str
@@ -33,6 +35,7 @@ class Event:
     frame: float
     kind: str
     value: str
+    line: int = dataclasses.field(default=0, compare=False)
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -140,7 +143,7 @@ def _told(value: Any) -> Any:
 def _is_event(value: Any, last: Any, step: float) -> bool:
     """Whether a field's value is an event; `last` is the value of its previous event."""
     if isinstance(value, float):
-        if math.isnan(value):
+        if not math.isfinite(value):
             return False
         if last is not None and step > 0.0:
             return bool(abs(value - last) >= step)
@@ -220,7 +223,8 @@ def read_events(path: Path) -> list[Event]:
             dated = header == (*HEADER, COLUMN)
             if dated:
                 header = HEADER
-            found = [_read_event(row, dated) for row in reader] if header == HEADER else []
+            rows = reader if header == HEADER else ()
+            found = [_read_event(row, dated, reader.line_num) for row in rows]
         except UnicodeDecodeError:
             raise ValueError(f"{path} is not a text file in UTF-8") from None
         except (ValueError, csv.Error):
@@ -230,11 +234,11 @@ def read_events(path: Path) -> list[Event]:
     return found
 
 
-def _read_event(row: list[str], dated: bool) -> Event:
+def _read_event(row: list[str], dated: bool, line: int) -> Event:
     time, frame, sensor, kind, name, value = row[:-1] if dated else row
     if not (math.isfinite(float(time)) and math.isfinite(float(frame))):
         raise ValueError
-    return Event(float(time), sensor, name, float(frame), kind, value)
+    return Event(float(time), sensor, name, float(frame), kind, value, line)
 
 
 def differences(

@@ -6,6 +6,8 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 
 COLUMN = "time"
+# Dates must stay within the years 1 to 9999 in any time zone, and for a scene of any length.
+EARLIEST, LATEST = datetime(1, 1, 3), datetime(9890, 1, 1)
 
 
 def parse_start(text: str) -> datetime | None:
@@ -15,12 +17,12 @@ def parse_start(text: str) -> datetime | None:
         return None
     try:
         start = datetime.fromisoformat(text.strip())
-        # Dates must stay valid for a scene of any length.
-        start + timedelta(days=40_000)
-    except (ValueError, OverflowError):
+    except ValueError:
         raise ValueError(
             f"'{text}' is no date and time in ISO 8601, such as 2026-03-01T08:00"
         ) from None
+    if not EARLIEST <= start.replace(tzinfo=None) <= LATEST:
+        raise ValueError(f"'{text}': a start lies between {EARLIEST.date()} and {LATEST.date()}")
     return start
 
 

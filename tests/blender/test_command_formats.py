@@ -89,6 +89,38 @@ def test_without_out_or_where_it_cannot_be_written_nothing_runs(home, command, t
     assert not Path("x").exists()
 
 
+@pytest.mark.parametrize(
+    ("name", "start"), [("mcap", "2038-01-19T03:14:07"), ("mcap", "1950-01-01"), ("influx", "2263")]
+)
+def test_a_date_that_a_format_cannot_hold_is_told_before_the_run(
+    home, command, tmp_path, name, start
+) -> None:
+    start = start if "-" in start else f"{start}-01-01"
+    events, out = tmp_path / "events.csv", tmp_path / "out"
+    options = ["--start", start, "--events", events, "--format", name, "--out", out]
+    status, _, err = command("simulate", *options)
+    assert status == 2
+    assert err.count("\n") == 1 and f"{name} holds dates from " in err, err
+    assert not events.exists() and not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--start", "2038-01-19", "--format", "mcap"], "mcap holds dates from 1970-01-01"),
+        (["--start", "2300-01-01", "--format", "influx"], "influx holds dates from 1677-09-21"),
+        (["--start", "9999-12-31"], "between the years 1 and 9999"),
+    ],
+)
+def test_days_whose_dates_cannot_be_are_told_before_there_is_a_folder(
+    home, command, tmp_path, more, words
+) -> None:
+    out = tmp_path / "days"
+    status, _, err = command("day", "--routine", "r.toml", "--days", "2", "--out", out, *more)
+    assert status == 2 and words in err and err.count("\n") == 1, err
+    assert not out.exists()
+
+
 @pytest.mark.skipif(find_spec("pyarrow") is not None, reason="pyarrow is installed here")
 def test_a_missing_package_is_told_before_the_run(home, command, tmp_path) -> None:
     out = tmp_path / "x.parquet"

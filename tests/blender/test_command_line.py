@@ -29,8 +29,16 @@ def test_a_part_of_the_frames(home, command):
     status, out, _ = command("simulate", "--frames", "20:40")
     assert status == 0
     assert [line.split(",")[1] for line in out.splitlines()[1:]] == ["20", "20", "37"]
-    status, out, _ = command("simulate", "--frames", "-5:1")
+    status, out, err = command("simulate", "--quiet", "--frames", "-5:1")
     assert (status, len(out.splitlines())) == (0, 3)
+    assert one_line(err) == "angen: frames -5:1: time begins at frame 1, and none before it is run"
+    last = bpy.context.scene.frame_end
+    status, out, err = command("simulate", "--quiet", "--frames", f"{last}:{last + 9}")
+    assert status == 0
+    assert one_line(err) == (
+        f"angen: frames {last}:{last + 9}: the scene ends at frame {last}, and those after it are "
+        "run too"
+    )
 
 
 def test_only_the_sensor_that_is_named(home, command):

@@ -238,6 +238,13 @@ def test_a_tiny_home_is_told(home, examine):
     assert "Unit Scale to 1 " in found["scale"].mend
 
 
+def test_a_tiny_home_is_never_to_be_scaled_by_one(world, examine):
+    world.box((1.2, 1.2, 1.2), name="Room")
+    world.sensor("PIR", "Detector")
+    (found,) = [finding for finding in examine() if finding.check == "scale"]
+    assert "Unit Scale to 10 " in found.mend and "up 10 times" in found.mend
+
+
 def test_a_home_at_half_its_size_is_told(world, examine):
     for x, y, along in ((0, -1, 0), (0, 1, 0), (-1.5, 0, 1), (1.5, 0, 1)):
         world.box((0.05, 2.0, 1.25) if along else (3.0, 0.05, 1.25), (x, y, 0.625), "Wall")

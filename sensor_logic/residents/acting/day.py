@@ -132,7 +132,8 @@ def _begin_home(
 
 def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
     """Puts a person where the steps before the first segment of the day end; where there were
-    none, where the first steps of all end."""
+    none, where the first steps of all end. Where no activity ends at a place, the person stands at
+    the first place that a step names, because others need not have a way to it."""
     mine = [s for s in segments if s.person == living.name]
     count = len(_before(segments, living.name, day))
     for segment in [*mine[:count][::-1], *mine[count:]]:
@@ -146,7 +147,10 @@ def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
         if living.home.is_free(living.key(place), living):
             living.begin_at(place, deeds.posture)
             return
-    for place in living.home.places.places.values():
+    known = living.home.places.places
+    deeds_of_all = (living.activities.get(segment.activity) for segment in mine)
+    names = [step.name for deeds in deeds_of_all if deeds for step in deeds.all_steps]
+    for place in (*(known[name] for name in names if name in known), *known.values()):
         if living.home.is_free(living.key(place), living):
             living.begin_at(place, STANDING)
             return

@@ -2,6 +2,7 @@
 """What cannot be done is told in one line; what can hardly be done ends well."""
 
 import re
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -131,3 +132,11 @@ def test_a_day_begins_and_ends_as_it_is_asked_however_long_the_activities(play) 
     assert day.told("anna") == [("Relax", "Sofa")]
     assert day.acted.where[0].posture != "sitting" and day.acted.where[0].start == 0.0
     assert day.acted.where[-1].end == DAY
+
+
+def test_who_begins_the_day_with_a_thing_is_where_it_is(play, home) -> None:
+    # No way leads out of the vault, whose place is the first of all.
+    vault = replace(home.places["Safe"], name="A safe")
+    places = replace(home, places={"A safe": vault, **home.places})
+    day = play("Drink = take Cup, drink Cup", {"anna": [(0, "Drink")]}, places=places)
+    assert day.told("anna") == [("Drink", "Cup")]

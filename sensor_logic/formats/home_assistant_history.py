@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The history that Home Assistant exports (*History → Download data*), a CSV file with the header
+`entity_id,state,last_changed`: the entities one after the other, times in UTC.
+
+The kind of an entity's sensor is guessed from its name: `binary_sensor.hall_motion`, or a field of
+this program's sensors at its end, as `sensor.pad_force_n` has.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from ..kinds import KINDS
+from . import home_assistant, key
+from .read import DatedChange, ParsedLog
+
+HEADER = ("entity_id", "state", "last_changed")
+# The header, or a line of the messages that `home_assistant` writes.
+BEGINS = rb"\"?entity_id\"?,\"?state\"?,\"?last_changed\b|\{[^\n]*\"topic\""
+STATES = {"on": "1", "off": "0", "open": "1", "closed": "0"}
+BINARY, NUMBER = {"binary_sensor", "input_boolean"}, "sensor"
+# The quantity by the domain, or by a word in the name; any other binary sensor detects motion.
+OF_DOMAIN = {"light": "light", "cover": "opening"}
+OF_WORD = {
+    **dict.fromkeys(("door", "window", "contact", "opening", "open", "gate"), "opening"),
+    **dict.fromkeys(("bed", "seat", "chair", "pad", "mat", "pressure", "occupied"), "occupancy"),
+    **dict.fromkeys(("light", "lamp"), "light"),
+    **dict.fromkeys(("illuminance", "lux"), "illuminance"),
+    "distance": "distance",
+}
+
+
+class Entity(NamedTuple):
+    """The sensor's field whose values an entity has."""
+
+    sensor: str
+    kind: str
+    field: str
+    type: type
+
+
+def read(path: Path) -> ParsedLog:
+    """The states in a history, or in the messages that `home_assistant` writes, by time."""
+    with open(path, "rb") as file:
+        if file.read(4).removeprefix(b"\xef\xbb\xbf").startswith(b"{"):
+            return home_assistant.read(path)
+    found = ParsedLog([], in_utc=True)
+    left_out = key.Told("state", "left out")
+    with open(path, newline="", encoding="utf-8-sig") as text:
+        reader = csv.DictReader(text)
+        rows = [(reader.line_num, [row[column] or "" for column in HEADER]) for row in reader]
+    entities = entities_of(dict.fromkeys(name for _, (name, _, _) in rows))
+    for line, (name, state, changed) in rows:
+        entity = entities.get(name)
+        value = _value(entity, state)
+        if entity is None or value is None:
+            left_out.add(line, f"'{name} {state}'")
+            continue
+        try:
+            time = datetime.fromisoformat(changed)
+        except ValueError:
+            raise ValueError(f"line {line}: '{changed}' is no time") from None
+        time = time if time.tzinfo else time.replace(tzinfo=UTC)
+        found.changes.append(DatedChange(time, *entity[:3], value, line))
+    # The file lists one entity after the other.
+    found.changes.sort(key=lambda change: change.time)
+    found.notes += [left_out.text] if left_out.count else []
+    return found
+
+
+def entities_of(names: Iterable[str]) -> dict[str, Entity]:
+    """Entity → its sensor and field, without those that measure what no kind publishes."""
+    found = {name: entity for name in names if (entity := _entity(name)) is not None}
+    fields: dict[str, set[str]] = defaultdict(set)
+    for entity in found.values():
+        fields[entity.sensor].add(entity.field)
+    # Kinds share names of fields: a sensor is of the first kind that has all of its fields.
+    for sensor, wanted in fields.items():
+        has_all = [k.identifier for k in KINDS.values() if wanted <= {f.name for f in k.events}]
+        for name, entity in found.items():
+            if has_all and entity.sensor == sensor:
+                found[name] = entity._replace(kind=has_all[0])
+    return found
+
+
+def _entity(name: str) -> Entity | None:
+    domain, _, thing = name.partition(".")
+    published = [(kind, field) for kind in KINDS.values() for field in kind.events]
+    for kind, field in published:
+        if thing.endswith(f"_{field.name}") and _fits(domain, field.type):
+            sensor = thing.removesuffix(f"_{field.name}")
+            return Entity(sensor, kind.identifier, field.name, field.type)
+    words = [OF_WORD[word] for word in thing.split("_") if word in OF_WORD]
+    quantity = OF_DOMAIN.get(domain, next(iter(words), "motion"))
+    for kind, field in published:
+        if field.quantity == quantity and (domain in OF_DOMAIN or _fits(domain, field.type)):
+            return Entity(thing, kind.identifier, field.name, field.type)
+    return None
+
+
+def _fits(domain: str, of: type) -> bool:
+    return domain in BINARY if of is bool else domain == NUMBER
+
+
+def _value(entity: Entity | None, state: str) -> str | None:
+    """A state as the event log spells it; None where it has no value."""
+    if entity is None or state.lower() in {"unavailable", "unknown"}:
+        return None
+    if entity.type is bool:
+        return STATES.get(state.lower())
+    if entity.type is str:
+        return "" if state == home_assistant.NO_TEXT else state
+    return state if key.is_number(state) else None

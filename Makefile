@@ -11,7 +11,7 @@ LINT = $(LINT_VENV)/bin/python
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test readers mqtt bench lint zip assets sample clean
+.PHONY: help venv lint-venv demo test golden readers mqtt bench lint zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -22,6 +22,10 @@ demo: venv ## simulate the sample home and show what its sensors saw
 
 test: venv ## run the tests (ARGS="-k pir": pytest's options; ARGS="-n 0": in one process)
 	@$(RUN) -m pytest -n auto --maxprocesses 4 --dist loadfile $(ARGS)
+
+golden: venv ## write the golden files anew (ARGS="-k help": some of them); say why in the commit
+	@ANGEN_GOLDEN=write $(RUN) -m pytest -q tests/blender/test_golden.py $(ARGS)
+	@git status --short tests/golden
 
 readers: ## read the files of all formats with programs that others wrote (800 MB to fetch, once)
 	@BPY= sh scripts/make_venv.sh $(READERS_VENV) readers

@@ -12,7 +12,7 @@ PYTEST = $(RUN) -m pytest -n auto --maxprocesses 4 --dist worksteal
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test test-all readers mqtt bench lint zip assets sample clean
+.PHONY: help venv lint-venv demo test test-all golden readers mqtt bench lint zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -26,6 +26,10 @@ test: venv ## run the quick tests, in minutes (ARGS="-k pir": pytest's options; 
 
 test-all: venv ## run all tests in this version of Blender
 	@$(PYTEST) -m "not measured" $(ARGS)
+
+golden: venv ## write the golden files anew (ARGS="-k help": some of them); say why in the commit
+	@ANGEN_GOLDEN=write $(RUN) -m pytest -q tests/blender/test_golden.py $(ARGS)
+	@git status --short tests/golden
 
 readers: ## read the files of all formats with programs that others wrote (800 MB to fetch, once)
 	@BPY= sh scripts/make_venv.sh $(READERS_VENV) readers

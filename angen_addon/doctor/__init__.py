@@ -21,6 +21,7 @@ CHECKS: dict[str, Check] = {
     "still_doors": doors.standing_still,
     "inside": placed.inside_walls,
     "too_near": placed.looks_into_something,
+    "slits": placed.slits,
     "names_none": placed.names_nothing,
     "warmth": placed.nothing_warm,
     "watts": lamps.electrical_watts,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ...sensor_logic.wording import named
 from ..advice import warmth
 from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
-from ..runtime.sight import sight_of
+from ..runtime.sight import Sight, sight_of
 from ..runtime.time_base import clock_of
 from ..scene.animation import action_curves
 from ..scene.rays.caster import NOTHING
@@ -23,13 +24,16 @@ from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
 from .examined import Examined, Found
 
-BUNDLE_AXES, BUNDLE_NEAR = -42, -43
+BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
 # m: a solid that opposite rays hit at distances of together less than this is a wall.
 THICKEST = 0.6
 # Most faces to count along a ray.
 MOST_FACES = 200
 # More than this share of a sensor's rays hit something too near: it is built in, or faces a wall.
 BLOCKED = 0.25
+# m: half of the width of the thinnest gap that a beam passes whole; its sides are as far as that from
+# the sensor, and what is seen through it is behind both.
+SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
 # Datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
@@ -150,6 +154,49 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
                 f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
                 "to it what is its own housing",
             )
+
+
+def slits(home: Examined) -> Iterator[Found]:
+    """Reports slits that a motion detector's rays pass, which are thinner than a real beam."""
+    for sensor in home.requiring(RAYS):
+        if not any(field.quantity == "motion" for field in sensor.kind.events):
+            continue
+        with suppress(SensorError):
+            sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
+            for one, other in _slits(home, sensor, sight) if sight is not None else ():
+                yield (
+                    f"'{sensor.name}' sees through a slit between '{one}' and '{other}', thinner "
+                    f"than {2000.0 * SLIT:.0f} mm: it notices what moves behind them",
+                    "Let one overlap the other, as a door's frame does its leaf",
+                )
+
+
+def _slits(home: Examined, sensor: Sensor, sight: Sight) -> list[tuple[str, str]]:
+    """Names of the solids on both sides of each slit."""
+    rays, caster = sight.rays, home.home.caster
+    directions, reach = np.ascontiguousarray(rays.directions), rays.reach
+    if not len(directions):
+        return []
+    helper = np.where(np.abs(directions[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    across = np.cross(directions, helper)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    origins = np.ascontiguousarray(rays.origins)
+    far, _ = caster.cast_met(sensor.uid, BUNDLE_SLIT, origins, directions, reach)
+    found: dict[tuple[str, str], None] = {}
+    for side in (across, np.cross(directions, across)):
+        sides = [
+            caster.cast_met(sensor.uid, BUNDLE_SLIT, origins + turn * side, directions, reach)
+            for turn in (SLIT / home.metres, -SLIT / home.metres)
+        ]
+        (one, met_one), (two, met_two) = sides
+        beside = np.maximum(one, two) * home.metres
+        passed = (np.abs(one - two) * home.metres < LEVEL) & (beside + BEHIND < far * home.metres)
+        for pair in zip(met_one[passed].tolist(), met_two[passed].tolist(), strict=True):
+            names = sorted(caster.solids.name_of(number) for number in pair)
+            # Through what is open in itself, such as a chair's back, real beams pass too.
+            if names[0] != names[1]:
+                found[names[0], names[1]] = None
+    return list(found)
 
 
 def names_nothing(home: Examined) -> Iterator[Found]:

@@ -10,6 +10,7 @@ from . import plan
 from .meshes import MeshBuilder, moved, place
 
 LINING = 0.022  # thickness of a door's lining
+REBATE = 0.012  # overlap of the frame's head and the leaf
 CASING = 0.06  # width of the strips around a doorway
 FLAG_THICKNESS = 0.004
 HANDLE_Z = 1.05
@@ -85,6 +86,8 @@ def _frame(door: plan.Door) -> MeshBuilder:
         f.box((u0, front - 0.002, plan.FLOOR_Z), (-0.001, behind, head), 0.003)
         f.box((door.leaf_width + 0.001, front - 0.002, plan.FLOOR_Z), (u1, behind, head), 0.003)
     f.box((u0, max(front + 0.003, 0.02), plan.LEAF_TOP + 0.006), (u1, back + 0.008, head), 0.003)
+    # The rebate: behind the leaf the head reaches below its top, as the lining does beside it.
+    f.box((u0, behind, plan.LEAF_TOP - REBATE), (u1, back + 0.008, plan.LEAF_TOP + 0.01), 0.003)
     f.box((u0, 0.012, 0.03), (u1, back + 0.01, plan.FLOOR_Z + 0.003), 0.002, "oak")
     # Casings: both sides up to over the head; over it, a gap on the swing side for the switch.
     middle = _flag_u(door)

@@ -119,9 +119,9 @@ def add_doors() -> None:
     front.angen_place.other_side = True
     bath = MeshBuilder("oak z")
     low, high = BATH_DOOR
-    bath.box((0.0, 0.0, 0.01), (0.04, high - low + 0.06, HEAD + 0.03), 0.0)
-    door = place("Bath door", bath, "Atelier/Doors", (BATH_X - THIN - 0.05, low - 0.03, 0.0))
-    _slides(door, 0.88)
+    bath.box((0.0, 0.0, 0.01), (0.046, high - low + 0.16, HEAD + 0.03), 0.0)
+    door = place("Bath door", bath, "Atelier/Doors", (BATH_X - THIN - 0.05, low - 0.08, 0.0))
+    _slides(door, 0.93)
     first, last, _, head = TERRACE
     middle = (first + last) / 2
     b = _pane(0.0, middle - first + 0.03, head)

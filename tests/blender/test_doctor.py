@@ -135,6 +135,14 @@ def sixty_watts():
     bpy.data.objects["Lamp"].data.energy = 60.0
 
 
+def slit():
+    """Two boards before the detector, 6 mm apart, one above the other."""
+    bpy.data.objects["Detector"].angen_sensor.pir.model = "RANGE_SCAN"
+    for name, z in (("Board", 1.847), ("Upper board", 2.153)):
+        bpy.ops.mesh.primitive_cube_add(size=1, location=(1.0, 0, z))
+        bpy.context.object.scale, bpy.context.object.name = (0.02, 1, 0.3), name
+
+
 def thick_glass():
     chair = bpy.data.objects["Chair 1"]
     glass = bpy.data.materials.new("Crystal")
@@ -184,6 +192,7 @@ BAD = {
     "too_near": (against, "looks into 'Chair 1', nearer than its range min of 20 cm", "turn"),
     "warmth": (cold, "Nothing in the scene has a temperature", "Set Usual, Person"),
     "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "divide lumens by 683"),
+    "slits": (slit, "'Detector' sees through a slit between 'Board' and 'Upper board'", "overlap"),
     "glass": (thick_glass, "through the glass 'Crystal' of 'Chair 1'", "Make it a pane"),
     "dark": (dark, "lights 'Light'", "Add a lamp"),
     "pads": (weightless, "'Mat': nothing in this scene has a weight", "give an animated person"),

@@ -31,8 +31,8 @@ THICKEST = 0.6
 MOST_FACES = 200
 # More than this share of a sensor's rays hit something too near: it is built in, or faces a wall.
 BLOCKED = 0.25
-# m: half of the width of the thinnest gap that a beam passes whole; its sides are as far as that from
-# the sensor, and what is seen through it is behind both.
+# m: half of the width of the thinnest gap that a beam passes whole. Both its sides are equally far
+# from the sensor, within LEVEL, and what is seen through it is BEHIND them.
 SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
 # Datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")

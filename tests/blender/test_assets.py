@@ -32,6 +32,7 @@ def library(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
     is_applied = addon_part("angen_addon.authoring.presets").is_applied
     catalogs = dict(
@@ -56,6 +57,7 @@ def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
         assert len(sensor.data.polygons) > 4
 
 
+@pytest.mark.slow
 def test_one_that_is_dragged_in_senses(world, library):
     path = str(library / "angen_sensors.blend")
     with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):

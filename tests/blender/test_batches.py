@@ -14,6 +14,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import sim
 from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import tracker
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
+from tiers import mostly_slow
 
 
 @pytest.fixture
@@ -176,8 +177,14 @@ SCENES = (
 ALONE = (goes_by, comes_and_goes, comes_with_what_hangs_on_it, is_hidden_by_a_strip)
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize(("substeps", "stretch"), [(1, 100), (3, 50)])
+@pytest.mark.parametrize(
+    "scene",
+    mostly_slow(
+        SCENES,
+        goes_by, bends, is_instanced, changes_what_sensors_are, begins_late,
+    ),
+)  # fmt: skip
+@pytest.mark.parametrize(("substeps", "stretch"), mostly_slow([(1, 100), (3, 50)], (3, 50)))
 def test_batches_of_any_size_read_the_same(world, read, monkeypatch, scene, substeps, stretch):
     world.scene.frame_end = 48
     world.scene.angen_substeps = substeps
@@ -270,7 +277,7 @@ def steps_on_a_pad(world):
     world.key(drawer, "location", {36: (0, 2, -0.2), 44: (1, 2, -0.2)}, "LINEAR")
 
 
-@pytest.mark.parametrize("substeps", [1, 3])
+@pytest.mark.parametrize("substeps", mostly_slow([1, 3], 1))
 def test_pads_read_the_same_where_what_they_cannot_feel_is_left_out(
     world, read, monkeypatch, substeps
 ):

@@ -200,6 +200,7 @@ def shell(home, text, **options):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="has another shell")
 def test_closed_streams(home, tmp_path):
     events = tmp_path / "events.csv"

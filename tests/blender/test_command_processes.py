@@ -162,6 +162,7 @@ def test_ctrl_c_while_blender_starts(home, tmp_path):
     assert not (tmp_path / "e.csv").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_breaks_off_a_picture_of_the_light(world, tmp_path):
     """One that takes longer than anybody waits: light paths without end."""
     lamp = world.bpy.data.lights.new("lamp", "POINT")

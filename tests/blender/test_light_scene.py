@@ -323,6 +323,7 @@ def test_so_does_one_that_fails(busy, monkeypatch):
     assert everything(world) == before
 
 
+@pytest.mark.slow
 def test_hundreds_of_measurements_leave_nothing_and_do_not_crash(world):
     resource = pytest.importorskip("resource")
     lamp(world, "POINT")

@@ -8,6 +8,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from pressure_scenes import Physics, live_problem
+from tiers import mostly_slow
 
 LAST = 6
 
@@ -294,7 +295,7 @@ def differing(found, expected):
     )
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.__name__)
+@pytest.mark.parametrize("scene", mostly_slow(SCENES, drivers), ids=lambda scene: scene.__name__)
 def test_no_sensor_changes_what_the_others_read(world, scene):
     furnish(world, scene)
     run, live = recorded(world), shown(world)

@@ -45,6 +45,7 @@ def lived(household, keys):
             return end.value
 
 
+@pytest.mark.slow
 def test_the_evening_is_lived_and_sensed(household):
     acted = household.acted(0)
     swings = sorted(

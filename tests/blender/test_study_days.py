@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
 from test_day_command import home  # noqa: F401  (a fixture)
 from test_study_run import ROOT, results, run
 
@@ -30,6 +31,7 @@ def score(recording, truth):
 """
 
 
+@pytest.mark.slow
 def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -> None:  # noqa: F811
     folder = home.parent
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")

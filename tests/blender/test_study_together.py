@@ -138,6 +138,7 @@ def test_one_that_fails_is_told_and_the_others_go_on(
     assert not first.error and not last.error
 
 
+@pytest.mark.slow
 def test_days_that_a_killed_worker_lived_are_not_lived_again(
     lived_home: Path,  # noqa: F811
     addon_part: Callable[[str], Any],

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
@@ -133,7 +134,7 @@ def long_run(home, world, tmp_path):
     process.communicate()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+@pytest.mark.parametrize("name", mostly_slow(["SIGTERM", "SIGHUP", "SIGINT"], "SIGTERM"))
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 def test_a_job_that_is_ended_leaves_nothing(long_run, name):
     process, out = long_run
@@ -220,6 +221,7 @@ def test_closed_streams(home, tmp_path):
     assert listing(home.parent) == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
 def test_a_full_disk_under_standard_error_costs_no_events(home):
     done = shell(home, "ANGEN 2>/dev/full")

@@ -70,6 +70,7 @@ def test_files_that_are_no_blend_files(tmp_path):
     assert listing(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_damaged_and_newer_files(home, tmp_path):
     data = home.read_bytes()
     truncated = tmp_path / "truncated.blend"

@@ -17,9 +17,9 @@ def test_a_map_and_a_proposal_leave_a_recording_fresh(addon):
         if obj.angen_sensor.kind == "LIGHT":
             obj.angen_sensor.enabled = False
     scene.angen_live = False
-    bpy.ops.angen.simulate(frame_start=1, frame_end=12)
+    bpy.ops.angen.simulate(frame_start=1, frame_end=2)
     assert state.CACHE.recording(scene) is not None
-    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 0.5
+    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 2.0
     bpy.ops.angen.coverage()
     bpy.context.view_layer.update()
     assert any(obj.name.startswith("Coverage") for obj in scene.objects)

@@ -56,6 +56,7 @@ def test_blocked_drivers(driven, tmp_path, panel):
     assert failed.returncode == 1 and "the check fails" in failed.stderr
 
 
+@pytest.mark.slow
 def test_drivers_that_the_user_allows(driven, tmp_path):
     log = tmp_path / "log.csv"
     done = told_by("simulate", driven, "--events", log, "--quiet", "--enable-autoexec")
@@ -111,6 +112,7 @@ def test_a_missing_library(linked, tmp_path, panel):
     assert panel() == ""
 
 
+@pytest.mark.slow
 def test_something_that_is_gone_from_a_library(linked, tmp_path, panel):
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "door.blend"))
     bpy.data.objects.remove(bpy.data.objects["door"])

@@ -44,6 +44,7 @@ def test_it_is_skipped_and_named_and_standard_output_is_pure(home):
             assert [sensor["name"] for sensor in json.loads(done.stdout)] == ["known"]
 
 
+@pytest.mark.slow
 def test_a_home_of_such_sensors_alone_says_so(home, world, tmp_path):
     bpy.data.objects.remove(bpy.data.objects["known"])
     bpy.ops.wm.save_as_mainfile(filepath=str(home))

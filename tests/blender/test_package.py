@@ -75,6 +75,7 @@ def test_events_are_those_of_the_command_line(home, run, tmp_path) -> None:
     assert (tmp_path / "same.csv").read_bytes().decode().splitlines() == told.splitlines()
 
 
+@pytest.mark.slow
 def test_many_homes_and_runs_in_one_process_give_the_same(home, run) -> None:
     out = run(
         "import angen_sensors\n"

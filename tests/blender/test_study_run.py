@@ -169,7 +169,8 @@ def test_the_results_are_the_same_for_any_number_of_workers_order_and_engine(
     assert everything(folder) == alone
 
 
-def test_a_log_that_is_kept_is_that_of_the_command_line(folder) -> None:
+def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None:
+    """And what is there is not run again."""
     (folder / "study.toml").write_text(
         'home = "home.blend"\nseeds = [0]\nkeep = "events"\n[vary]\n"PIR hall.enabled" = [true]\n'
     )
@@ -184,9 +185,8 @@ def test_a_log_that_is_kept_is_that_of_the_command_line(folder) -> None:
     # None of them crashed, to be started anew without a word.
     assert len(workers) == 1
     (log,) = (folder / "out" / "logs").iterdir()
-    command = [sys.executable, "-m", "angen_addon", "simulate", folder / "home.blend", "--quiet"]
-    told = subprocess.run(command, cwd=ROOT, capture_output=True, check=True).stdout
-    assert log.read_bytes() == told
+    assert log.read_bytes().decode() == command("simulate", "--quiet")[1]
+    assert "1 of 1 runs are there already" in run(folder, "--jobs", "1")
 
 
 @pytest.mark.slow

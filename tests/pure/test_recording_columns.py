@@ -124,6 +124,7 @@ def test_a_day_is_small_in_memory_and_comes_back_from_a_file(day):
     assert sum(c.nbytes for c in again.tracks["pir"].columns.values()) < 500_000
 
 
+@pytest.mark.slow
 def test_samples_are_written_piece_by_piece(day):
     pieces = [len(piece) for piece in samples_csv(day.tracks["pir"])]
     assert sum(pieces) > 15_000_000 and max(pieces) < 500_000

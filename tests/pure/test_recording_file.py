@@ -86,7 +86,7 @@ def recordings(draw):
     return made
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(recordings(), st.dictionaries(st.text(max_size=4), st.text(max_size=4)))
 def test_comes_back_to_the_bit(recording, facts):
     again, told = from_bytes(to_bytes(recording, facts))

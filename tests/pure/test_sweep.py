@@ -221,7 +221,7 @@ def met(start, end, triangle):
     return t if u >= 0 and v >= 0 and u + v <= 1 and 0 <= t <= 1 else math.nan
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.integers(0, 2**31))
 def test_as_many_looks_in_between_find(seed):
     """Rays that turn and move anyhow, in two pieces, against 200 looks."""

@@ -34,6 +34,8 @@ def pytest_configure(config: pytest.Config) -> None:
     config.add_cleanup(lambda: _remove(resources, base))
     temporary = Path(resources, "temporary")
     temporary.mkdir()
+    # Threads of numpy's algebra that wait for each other keep the other workers' cores busy.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
     extensions = Path(resources, "extensions", "user_default")
     extensions.mkdir(parents=True)

@@ -9,17 +9,17 @@ from typing import Any
 import pytest
 
 
-def mostly_slow(cases: Iterable[Any], *kept: Any) -> list[Any]:
+def mostly_slow(cases: Iterable[Any], *kept: Any, tuples: bool = True) -> list[Any]:
     """Mark all cases but those in `kept` as slow, which leaves them to `make test-all`.
 
-    Where two such lists are combined, the cases stay whose values are kept in both.
+    A tuple has the values of several arguments, or of one where `tuples` is false. Where two such
+    lists are combined, the cases stay whose values are kept in both.
     """
     cases = list(cases)
     missing = [case for case in kept if case not in cases]
     assert not missing, f"no such cases: {missing}"
-    return [
-        case
-        if case in kept
-        else pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow)
-        for case in cases
-    ]
+    found = []
+    for case in cases:
+        values = case if tuples and isinstance(case, tuple) else (case,)
+        found.append(case if case in kept else pytest.param(*values, marks=pytest.mark.slow))
+    return found

@@ -107,7 +107,9 @@ def test_scaled_bodies(physics, shape, mirrored):
 
 @pytest.mark.parametrize(
     "scale",
-    mostly_slow([(2, 1, 1), (0.5, 0.5, 3), (-1, 1, 1), (1, 1, -1)], (0.5, 0.5, 3), (1, 1, -1)),
+    mostly_slow(
+        [(2, 1, 1), (0.5, 0.5, 3), (-1, 1, 1), (1, 1, -1)], (0.5, 0.5, 3), (1, 1, -1), tuples=False
+    ),
 )
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
 def test_scaled_and_mirrored_pads(physics, kind, scale):

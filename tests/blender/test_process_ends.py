@@ -39,7 +39,6 @@ import sys
 sys.path.insert(0, {root!r})
 import bpy
 from angen_addon.process.standalone import load_extension
-from tiers import mostly_slow
 extension = load_extension()
 extension.register()
 scene = bpy.context.scene

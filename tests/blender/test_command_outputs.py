@@ -158,6 +158,7 @@ runpy.run_module("angen_addon", run_name="__main__", alter_sys=True)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
 def test_killed_as_it_writes_nothing_has_landed_and_the_next_run_cleans_up(home, tmp_path):
     """Also the saved file, which is made first, lands with the others."""

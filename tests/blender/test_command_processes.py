@@ -99,6 +99,7 @@ def test_damaged_and_newer_files(home, tmp_path):
         assert "angen: cannot open" in error and "newer.blend" in error
 
 
+@pytest.mark.slow
 def test_arguments_in_the_wrong_place():
     done = module()
     assert done.returncode == 2 and b"usage" in done.stderr

@@ -109,7 +109,7 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("what", mostly_slow(CHANGES, "a lamp hidden in renders"))
+@pytest.mark.parametrize("what", mostly_slow(CHANGES))
 def test_no_change_makes_a_reading_wrong(room, scenes, what):
     """Against so many paths that they hardly err, and against a reading without a reference."""
     CHANGES[what]()

@@ -87,7 +87,10 @@ def film(folder, name, brightness):
 
 
 @pytest.mark.parametrize("reference", mostly_slow([0, 64], 64))
-@pytest.mark.parametrize(("grouped", "refreshed"), [(False, False), (False, True), (True, False)])
+@pytest.mark.parametrize(
+    ("grouped", "refreshed"),
+    mostly_slow([(False, False), (False, True), (True, False)], (False, False), (True, False)),
+)
 def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshed, reference):
     """Blender's list of updates does not tell of it. `grouped`: its node is in a node group."""
     bpy.data.objects.remove(bpy.data.objects["lamp"])

@@ -292,7 +292,7 @@ def both_at(frame, kept):
     return tuple(s.luminance_percent or s.illuminance_lux for s in alone.values())
 
 
-@pytest.mark.parametrize("what", STEPS)
+@pytest.mark.parametrize("what", mostly_slow(STEPS, "place", "energy", "sky"))
 def test_each_change_of_the_scene_is_taken_over(room, kept, what):
     STEPS[what]()
     found = [both_at(frame, kept) for frame in FRAMES]

@@ -66,6 +66,7 @@ def test_hulls_with_a_margin_of_their_own(physics, kind, margin):
     assert physics.read().known(after=6) == pytest.approx(5 * G, rel=0.01)
 
 
+@pytest.mark.slow
 def test_two_meshes_and_a_hull_on_a_rough_mesh_floor(physics):
     """A floor of many triangles, not flat: the sum of two pads under a plank is its weight."""
     physics.frames(40)

@@ -96,6 +96,7 @@ def test_the_command_line_ends_and_leaves_no_folder_behind(driven, tmp_path, mon
     assert status == 2, err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("end", "status"),
     mostly_slow([("sys.exit(3)", 3), ("", 0), ("raise ValueError('mine')", 1)], ("sys.exit(3)", 3)),

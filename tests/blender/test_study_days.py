@@ -64,6 +64,7 @@ def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -
     assert 0 < float(alone["active PIR left"]) == float(whole["active PIR left"]) < 0.1
 
 
+@pytest.mark.slow
 def test_a_routine_that_this_home_cannot_live_is_a_row_with_its_error(home: Path) -> None:
     folder = home.parent
     routine = folder / "week.toml"

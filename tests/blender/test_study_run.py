@@ -180,13 +180,13 @@ def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None
         with contextlib.suppress(psutil.Error):
             for child in psutil.Process(driver.pid).children(recursive=True):
                 workers |= {child.pid} if "spawn_main" in " ".join(child.cmdline()) else set()
-        time.sleep(0.1)
+        time.sleep(0.3)
     assert driver.returncode == 0, driver.communicate()[1]
     # None of them crashed, to be started anew without a word.
     assert len(workers) == 1
     (log,) = (folder / "out" / "logs").iterdir()
     assert log.read_bytes().decode() == command("simulate", "--quiet")[1]
-    assert "1 of 1 runs are there already" in run(folder, "--jobs", "1")
+    assert "1 of 1 run are there already" in run(folder, "--jobs", "1")
 
 
 @pytest.mark.slow

@@ -138,6 +138,17 @@ def test_a_day_in_a_study_is_that_of_angen_day(
         assert found[name] == LIVED[1][name], name
 
 
+def test_days_that_cannot_be_lived_are_told_with_the_reason(
+    lived_home: Path, addon_part: Callable[[str], Any]
+) -> None:
+    routine = lived_home.parent / "week.toml"
+    routine.write_text(routine.read_text().replace('resident = "Adult"', 'resident = "Ada"'))
+    text = DAYS.split("measure")[0].replace("days = 1", "days = 1\nseeds = [1]")
+    (life,) = lives_of(lived_home, text, addon_part)
+    (done,) = addon_part("angen_addon.study.tasks").run(life)
+    assert "the home has no resident 'Ada'; there are Adult" in done.error
+
+
 def test_one_that_fails_is_told_and_the_others_go_on(
     plain_home: Path, addon_part: Callable[[str], Any]
 ) -> None:

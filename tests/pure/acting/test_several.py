@@ -119,7 +119,7 @@ def test_people_who_meet_in_a_hall_pass_each_other(play) -> None:
     assert day.nearest_to_each_other("anna", "bo") > 0.3
 
 
-@pytest.mark.parametrize("seed", mostly_slow(range(2), 0))
+@pytest.mark.parametrize("seed", mostly_slow(range(2)))
 def test_a_busy_day_of_three_ends(play, seed: int) -> None:
     rng = np.random.default_rng(seed)
     names = ["Sleep", "Toilet", "Relax", "East", "Cook", "Look", "Corner", "Block", "Wash", "Away"]

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Builds an asset library with a sensor in its housing for each preset, for Blender's Asset
-Browser: build_assets.py FOLDER."""
+Browser: build_assets.py FOLDER [KIND …], of all kinds or of some, such as PIR."""
 
 import sys
 import uuid
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,15 +22,18 @@ PREVIEW = 128
 FILE, CATALOG_FILE = "angen_sensors.blend", "blender_assets.cats.txt"
 
 
-def build(folder: Path) -> int:
-    """Writes the library into a folder; returns how many assets it has."""
+def build(folder: Path, only: Sequence[str] = ()) -> int:
+    """Write the library, of all kinds or `only` of some, into a folder; return how many assets it
+    has."""
     import_module("angen_addon.process.standalone").load_extension().register()
     kinds = import_module(f"{PACKAGE}.sensor_logic.kinds")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stage()
     folder.mkdir(parents=True, exist_ok=True)
     lines, made = ["VERSION 1", ""], set()
-    for kind in kinds.KINDS.values():
+    for name, kind in kinds.KINDS.items():
+        if only and name not in only:
+            continue
         catalog = str(uuid.uuid5(CATALOGS, kind.identifier))
         lines.append(f"{catalog}:Sensors/{kind.label}:{kind.label}")
         for preset in kind.presets:
@@ -104,5 +108,5 @@ def picture(sensor: Any, path: Path) -> None:
 if __name__ == "__main__":
     target = Path(sys.argv[1])
     with import_module("angen_addon.process.quiet").standard_output_silenced():
-        count = build(target)
+        count = build(target, sys.argv[2:])
     print(f"{count} assets in {target / FILE}")

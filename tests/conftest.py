@@ -5,6 +5,7 @@ tests/pure needs Python and numpy, tests/blender Blender's Python module (bpy), 
 program. What is missing is skipped and says so; nothing here imports bpy for the others.
 """
 
+import contextlib
 import functools
 import importlib.util
 import os
@@ -22,13 +23,32 @@ HAS_BPY = importlib.util.find_spec("bpy") is not None
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Gives Blender empty folders of its own; it reads this variable when bpy is imported."""
+    """Give Blender empty folders of its own, and all processes a temporary folder that goes with
+    them.
+
+    Blender reads BLENDER_USER_RESOURCES when bpy is imported. Processes that are killed leave their
+    folders in TMPDIR, as do the workers of pytest-xdist, whose own folders lie in the first one's.
+    """
+    base = os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
     resources = tempfile.mkdtemp(prefix="angen_tests_")
-    config.add_cleanup(lambda: shutil.rmtree(resources, ignore_errors=True))
+    config.add_cleanup(lambda: _remove(resources, base))
+    temporary = Path(resources, "temporary")
+    temporary.mkdir()
+    # Threads of numpy's algebra that wait for each other keep the other workers' cores busy.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
     extensions = Path(resources, "extensions", "user_default")
     extensions.mkdir(parents=True)
     extensions.joinpath("angen_sensors").symlink_to(ROOT)
     os.environ["BLENDER_USER_RESOURCES"] = resources
+
+
+def _remove(resources: str, base: str) -> None:
+    """Remove what this process and those that it started left, and pytest's folder if empty."""
+    shutil.rmtree(resources, ignore_errors=True)
+    for folder in Path(base).glob("pytest-of-*"):
+        with contextlib.suppress(OSError):
+            folder.rmdir()
 
 
 @functools.cache

@@ -127,13 +127,19 @@ addon = addon_utils.enable("bl_ext.user_default.angen_sensors", default_set=True
 assert addon and os.path.realpath(addon.__file__).startswith(os.path.realpath(sys.argv[1]))
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
 bpy.ops.wm.open_mainfile(filepath=sys.argv[2])
-status = run_command(["simulate", "--frames", "1:24", "--events", sys.argv[1] + "/events.csv"])
+options = ["--frames", "1:24", "--sensor", "PIR kitchen", "--sensor", "Switch entrance"]
+status = run_command(["simulate", *options, "--events", sys.argv[1] + "/events.csv"])
 addon_utils.disable("bl_ext.user_default.angen_sensors")
 assert not hasattr(bpy.types.Object, "angen_sensor")
 sys.exit(status)
 """
 
 
+@pytest.mark.parametrize(
+    "built",
+    ["without Blender", pytest.param("by Blender's tool", marks=pytest.mark.slow)],
+    indirect=True,
+)
 def test_the_zip_runs_in_an_empty_blender(built: Path, tmp_path: Path) -> None:
     pytest.importorskip("bpy", reason="needs Blender's Python module (bpy)")
     zipfile.ZipFile(built).extractall(tmp_path / "extensions/user_default/angen_sensors")

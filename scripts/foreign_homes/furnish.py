@@ -7,8 +7,10 @@ places that rays find; saves two blend files, one of which uses `scene.ray_cast`
 
 from __future__ import annotations
 
+import atexit
 import math
 import os
+import shutil
 import sys
 import tempfile
 from collections import Counter
@@ -26,6 +28,7 @@ CELLS = 24
 
 def enable() -> None:
     resources = Path(tempfile.mkdtemp(prefix="angen_foreign_"))
+    atexit.register(shutil.rmtree, resources, ignore_errors=True)
     extensions = resources / "extensions" / "user_default"
     extensions.mkdir(parents=True)
     (extensions / "angen_sensors").symlink_to(ROOT)
@@ -233,6 +236,8 @@ def main(home: str, out: str, reference: str) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(Path(reference).absolute()), copy=True)
     sys.stdout.flush()
     # Blender's module can crash at its own end.
+    for folder in (bpy.app.tempdir, os.environ["BLENDER_USER_RESOURCES"]):
+        shutil.rmtree(folder, ignore_errors=True)
     os._exit(0)
 
 

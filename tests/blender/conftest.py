@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lived_home import angen_day, lived, lived_home  # noqa: F401  (fixtures)
 from pressure_scenes import Physics
 
 ADDON = "bl_ext.user_default.angen_sensors"

@@ -13,11 +13,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.fixture(scope="module")
-def library(tmp_path_factory):
+@pytest.fixture(
+    scope="module",
+    params=[("DISTANCE",), pytest.param((), marks=pytest.mark.slow)],
+    ids=["one kind", "all"],
+)
+def library(request, tmp_path_factory):
+    """A library of one kind of sensor, or of all."""
     folder = tmp_path_factory.mktemp("assets")
     done = subprocess.run(
-        [sys.executable, ROOT / "scripts" / "build_assets.py", folder],
+        [sys.executable, ROOT / "scripts" / "build_assets.py", folder, *request.param],
         capture_output=True,
         text=True,
         check=False,
@@ -29,10 +34,11 @@ def library(tmp_path_factory):
         "angen_sensors.blend",
         "blender_assets.cats.txt",
     ]
-    return folder
+    return folder, request.param
 
 
 def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
+    library, only = library
     is_applied = addon_part("angen_addon.authoring.presets").is_applied
     catalogs = dict(
         re.findall(r"^([0-9a-f-]{36}):(Sensors/[^:]+):", (library / "blender_assets.cats.txt")
@@ -43,7 +49,8 @@ def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
         target.objects = list(there.objects)
     kinds = addon_part("sensor_logic.kinds").KINDS
     found = {(obj.angen_sensor.kind, obj.name): obj for obj in target.objects}
-    presets = {(k.identifier, p.label): p for k in kinds.values() for p in k.presets}
+    chosen = [kind for kind in kinds.values() if not only or kind.identifier in only]
+    presets = {(k.identifier, p.label): p for k in chosen for p in k.presets}
     assert set(found) == set(presets)
     for (kind, _), preset in presets.items():
         sensor = found[kind, preset.label]
@@ -56,7 +63,10 @@ def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
         assert len(sensor.data.polygons) > 4
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("library", [()], ids=["all"], indirect=True)
 def test_one_that_is_dragged_in_senses(world, library):
+    library, _ = library
     path = str(library / "angen_sensors.blend")
     with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):
         target.objects = [name for name in there.objects if "TCST" in name][:1]

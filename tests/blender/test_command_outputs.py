@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
@@ -133,7 +134,7 @@ def long_run(home, world, tmp_path):
     process.communicate()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+@pytest.mark.parametrize("name", mostly_slow(["SIGTERM", "SIGHUP", "SIGINT"], "SIGTERM"))
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 def test_a_job_that_is_ended_leaves_nothing(long_run, name):
     process, out = long_run
@@ -157,6 +158,7 @@ runpy.run_module("angen_addon", run_name="__main__", alter_sys=True)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
 def test_killed_as_it_writes_nothing_has_landed_and_the_next_run_cleans_up(home, tmp_path):
     """Also the saved file, which is made first, lands with the others."""
@@ -200,6 +202,7 @@ def shell(home, text, **options):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="has another shell")
 def test_closed_streams(home, tmp_path):
     events = tmp_path / "events.csv"
@@ -219,6 +222,7 @@ def test_closed_streams(home, tmp_path):
     assert listing(home.parent) == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
 def test_a_full_disk_under_standard_error_costs_no_events(home):
     done = shell(home, "ANGEN 2>/dev/full")

@@ -70,6 +70,7 @@ def test_files_that_are_no_blend_files(tmp_path):
     assert listing(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_damaged_and_newer_files(home, tmp_path):
     data = home.read_bytes()
     truncated = tmp_path / "truncated.blend"
@@ -98,6 +99,7 @@ def test_damaged_and_newer_files(home, tmp_path):
         assert "angen: cannot open" in error and "newer.blend" in error
 
 
+@pytest.mark.slow
 def test_arguments_in_the_wrong_place():
     done = module()
     assert done.returncode == 2 and b"usage" in done.stderr
@@ -162,6 +164,7 @@ def test_ctrl_c_while_blender_starts(home, tmp_path):
     assert not (tmp_path / "e.csv").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_breaks_off_a_picture_of_the_light(world, tmp_path):
     """One that takes longer than anybody waits: light paths without end."""
     lamp = world.bpy.data.lights.new("lamp", "POINT")

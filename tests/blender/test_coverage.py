@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tiers import mostly_slow
 
 ROOM = (4.0, 3.0, 2.5)
 FPS, RATE = 20, 10.0
@@ -89,7 +90,12 @@ def cases(found: Any, count: int) -> list[tuple[int, int, float]]:
 
 
 @pytest.mark.parametrize(
-    "name, sweep", [("STEP", "SAWTOOTH"), ("CAT", "SAWTOOTH"), ("ARM", "SAWTOOTH"), ("ARM", "ALL")]
+    "name, sweep",
+    mostly_slow(
+        [("STEP", "SAWTOOTH"), ("CAT", "SAWTOOTH"), ("ARM", "SAWTOOTH"), ("ARM", "ALL")],
+        ("STEP", "SAWTOOTH"),
+        ("ARM", "ALL"),
+    ),
 )
 def test_the_map_is_what_the_simulation_says(home: Any, mapped: Any, name: str, sweep: str) -> None:
     home.bpy.data.objects["pir"].angen_sensor.pir.sweep = sweep

@@ -11,6 +11,7 @@ from typing import Any
 import day_home
 import numpy as np
 import pytest
+from tiers import mostly_slow
 
 
 @pytest.fixture
@@ -36,7 +37,7 @@ def run(world: Any, acted: Any, number: int = 0, keys: Any = None, stretch: Any 
     return day
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", mostly_slow(range(2), 1))
 def test_a_day_reads_what_every_frame_of_it_does(
     world: Any,
     seed: int,
@@ -65,7 +66,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
 # With drivers every frame is evaluated.
 @pytest.mark.parametrize(
     ("hold", "driven", "short_days"),
-    [(100.0, False, 400.0), (0.0, True, 200.0)],
+    [(100.0, False, 400.0), pytest.param(0.0, True, 200.0, marks=pytest.mark.slow)],
     ids=["held", "driven"],
     indirect=["short_days"],
 )
@@ -115,15 +116,25 @@ def test_a_day_in_stretches_tells_the_same(
     assert len(states) == 2 and all(len(part.events) > 4 for _, part in made.values())
 
 
+@pytest.mark.parametrize(
+    ("ways", "short_days"),
+    [(7, 240.0), pytest.param(12, 400.0, marks=pytest.mark.slow)],
+    ids=["short", "long"],
+    indirect=["short_days"],
+)
 def test_each_event_has_the_cause_that_explain_names(
-    world: Any, short_days: float, addon_part: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch
+    world: Any,
+    ways: int,
+    short_days: float,
+    addon_part: Callable[[str], Any],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What the run met itself is what is found by going back."""
     day_home.build(world)
     living = addon_part("angen_addon.days.living")
     lead = addon_part("sensor_logic.days.times").LEAD_S
     monkeypatch.setattr(living, "MOST_MOVEMENT", 1e9)
-    day = run(world, day_home.acted(3, day=short_days))
+    day = run(world, day_home.acted(3, ways, short_days))
     explain = addon_part("angen_addon.explain").explain
     compared: dict[str, set[str]] = {}
     with living.at_ten_frames(world.scene):

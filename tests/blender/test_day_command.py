@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import errno
 import json
 import math
@@ -20,28 +19,10 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from mathutils import Vector
-from test_places import Flat
+from lived_home import FIRST_DAY, LIVED, ROUTINE, content, rows, words_of, write
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
-ROUTINE = """
-schema = 1
-[person.anna]
-resident = "Adult"
-begins = "Sleep"
-[activity.Sleep]
-do = ["switch Lamp off", "lie Bed"]
-labels = { casas = "Sleeping" }
-[activity.Sit]
-do = ["switch Lamp on", "sit Seat"]
-while = [{ do = "shift", every = "4 h" }]
-[[plan]]
-person = "anna"
-entries = [
-  { at = "09:00", spread = "10 min", activity = "Sit", lasts = "90 min" },
-  { at = "22:00", spread = "20 min", activity = "Sleep", until = "08:00" },
-]
-"""
 # What stays of a run in a folder.
 TABLES = ["activities.csv", "casas.txt", "casas.txt.sensors.csv", "events.csv", "home.toml",
           "people.csv"]  # fmt: skip
@@ -52,55 +33,18 @@ def say(*words: object) -> list[str]:
 
 
 @pytest.fixture
-def home(world: Any, addon_part: Callable[[str], Any], tmp_path: Path) -> Path:
-    """Two rooms with a door between them, a person, and what senses both."""
-    flat = Flat(world)
-    door = flat.door()
-    for obj, use in ((flat.chair, "SIT"), (flat.bed, "LIE"), (door, "DOOR")):
-        obj.angen_place.use = use
-    lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (1.5, 2, 2.4))
-    lamp.data.energy, lamp.angen_place.use = 40.0, "LAMP"
-    sort = addon_part("sensor_logic.residents.body.build").Sort.ADULT
-    adding = addon_part("angen_addon.residents.adding")
-    adding.add_resident(bpy.context, sort, Vector((1.5, 2.5, 0)), 0.0)
-    for name, x, yaw in (("PIR left", 0.06, -math.pi / 2), ("PIR right", 5.94, math.pi / 2)):
-        pir = world.pir(name, update_rate=10.0, rays=31, vertical_fov=0.6)
-        pir.location, pir.rotation_euler = (x, 3.2, 2.0), (math.radians(65), 0, yaw)
-        pir.angen_sensor.room = name.removeprefix("PIR ")
-    reed = world.sensor("CONTACT", "Contact", update_rate=1.0)
-    magnet = world.link("Magnet", None, (2.97, 2.3, 1.9))
-    magnet.parent = door
-    magnet.matrix_parent_inverse = door.matrix_basis.inverted()
-    reed.location, reed.angen_sensor.contact.magnet = (2.97, 2.305, 1.905), magnet
-    path = tmp_path / "home.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    (tmp_path / "week.toml").write_text(ROUTINE, encoding="utf-8")
-    return path
+def home(lived_home: Path) -> Path:
+    return lived_home
 
 
 @pytest.fixture
-def day(
-    home: Path, addon_part: Callable[[str], Any], capsys: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[int, str]]:
-    def run(*more: object, out: str = "out", days: int = 2) -> tuple[int, str]:
-        given = ["day", "--routine", home.parent / "week.toml", "--start", "2026-03-02"]
-        given += ["--days", days, "--seed", 1, "--out", home.parent / out, *more]
-        status = addon_part("angen_addon.commands.command_line").run_command(say(*given))
-        return status, capsys.readouterr().err
-
-    return run
+def day(angen_day: Callable[..., tuple[int, str]]) -> Callable[..., tuple[int, str]]:
+    return angen_day
 
 
-def rows(path: Path) -> list[dict[str, str]]:
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def content(folder: Path) -> dict[str, bytes]:
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*.*")}
-
-
-def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(day: Any, home: Path) -> None:
+def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(
+    lived: Callable[..., Path], home: Path
+) -> None:
     def state() -> Any:
         rig = bpy.data.objects["Adult"]
         parts = [bpy.data.objects["Door"], rig, *rig.pose.bones]
@@ -108,8 +52,8 @@ def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(day: Any, home
         return np.concatenate([[bpy.data.lights["Lamp"].energy], *placed])
 
     before = state()
-    assert day("--format", "casas")[0] == 0
-    out = home.parent / "out"
+    LIVED.pop(2, None)
+    out = lived(2)
     assert sorted(p.name for p in out.iterdir() if p.is_file()) == TABLES
     events, done = rows(out / "events.csv"), rows(out / "activities.csv")
     times = [datetime.fromisoformat(row["time"]) for row in events]
@@ -166,12 +110,13 @@ def test_a_day_has_a_camera_only_where_something_asks_for_it(
     assert scene.camera.name == "Camera"
 
 
-def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
-    day: Any, home: Path, addon_part: Any, monkeypatch: Any
+def test_what_was_kept_is_gone_on_with(
+    day: Any, home: Path, lived: Callable[..., Path], addon_part: Any, monkeypatch: Any
 ) -> None:
-    whole = content(home.parent / "out") if day("--format", "casas")[0] == 0 else {}
-    # One day first, then Ctrl-C amid the second, then the rest.
-    assert day("--format", "casas", out="parts", days=1)[0] == 0
+    """Ctrl-C amid the second day keeps the first; the same command then makes the rest."""
+    lived(2)
+    whole = LIVED[2]
+    write(home.parent / "parts", FIRST_DAY, whole)
     run, steps = addon_part("angen_addon.days.run"), []
     household_run = run.Household.run
 
@@ -185,18 +130,23 @@ def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
         raise AssertionError("Ctrl-C was not heard")
 
     monkeypatch.setattr(run.Household, "run", interrupted)
-    status, told = day("--format", "casas", out="parts")
+    status, told = day(out="parts")
     assert status == 1 and "1 of 2 days are in" in told and "nothing was written" not in told
     assert len(rows(home.parent / "parts" / "activities.csv")) == 3
     monkeypatch.undo()
-    assert day("--format", "casas", out="parts")[0] == 0
+    assert day(out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
-    # Once more there is nothing to do.
-    monkeypatch.setattr(run.Household, "run", None)
-    assert day("--format", "casas", out="parts")[0] == 0
+    # Once more there is nothing to do: no day is written anew.
+    days = home.parent / "parts" / "days"
+    written = {path.name: path.stat().st_mtime_ns for path in days.glob("*.json")}
+    assert day(out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
-    monkeypatch.undo()
-    # A run that begins with the second date draws it the same; the first one is another day.
+    assert written == {path.name: path.stat().st_mtime_ns for path in days.glob("*.json")}
+
+
+def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[..., Path]) -> None:
+    """A run that begins with the second date draws it the same; the first one is another day."""
+    lived(2)
     assert day("--start", "2026-03-03", out="second", days=1)[0] == 0
     for name in ("events.csv", "activities.csv"):
         both, alone = (rows(home.parent / folder / name) for folder in ("out", "second"))
@@ -207,30 +157,40 @@ def test_what_was_kept_is_gone_on_with_and_days_depend_on_themselves_alone(
         assert first != [row[key][11:] for row in alone]
 
 
-def test_a_full_disk_is_one_line_and_keeps_whole_days(
-    day: Any, home: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.slow
+def test_days_one_after_the_other_are_those_of_one_run(
+    day: Any, home: Path, lived: Callable[..., Path]
 ) -> None:
-    out, write_through = home.parent / "out", os.fsync
+    lived(2)
+    for days in (1, 2):
+        assert day(out="parts", days=days)[0] == 0
+    assert content(home.parent / "parts") == LIVED[2]
+
+
+def test_a_full_disk_is_one_line_and_keeps_whole_days(
+    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is left is a folder with which the same command goes on, once there is room."""
+    lived(1, "first")
+    out = home.parent / "out"
+    write(out, FIRST_DAY, LIVED[1])
 
     def full(number: int) -> None:
-        if (out / "days" / "2026-03-02.json").exists():
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        write_through(number)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
     status, told = day()
     assert status == 1 and "No space left on device" in told and len(told.splitlines()) == 1, told
-    kept = content(out)
-    assert set(kept) == {"days/run.txt", "days/2026-03-02.json"}
+    assert content(out) == {name: LIVED[1][name] for name in FIRST_DAY}
     monkeypatch.undo()
-    # With room again the same command goes on.
-    assert day()[0] == 0
-    assert content(out).items() > kept.items()
-    assert {r["start"][:10] for r in rows(out / "activities.csv")} >= {"2026-03-02", "2026-03-03"}
-
-
-def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[..., Any]) -> None:
     assert day(days=1)[0] == 0
+    assert content(out) == LIVED[1]
+
+
+def test_a_script_gets_the_same_days(
+    lived: Callable[..., Path], home: Path, addon_part: Callable[..., Any]
+) -> None:
+    lived(1)
     rows_of = addon_part("sensor_logic.days.rows")
     opened = addon_part("angen_addon.api.home").open_home(home)
     told: list[float] = []
@@ -245,21 +205,24 @@ def test_a_script_gets_the_same_days(day: Any, home: Path, addon_part: Callable[
         list(opened.days(routine, "March"))
 
 
-@pytest.mark.parametrize(("days", "jobs"), [(2, 2), (1, 2), (2, 3)])
-def test_processes_write_the_same_bytes(day: Any, home: Path, days: int, jobs: int) -> None:
-    """They share the days and, of those left over, the hours."""
-    assert day(days=days)[0] == 0
-    given = ["day", home, "--routine", home.parent / "week.toml", "--start", "2026-03-02", "--days"]
-    given += [days, "--seed", 1, "--out", home.parent / "both", "--jobs", jobs]
-    command = [sys.executable, "-m", "angen_addon", *say(*given)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert f"{days} of {days} days are in" in done.stderr
-    assert content(home.parent / "both") == content(home.parent / "out")
+@pytest.mark.parametrize(("days", "jobs"), mostly_slow([(2, 2), (1, 2), (2, 3)], (1, 2)))
+def test_processes_write_the_same_bytes(
+    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: Any, days: int, jobs: int
+) -> None:
+    """They share the days and, of those left over, the hours; this process is the first."""
+    lived(days)
+    more = ("--jobs", jobs)
+    monkeypatch.setattr(sys, "argv", ["angen", "day", str(home), *words_of(
+        home, *more, out="both", days=days)])  # fmt: skip
+    status, told = day(*more, out="both", days=days)
+    assert status == 0, told
+    assert f"{days} of {days} days are in" in told
+    assert content(home.parent / "both") == LIVED[days]
 
 
+@pytest.mark.slow
 def test_what_is_told_by_a_step_goes_on_from_the_last_event_before_a_cut(
-    day: Any, home: Path, world: Any, addon_part: Any
+    day: Any, home: Path, world: Any
 ) -> None:
     sensor = world.sensor("DISTANCE", "Range", update_rate=1.0)
     sensor.location, sensor.rotation_euler = (0.06, 2.4, 1.2), (math.radians(90), 0, -math.pi / 2)
@@ -267,7 +230,12 @@ def test_what_is_told_by_a_step_goes_on_from_the_last_event_before_a_cut(
     sensor.angen_sensor.distance.noise_sigma = 0.01
     sensor.angen_sensor.distance.report_step = 0.03
     bpy.ops.wm.save_mainfile()
-    test_processes_write_the_same_bytes(day, home, 1, 2)
+    assert day(days=1)[0] == 0
+    words = words_of(home, "--jobs", 2, out="both", days=1)
+    command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert content(home.parent / "both") == content(home.parent / "out")
     told = [r for r in rows(home.parent / "out" / "events.csv") if r["field"] == "distance_m"]
     assert len(told) > 1000
 
@@ -276,10 +244,11 @@ SECOND = ("--day-share", "1/2", "--cut-days", "0")
 FIRST = ("--day-share", "0/2", "--cut-days", "0")
 
 
+@pytest.mark.slow
 def test_stretches_of_a_day_are_joined_to_the_same_bytes(
-    day: Any, home: Path, monkeypatch: Any, addon_part: Any
+    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: Any, addon_part: Any
 ) -> None:
-    assert day(days=1)[0] == 0
+    lived(1)
     days = home.parent / "both" / "days"
     state, second = "2026-03-02.2-of-2.json", "2026-03-02.2-to-2-of-2.json"
     assert day(*SECOND, days=1, out="both")[0] == 0
@@ -290,11 +259,13 @@ def test_stretches_of_a_day_are_joined_to_the_same_bytes(
     assert sorted(path.name for path in days.glob("*.json")) == names
     shared = [json.loads((days / name).read_text("utf-8"))["events"] for name in names[::2]]
     assert all(len(events) > 1 for events in shared)
+    # Nothing is lived again.
     monkeypatch.setattr(addon_part("angen_addon.days.run").Household, "run", None)
     assert day(days=1, out="both")[0] == 0
-    assert content(home.parent / "both") == content(home.parent / "out")
+    assert content(home.parent / "both") == LIVED[1]
 
 
+@pytest.mark.slow
 def test_where_a_sensor_had_not_settled_one_process_goes_on(day: Any, home: Path) -> None:
     # What moved in the morning is held until the night.
     bpy.data.objects["PIR left"].angen_sensor.pir.hold_time = 14 * 3600.0
@@ -312,16 +283,33 @@ def test_where_a_sensor_had_not_settled_one_process_goes_on(day: Any, home: Path
     assert content(home.parent / "both") == content(home.parent / "out")
 
 
-def test_a_process_that_is_killed_loses_its_own_stretch_alone(
-    day: Any, home: Path, monkeypatch: Any, addon_part: Any
+@pytest.fixture
+def killed(monkeypatch: Any, addon_part: Any) -> None:
+    """Processes of `--jobs` are killed as they begin."""
+    command = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"]
+    monkeypatch.setattr(addon_part("angen_addon.days.jobs"), "command_of", lambda *_: command)
+
+
+def test_where_the_other_process_is_killed_at_once_this_one_makes_the_day(
+    day: Any, home: Path, lived: Callable[..., Path], killed: None
 ) -> None:
-    assert day(days=1)[0] == 0
+    lived(1)
+    status, told = day("--jobs", 2, days=1, out="both")
+    assert status == 1 and "1 of 1 days are in" in told
+    assert day(days=1, out="both")[0] == 0
+    for name in ("events.csv", "activities.csv", "people.csv"):
+        assert content(home.parent / "both")[name] == LIVED[1][name]
+
+
+@pytest.mark.slow
+def test_a_process_that_is_killed_loses_its_own_stretch_alone(
+    day: Any, home: Path, lived: Callable[..., Path], killed: None
+) -> None:
+    """The stretch of this process stays; the other one's is made by whoever goes on."""
+    lived(1)
     days = home.parent / "both" / "days"
     assert day(*SECOND, days=1, out="both")[0] == 0
     (days / "2026-03-02.2-to-2-of-2.json").unlink()
-    killed = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"]
-    jobs = addon_part("angen_addon.days.jobs")
-    monkeypatch.setattr(jobs, "command_of", lambda *_: killed)
     status, told = day("--jobs", 2, days=1, out="both")
     assert status == 1 and "0 of 1 days are in" in told
     first = days / "2026-03-02.1-to-1-of-2.json"
@@ -355,10 +343,14 @@ def test_what_goes_from_frame_to_frame_stays_in_one_process(
     ],
 )
 def test_what_is_wrong_is_one_line_and_loses_nothing(
-    day: Any, home: Path, more: list[object], text: str, changed: str
+    day: Any,
+    home: Path,
+    lived: Callable[..., Path],
+    more: list[object],
+    text: str,
+    changed: str,
 ) -> None:
-    out = home.parent / "out"
-    assert day(days=1)[0] == 0
+    out = lived(1)
     before = content(out)
     if changed:
         (home.parent / "week.toml").write_text(changed, encoding="utf-8")

@@ -26,6 +26,7 @@ KINDS = {"PIR", "OPTICAL_SWITCH", "PRESSURE", "CONTACT"}
 MORNING, OUT = (24_000.0, 27_000.0), (25_000.0, 77_500.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("home", "week", "between"),
     [
@@ -55,6 +56,7 @@ def test_keys_change_nothing_while_nobody_moves(
     assert 0.0 < float(np.diff(still.busy).sum()) / 10.0 < most + 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1])
 @pytest.mark.parametrize(
     ("home", "week"), [("angen.blend", "week.toml"), ("atelier.blend", "atelier_week.toml")]

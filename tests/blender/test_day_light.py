@@ -96,6 +96,7 @@ def readings(tracks: Any) -> dict[str, dict[float, float]]:
     }
 
 
+@pytest.mark.slow
 def test_readings_are_of_their_frames_alone(lived: Any, references: dict[Any, bytes]) -> None:
     found = lived()
     known = dict(references)
@@ -115,6 +116,7 @@ def test_readings_are_of_their_frames_alone(lived: Any, references: dict[Any, by
     assert all(len(set(found[name].values())) > 1 for name in SENSORS)
 
 
+@pytest.mark.slow
 def test_a_run_that_begins_with_a_lamp_off_reads_what_one_does_in_which_it_was_on(
     lived: Any, references: dict[Any, bytes]
 ) -> None:
@@ -129,6 +131,7 @@ def test_a_run_that_begins_with_a_lamp_off_reads_what_one_does_in_which_it_was_o
         assert later[name].items() <= found[name].items(), name
 
 
+@pytest.mark.slow
 def test_stretches_of_a_day_tell_of_light_what_one_does(
     lived: Any, addon_part: Callable[[str], Any]
 ) -> None:

@@ -13,8 +13,8 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from lived_home import ROUTINE
 from panel_layout import drawn
-from test_day_command import ROUTINE, home  # noqa: F401
 
 
 def state(scene: Any) -> Any:
@@ -26,7 +26,7 @@ def state(scene: Any) -> Any:
 
 
 @pytest.fixture
-def scene(home: Path, world: Any) -> Any:  # noqa: F811
+def scene(lived_home: Path, world: Any) -> Any:
     """Of a home that has a story of its own."""
     fan = world.box((0.1, 0.1, 0.1), (1, 1, 2), "Fan")
     world.key(fan, "location", {1: (1, 1, 2), 48: (1, 3, 2)})

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import pytest
 from mathutils import Matrix, Vector
+from tiers import mostly_slow
 
 ops = bpy.ops.angen
 WIDTH, HEIGHT, THICK = 0.9, 2.0, 0.04
@@ -253,7 +254,7 @@ class Cube(Door):
         self.stand(axis @ Matrix.Rotation(math.radians(degrees), 4, "Z") @ axis.inverted())
 
 
-@pytest.mark.parametrize("yaw", YAWS)
+@pytest.mark.parametrize("yaw", mostly_slow(YAWS, YAWS[0], YAWS[2]))
 @pytest.mark.parametrize("motion", ["AUTO", "LEFT", "RIGHT"])
 @pytest.mark.parametrize("flip", [False, True])
 def test_a_cube_with_its_origin_in_the_middle_is_a_hinged_door(world, yaw, motion, flip, capfd):
@@ -359,6 +360,7 @@ def test_what_stands_in_the_gap_is_told(world, capfd):
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not HOME.exists(), reason="the sample home is not built: make sample")
 def test_the_doors_of_the_home_can_be_fitted_without_telling_their_frames(world, capfd):
     """Its own switches and flags are taken away; leaf by leaf, nothing else selected."""

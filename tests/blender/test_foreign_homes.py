@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import bpy
+import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts" / "foreign_homes"
 
@@ -43,6 +44,7 @@ def test_a_room_gets_a_person_and_sensors_that_notice_it(world, tmp_path):
     assert min(lux) > 0.0
 
 
+@pytest.mark.slow
 def test_a_home_without_a_mesh_is_told(tmp_path):
     done, *_ = furnish(write(tmp_path / "none.obj", [(0, 0, 0)], []), tmp_path)
     assert done.returncode == 1

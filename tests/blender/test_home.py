@@ -10,6 +10,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, time_b
 from bl_ext.user_default.angen_sensors.angen_addon.scene import sensors
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.range_scan import fan_directions
 from mathutils import Vector
+from tiers import mostly_slow
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 TOLERANCE_M = 2e-5
@@ -43,7 +44,7 @@ def home():
     return bpy.context.scene, casters
 
 
-@pytest.mark.parametrize("frame", [100, 700, 1000, 3400])
+@pytest.mark.parametrize("frame", mostly_slow([100, 700, 1000, 3400], 700))
 def test_every_ray_reads_what_scene_ray_cast_reads(home, frame):
     """Or, where rounding in world coordinates leads `scene.ray_cast` astray on a ray that grazes
     its face, what the face's plane says."""

@@ -7,6 +7,7 @@ from functools import partial
 import bpy
 import pytest
 from commands import module
+from tiers import mostly_slow
 
 told_by = partial(module, text=True)
 
@@ -56,6 +57,7 @@ def test_blocked_drivers(driven, tmp_path, panel):
     assert failed.returncode == 1 and "the check fails" in failed.stderr
 
 
+@pytest.mark.slow
 def test_drivers_that_the_user_allows(driven, tmp_path):
     log = tmp_path / "log.csv"
     done = told_by("simulate", driven, "--events", log, "--quiet", "--enable-autoexec")
@@ -66,6 +68,7 @@ def test_drivers_that_the_user_allows(driven, tmp_path):
     assert told_by("check", driven, log).returncode == 1
 
 
+@pytest.mark.slow
 def test_drivers_that_fail_half_way(world, open_again):
     """At frame 30; Blender lets it stand still from there on."""
     curve = world.wall(0.02).driver_add("location", 0)
@@ -91,6 +94,7 @@ def linked(world, tmp_path, open_again):
     return open_again()
 
 
+@pytest.mark.slow
 def test_a_missing_library(linked, tmp_path, panel):
     log = tmp_path / "log.csv"
     assert told_by("simulate", linked, "--events", log, "--quiet").stderr == ""
@@ -111,6 +115,7 @@ def test_a_missing_library(linked, tmp_path, panel):
     assert panel() == ""
 
 
+@pytest.mark.slow
 def test_something_that_is_gone_from_a_library(linked, tmp_path, panel):
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "door.blend"))
     bpy.data.objects.remove(bpy.data.objects["door"])
@@ -123,7 +128,7 @@ def test_something_that_is_gone_from_a_library(linked, tmp_path, panel):
     assert "no longer holds" in panel()
 
 
-@pytest.mark.parametrize("light", [True, False])
+@pytest.mark.parametrize("light", mostly_slow([True, False], True))
 def test_images_count_where_a_light_sensor_would_see_them(
     world, tmp_path, open_again, panel, light
 ):

@@ -27,6 +27,7 @@ def sensors(**asked):
     ]
 
 
+@pytest.mark.slow
 def test_each_sensor_follows_the_lamp_of_its_room(home):
     asked = sensors(samples=64, exposure=1.0)
     for room in ("living room", "kitchen", "bedroom", "bathroom"):
@@ -39,6 +40,7 @@ def test_each_sensor_follows_the_lamp_of_its_room(home):
         assert found[1] > found[0] + 2.0, room
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["FOUR_WALL", "ILLUMINANCE"])
 def test_a_reading_does_not_depend_on_the_other_sensors(home, method):
     asked = sensors(samples=32, method=method)

@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from light_stage import facing, key_lamp, lamp, lit_room, material, measure, objects, part, request
+from tiers import mostly_slow
 
 FEW, MANY = 256, 2048
 # Of the readings in this room, most of it where the screen has come close to a sensor.
@@ -108,7 +109,7 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("what", CHANGES)
+@pytest.mark.parametrize("what", mostly_slow(CHANGES))
 def test_no_change_makes_a_reading_wrong(room, scenes, what):
     """Against so many paths that they hardly err, and against a reading without a reference."""
     CHANGES[what]()
@@ -352,6 +353,7 @@ def test_a_portal_needs_a_world(room, scenes):
     assert (in_a_run(scenes) > 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("few", [32, 256])
 def test_what_departs_far_is_looked_at_more_closely(room, monkeypatch, few):
     """Also where few paths find too little of what is new."""

@@ -11,6 +11,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import sim
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import lamp, material, plate, sky
+from tiers import mostly_slow
 
 UPDATES = 60
 # Not images: Blender puts an empty "Render Result" into files that it saves and undoes.
@@ -107,7 +108,7 @@ ENDS = (undo, undo_and_redo, undo_and_redo_of_a_step_made_amid, save_and_open)
 
 
 @pytest.mark.parametrize("ends", ENDS)
-@pytest.mark.parametrize("how", ["closed", "gone on with"])
+@pytest.mark.parametrize("how", mostly_slow(["closed", "gone on with"], "gone on with"))
 def test_nothing_is_left_of_a_run(room, ends, how, tmp_path):
     """What was recorded stays; a run that is gone on with says that it cannot."""
     before = held()

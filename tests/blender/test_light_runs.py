@@ -11,6 +11,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorEr
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
 from bl_ext.user_default.angen_sensors.panels import readings
 from light_stage import material, plate
+from tiers import mostly_slow
 
 
 @pytest.fixture
@@ -85,8 +86,11 @@ def film(folder, name, brightness):
     return found
 
 
-@pytest.mark.parametrize("reference", [0, 64])
-@pytest.mark.parametrize(("grouped", "refreshed"), [(False, False), (False, True), (True, False)])
+@pytest.mark.parametrize("reference", mostly_slow([0, 64], 64))
+@pytest.mark.parametrize(
+    ("grouped", "refreshed"),
+    mostly_slow([(False, False), (False, True), (True, False)], (False, False), (True, False)),
+)
 def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshed, reference):
     """Blender's list of updates does not tell of it. `grouped`: its node is in a node group."""
     bpy.data.objects.remove(bpy.data.objects["lamp"])

@@ -8,6 +8,7 @@ import tempfile
 import bpy
 import pytest
 from light_stage import UP, ball, facing, lamp, lux, material, measure, part, plate, request
+from tiers import mostly_slow
 
 SUN = 1.0
 
@@ -96,7 +97,7 @@ def test_a_shown_object_stands_where_its_parent_and_constraints_put_it(world, sh
 MOMENTS = (-1199.0, -721.5, -1.0, 0.0, 7.0, 7.25, 1000.1, 487705.0, 864001.0)
 
 
-@pytest.mark.parametrize("mapped", [(100, 100), (100, 50)])
+@pytest.mark.parametrize("mapped", mostly_slow([(100, 100), (100, 50)], (100, 50), tuples=False))
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_light_is_that_of_the_very_frame(world, shade, moment, mapped):
     whole = math.floor(moment)
@@ -323,6 +324,7 @@ def test_so_does_one_that_fails(busy, monkeypatch):
     assert everything(world) == before
 
 
+@pytest.mark.slow
 def test_hundreds_of_measurements_leave_nothing_and_do_not_crash(world):
     resource = pytest.importorskip("resource")
     lamp(world, "POINT")

@@ -10,6 +10,7 @@ import random
 import bpy
 import pytest
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
+from tiers import mostly_slow
 
 LAST = 10
 
@@ -226,7 +227,7 @@ def test_an_edit_is_found(room, watch, what):
     assert not watch.at(1)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", mostly_slow(range(6), 0, 1))
 def test_no_change_of_the_light_is_ever_missed(room, watch, seed):
     """Random steps at random frames, and the light itself measured at each frame."""
     rng = random.Random(seed)
@@ -291,7 +292,7 @@ def both_at(frame, kept):
     return tuple(s.luminance_percent or s.illuminance_lux for s in alone.values())
 
 
-@pytest.mark.parametrize("what", STEPS)
+@pytest.mark.parametrize("what", mostly_slow(STEPS, "place", "energy", "sky"))
 def test_each_change_of_the_scene_is_taken_over(room, kept, what):
     STEPS[what]()
     found = [both_at(frame, kept) for frame in FRAMES]

@@ -7,6 +7,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import facing, lamp, material, part, plate, request, sky
+from tiers import mostly_slow
 
 FEW, MANY = 16, 64
 
@@ -175,7 +176,7 @@ HARMLESS = (
 
 
 @pytest.mark.parametrize("trap", HARMLESS)
-@pytest.mark.parametrize("reference", [0, MANY])
+@pytest.mark.parametrize("reference", mostly_slow([0, MANY], MANY))
 def test_no_render_setting_moves_a_bit(room, trap, reference):
     before = read(reference)
     trap(room.scene, bpy.context.view_layer)
@@ -273,7 +274,7 @@ if bpy.app.version >= (4, 5):
 
 
 @pytest.mark.parametrize("change", LOOKED_AT)
-@pytest.mark.parametrize("reference", [0, 128])
+@pytest.mark.parametrize("reference", mostly_slow([0, 128], 128))
 def test_what_nodes_look_at_is_followed_in_runs(room, change, reference):
     """A run reads what a measurement reads that knows nothing of the frames before."""
     objects("screen").animation_data_clear()

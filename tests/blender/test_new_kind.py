@@ -25,7 +25,7 @@ def copy(tmp_path):
     (tmp_path / "tests" / "blender").mkdir(parents=True)
     for name in ("__init__.py", "blender_manifest.toml", "pyproject.toml", "tests/conftest.py"):
         shutil.copy(ROOT / name, tmp_path / name)
-    for name in ("conftest.py", "pressure_scenes.py", "panel_layout.py"):
+    for name in ("conftest.py", "lived_home.py", "pressure_scenes.py", "panel_layout.py"):
         shutil.copy(TESTS / "blender" / name, tmp_path / "tests" / "blender" / name)
     shutil.copy(TESTS / "blender/new_kinds/inclinometer.py", tmp_path / "sensor_logic/kinds")
     shutil.copy(TESTS / "blender/new_kinds/every_place.py", tmp_path / "tests/blender")

@@ -7,6 +7,7 @@ from functools import partial
 import bpy
 import pytest
 from commands import module
+from tiers import mostly_slow
 
 told_by = partial(module, text=True)
 
@@ -29,21 +30,23 @@ def home(world, tmp_path):
     return path
 
 
-def test_it_is_skipped_and_named_and_standard_output_is_pure(home):
-    for arguments in (["simulate", home, "--quiet"], ["list", home, "--json"]):
-        done = told_by(*arguments)
-        assert done.returncode == 0, done.stderr
-        told = [line for line in done.stderr.splitlines() if line]
-        assert len(told) == 1 and "'newer'" in told[0] and "number 99" in told[0], done.stderr
-        assert "update the extension" in told[0]
-        if arguments[0] == "simulate":
-            rows = done.stdout.splitlines()
-            assert rows[0] == "time_s,frame,sensor,kind,field,value"
-            assert {row.split(",")[2] for row in rows[1:]} == {"known"}
-        else:
-            assert [sensor["name"] for sensor in json.loads(done.stdout)] == ["known"]
+@pytest.mark.parametrize(("verb", "option"), mostly_slow(
+    [("simulate", "--quiet"), ("list", "--json")], ("simulate", "--quiet")))  # fmt: skip
+def test_it_is_skipped_and_named_and_standard_output_is_pure(home, verb, option):
+    done = told_by(verb, home, option)
+    assert done.returncode == 0, done.stderr
+    told = [line for line in done.stderr.splitlines() if line]
+    assert len(told) == 1 and "'newer'" in told[0] and "number 99" in told[0], done.stderr
+    assert "update the extension" in told[0]
+    if verb == "simulate":
+        rows = done.stdout.splitlines()
+        assert rows[0] == "time_s,frame,sensor,kind,field,value"
+        assert {row.split(",")[2] for row in rows[1:]} == {"known"}
+    else:
+        assert [sensor["name"] for sensor in json.loads(done.stdout)] == ["known"]
 
 
+@pytest.mark.slow
 def test_a_home_of_such_sensors_alone_says_so(home, world, tmp_path):
     bpy.data.objects.remove(bpy.data.objects["known"])
     bpy.ops.wm.save_as_mainfile(filepath=str(home))

@@ -17,6 +17,7 @@ import nodes_scenes
 import numpy as np
 import pytest
 from light_stage import material
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
 LEAVES = (types.ModuleType, type, str, bytes, int, float, bool, type(None))
@@ -192,13 +193,16 @@ def file(home, tmp_path):
 
 @pytest.mark.parametrize(
     "verb",
-    [
+    mostly_slow(
+        [
+            ["simulate", "--report", "report.html", "--samples", "samples"],
+            ["explain", "--sensor", "pad", "--time", "1"],
+            ["explain", "--sensor", "ILLUMINANCE", "--time", "1"],
+            ["coverage", "--csv", "coverage.csv", "--cell", "0.5"],
+            ["place", "--count", "1", "--csv", "place.csv", "--cell", "0.5"],
+        ],
         ["simulate", "--report", "report.html", "--samples", "samples"],
-        ["explain", "--sensor", "pad", "--time", "1"],
-        ["explain", "--sensor", "ILLUMINANCE", "--time", "1"],
-        ["coverage", "--csv", "coverage.csv", "--cell", "0.5"],
-        ["place", "--count", "1", "--csv", "place.csv", "--cell", "0.5"],
-    ],
+    ),
     ids=lambda verb: "-".join(verb[:3:2]),
 )
 def test_every_verb_ends_well(file, verb):

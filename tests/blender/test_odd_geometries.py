@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from odd_builders import ODD
+from tiers import mostly_slow
 
 # Rays from a square above, straight down and aslant, none of them through an edge or a corner.
 SIDE = 11
@@ -42,6 +43,10 @@ if bpy.app.version < (4, 3):
     # There it passes through the surfaces of curves of the type Surface, which are shown.
     UNLIKE_BLENDER.add("surface")
 
+# What `make test` looks at of what changes, and what every kind of sensor reads there.
+CHANGING = ("built_half", "by_an_armature", "cloth", "mirrored", "nodes_on_a_curve", "text")
+READ = ("being_edited", "cloth", "hidden", "mesh_without_anything", "mirrored", "volume_as_mesh")
+
 
 def rays():
     aside = np.linspace(-0.317, 0.3149, SIDE)
@@ -77,7 +82,7 @@ def caster(world, addon_part):
     return addon_part("angen_addon.runtime.probes").make_caster(world.scene)
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", mostly_slow(ODD, *(set(ODD) - {"particles_that_show_objects"})))
 def test_it_is_met_as_blender_meets_it(world, caster, name):
     ODD[name](world)
     depsgraph = world.update()
@@ -88,7 +93,7 @@ def test_it_is_met_as_blender_meets_it(world, caster, name):
         assert np.abs(ours - met_by_blender(world.scene, depsgraph)).max() < agreed(name)
 
 
-@pytest.mark.parametrize("name", sorted(set(ODD) - UNLIKE_BLENDER))
+@pytest.mark.parametrize("name", mostly_slow(sorted(set(ODD) - UNLIKE_BLENDER), *CHANGING))
 def test_it_is_met_as_it_changes(world, caster, name):
     """Frame by frame, as cloth falls and what is built grows; and after the object is moved."""
     obj = ODD[name](world)
@@ -124,7 +129,7 @@ def test_what_is_edited_is_met_as_it_is_shown(world, caster):
     assert corner == REACH
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", mostly_slow(ODD, *READ))
 def test_a_switch_a_detector_and_a_pad_read_it(world, name):
     """A run of every kind beside it ends, and with `scene.ray_cast` gives the same."""
     ODD[name](world)

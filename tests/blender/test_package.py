@@ -61,9 +61,8 @@ def test_the_examples_of_the_docs_run_as_they_stand(home, run, tmp_path) -> None
     assert (tmp_path / "with_sensor.blend").exists()
 
 
-def test_events_are_those_of_the_command_line(home, run, tmp_path) -> None:
-    command = [sys.executable, "-m", "angen_addon", "simulate", home, "--quiet"]
-    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+def test_events_are_those_of_the_command_line(home, run, command, tmp_path) -> None:
+    told = command("simulate", "--quiet")[1]
     out = run(
         "import angen_sensors\n"
         "found = angen_sensors.open('home.blend').simulate()\n"
@@ -75,6 +74,7 @@ def test_events_are_those_of_the_command_line(home, run, tmp_path) -> None:
     assert (tmp_path / "same.csv").read_bytes().decode().splitlines() == told.splitlines()
 
 
+@pytest.mark.slow
 def test_many_homes_and_runs_in_one_process_give_the_same(home, run) -> None:
     out = run(
         "import angen_sensors\n"
@@ -88,6 +88,7 @@ def test_many_homes_and_runs_in_one_process_give_the_same(home, run) -> None:
     assert out.split() == ["1", "True"]
 
 
+@pytest.mark.slow
 def test_it_works_in_a_thread_and_in_spawned_workers(home, run) -> None:
     out = run(
         "import multiprocessing, os, threading\n"

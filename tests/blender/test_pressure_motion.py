@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from pressure_scenes import G
+from tiers import mostly_slow
 
 IMPULSE = 2e-3
 
@@ -27,9 +28,9 @@ def impulse_error(physics, pad, body, mass):
     return abs(force.sum() / fps / exact - 1.0)
 
 
-@pytest.mark.parametrize("fps", [24, 60])
+@pytest.mark.parametrize("fps", mostly_slow([24, 60], 24))
 @pytest.mark.parametrize("bounce", [0.0, 0.5])
-@pytest.mark.parametrize("height", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("height", mostly_slow([0.1, 0.5, 2.0], 0.5))
 def test_impulse_of_a_drop(physics, height, bounce, fps):
     """Momentum theorem: from rest to rest the pad gives m·g·T, whatever happens between."""
     physics.frames(int((1.6 + 2.0 * math.sqrt(height) * (1 + 2 * bounce)) * fps), fps)
@@ -66,7 +67,7 @@ def roll(physics, shape):
     return body, 4 * G * math.cos(tilt)
 
 
-@pytest.mark.parametrize("shape", ["SPHERE", "CAPSULE", "CYLINDER"])
+@pytest.mark.parametrize("shape", mostly_slow(["SPHERE", "CAPSULE", "CYLINDER"], "SPHERE"))
 def test_rolling_on_a_pad(physics, shape):
     body, weight = roll(physics, shape)
     physics.pad(half=(1, 1, 0.25), at=(0, 0, -0.25), kind="PASSIVE")
@@ -79,7 +80,7 @@ def test_rolling_on_a_pad(physics, shape):
     assert pad.cop[-1, 0] == pytest.approx(physics.place_of(body)[0], abs=0.002)
 
 
-@pytest.mark.parametrize("shape", ["SPHERE", "CAPSULE", "CYLINDER"])
+@pytest.mark.parametrize("shape", mostly_slow(["SPHERE", "CAPSULE", "CYLINDER"], "CYLINDER"))
 def test_rolling_across_a_pad(physics, shape):
     """A pad set flush into the floor: on it all of the weight, before and after it none."""
     body, weight = roll(physics, shape)
@@ -98,7 +99,7 @@ def test_rolling_across_a_pad(physics, shape):
     assert force[off] == pytest.approx(0.0, abs=0.01 * weight)
 
 
-@pytest.mark.parametrize(("fps", "most"), [(24, 0.5), (60, 0.15)])
+@pytest.mark.parametrize(("fps", "most"), mostly_slow([(24, 0.5), (60, 0.15)], (24, 0.5)))
 def test_kinematic_lift(physics, fps, most):
     """A box on a plate that goes up and down: m(g + a), the root of the mean square of the error.
 
@@ -124,7 +125,7 @@ def test_kinematic_lift(physics, fps, most):
 # How time and gravity run
 
 
-@pytest.mark.parametrize("fps", [12, 25, 30, 50, 120])
+@pytest.mark.parametrize("fps", mostly_slow([12, 25, 30, 50, 120], 12, 50))
 def test_frame_rates(physics, figure, fps):
     physics.on_floor(20, fps)
     physics.pad(kind="PASSIVE")
@@ -134,7 +135,7 @@ def test_frame_rates(physics, figure, fps):
     assert known == pytest.approx(5 * G, rel=1e-3)
 
 
-@pytest.mark.parametrize("fps", [12, 120])
+@pytest.mark.parametrize("fps", mostly_slow([12, 120], 12))
 def test_drop_at_the_ends_of_the_frame_rates(physics, fps):
     physics.frames(int(1.2 * fps), fps)
     physics.floor()
@@ -151,7 +152,7 @@ def test_frame_rate_base(physics):
     assert impulse_error(physics, physics.read(), box, 2.0) < IMPULSE
 
 
-@pytest.mark.parametrize("time_scale", [0.25, 0.5, 2.0])
+@pytest.mark.parametrize("time_scale", mostly_slow([0.25, 0.5, 2.0], 0.5, 2.0))
 def test_time_scale(physics, time_scale):
     """The engine's own time: the same drop, slower or faster. No force while it falls, and over
     the whole the weight."""
@@ -175,8 +176,8 @@ def test_time_scale_zero_is_at_rest(physics):
     assert physics.read().known() == pytest.approx(2 * G, rel=1e-3)
 
 
-@pytest.mark.parametrize("substeps", [1, 2, 30])
-@pytest.mark.parametrize("iterations", [5, 50])
+@pytest.mark.parametrize("substeps", mostly_slow([1, 2, 30], 1, 30))
+@pytest.mark.parametrize("iterations", mostly_slow([5, 50], 5))
 def test_substeps_and_iterations(physics, substeps, iterations):
     physics.on_floor(20)
     physics.rigid.substeps_per_frame, physics.rigid.solver_iterations = substeps, iterations
@@ -199,7 +200,7 @@ def test_sensor_substeps(physics, substeps):
     assert pad.known(after=2) == pytest.approx(5 * G, rel=1e-3)
 
 
-@pytest.mark.parametrize("rate", [0.7, 1.0, 10.0, 100.0])
+@pytest.mark.parametrize("rate", mostly_slow([0.7, 1.0, 10.0, 100.0], 0.7, 100.0))
 def test_update_rates(physics, rate):
     physics.on_floor(48)
     physics.pad(kind="PASSIVE", update_rate=rate)
@@ -235,7 +236,7 @@ def test_no_gravity(physics):
 
 
 @pytest.mark.parametrize("axis", [0, 1], ids="xy")
-@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("sign", mostly_slow([-1, 1], 1))
 def test_gravity_along_another_axis(physics, axis, sign):
     """The floor is a wall; the pad hangs on it and looks out of it."""
     gravity = np.zeros(3)

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from pressure_scenes import G
+from tiers import mostly_slow
 
 SHAPES = ["BOX", "SPHERE", "CAPSULE", "CYLINDER", "CONE", "CONVEX_HULL", "MESH"]
 # Meshes and cones stand off by the engine's margin.
@@ -34,7 +35,7 @@ def assert_at_rest(pad, shape):
 
 
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
-@pytest.mark.parametrize("ground", ["BOX", "CONVEX_HULL", "MESH"])
+@pytest.mark.parametrize("ground", mostly_slow(["BOX", "CONVEX_HULL", "MESH"], "MESH"))
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_at_rest(physics, shape, ground, kind):
     """1 %, on a virtual pad flush with a floor of each shape and on a rigid pad on it."""
@@ -65,6 +66,7 @@ def test_hulls_with_a_margin_of_their_own(physics, kind, margin):
     assert physics.read().known(after=6) == pytest.approx(5 * G, rel=0.01)
 
 
+@pytest.mark.slow
 def test_two_meshes_and_a_hull_on_a_rough_mesh_floor(physics):
     """A floor of many triangles, not flat: the sum of two pads under a plank is its weight."""
     physics.frames(40)
@@ -88,7 +90,7 @@ def test_two_meshes_and_a_hull_on_a_rough_mesh_floor(physics):
     assert left.mean() == pytest.approx(8 * G * 0.4, rel=0.02)
 
 
-@pytest.mark.parametrize("mirrored", [False, True], ids=["", "mirrored"])
+@pytest.mark.parametrize("mirrored", mostly_slow([False, True], True), ids=["", "mirrored"])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_scaled_bodies(physics, shape, mirrored):
     """Scaled on the object, evenly for round shapes; mirrored too."""
@@ -104,7 +106,12 @@ def test_scaled_bodies(physics, shape, mirrored):
     assert_at_rest(pad, shape)
 
 
-@pytest.mark.parametrize("scale", [(2, 1, 1), (0.5, 0.5, 3), (-1, 1, 1), (1, 1, -1)])
+@pytest.mark.parametrize(
+    "scale",
+    mostly_slow(
+        [(2, 1, 1), (0.5, 0.5, 3), (-1, 1, 1), (1, 1, -1)], (0.5, 0.5, 3), (1, 1, -1), tuples=False
+    ),
+)
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
 def test_scaled_and_mirrored_pads(physics, kind, scale):
     """A pad that is mirrored upside down still lies under the body; its side is its +Z."""
@@ -150,7 +157,7 @@ def test_a_pad_parented_to_something_that_is_scaled_and_turned(physics):
 
 
 @pytest.mark.parametrize("mirrored", [False, True], ids=["", "mirrored"])
-@pytest.mark.parametrize("scale", [1.0, 1.5])
+@pytest.mark.parametrize("scale", mostly_slow([1.0, 1.5], 1.5))
 def test_compounds(physics, scale, mirrored):
     """A stool whose three feet are a box, a cylinder and a sphere: it stands in balance."""
     physics.frames(16)

@@ -3,6 +3,7 @@
 
 import pytest
 from pressure_scenes import G, shares
+from tiers import mostly_slow
 
 MARGIN = 0.04  # of a mesh, which the engine keeps others off
 EXACT = 1e-3
@@ -22,8 +23,10 @@ def box_on_pad(physics, thick, half=0.3, kind="PASSIVE", floor="BOX", at=(0, 0, 
 
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
 @pytest.mark.parametrize("floor", ["BOX", "MESH"])
-@pytest.mark.parametrize("thick", [1e-4, 2e-4, 4.5e-4, 1e-3, 2e-3, 5e-3, 0.02])
-@pytest.mark.parametrize("half", [0.05, 0.15, 0.3, 0.6])
+@pytest.mark.parametrize(
+    "thick", mostly_slow([1e-4, 2e-4, 4.5e-4, 1e-3, 2e-3, 5e-3, 0.02], 1e-4, 4.5e-4, 0.02)
+)
+@pytest.mark.parametrize("half", mostly_slow([0.05, 0.15, 0.3, 0.6], 0.05, 0.6))
 def test_a_thin_pad_carries_all_that_lies_on_it(physics, thick, half, kind, floor):
     box_on_pad(physics, thick, half, kind, floor)
     assert physics.read().known() == pytest.approx(5 * G, rel=EXACT)

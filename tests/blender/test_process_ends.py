@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
 EXPRESSIONS = ("round(frame, 1) / 12 - 1", "[0, frame / 12][1] - 1", "noise.random() * 0 - 1")
@@ -95,8 +96,10 @@ def test_the_command_line_ends_and_leaves_no_folder_behind(driven, tmp_path, mon
     assert status == 2, err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("end", "status"), [("sys.exit(3)", 3), ("", 0), ("raise ValueError('mine')", 1)]
+    ("end", "status"),
+    mostly_slow([("sys.exit(3)", 3), ("", 0), ("raise ValueError('mine')", 1)], ("sys.exit(3)", 3)),
 )
 def test_a_script_ends_with_its_own_status(driven, tmp_path, end, status):
     script = tmp_path / "script.py"
@@ -106,7 +109,7 @@ def test_a_script_ends_with_its_own_status(driven, tmp_path, end, status):
     assert ("mine" in err) is (status == 1)
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", mostly_slow(WAYS, "off and on"))
 def test_a_script_ends_after(way, tmp_path):
     script = tmp_path / "script.py"
     script.write_text(f"{WITH_EXTENSION.format(root=str(ROOT))}\n{WAYS[way]}\nsys.exit(3)\n")
@@ -115,6 +118,7 @@ def test_a_script_ends_after(way, tmp_path):
     assert "memory" not in out + err
 
 
+@pytest.mark.slow
 def test_a_worker_process_ends_as_it_should(driven, tmp_path):
     script = tmp_path / "worker.py"
     script.write_text(USE.format(root=str(ROOT)) + WORKER)
@@ -122,6 +126,7 @@ def test_a_worker_process_ends_as_it_should(driven, tmp_path):
     assert status == 0, err
 
 
+@pytest.mark.slow
 def test_a_test_session_ends_as_it_should(driven, tmp_path):
     (tmp_path / "test_it.py").write_text(
         f"{USE.format(root=str(ROOT))}\ndef test_it():\n    use({str(driven)!r})\n"
@@ -133,7 +138,7 @@ def test_a_test_session_ends_as_it_should(driven, tmp_path):
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0), reason="sample blends are built with Blender 4.2")
-@pytest.mark.parametrize("name", ["pressure", "light", "light_control"])
+@pytest.mark.parametrize("name", mostly_slow(["pressure", "light", "light_control"], "pressure"))
 def test_sample_blends_are_built_with_status_zero(tmp_path, name):
     """`make sample` stops at the first script that ends in a crash."""
     script, out = ROOT / "sample_blends" / f"build_{name}.py", tmp_path / f"{name}.blend"

@@ -14,6 +14,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayC
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from mathutils.bvhtree import BVHTree
 from random_scene import LAST_FRAME, RandomScene
+from tiers import mostly_slow
 
 # Blender's hierarchy is in single precision.
 TOLERANCE = 5e-6
@@ -67,18 +68,22 @@ def meet_shape(points, corners, origins, ways):
     return far[0], face[0]
 
 
-@pytest.mark.parametrize("fan", [False, True])
-@pytest.mark.parametrize("far_off", [0.0, 500.0])
+@pytest.mark.parametrize("fan", mostly_slow([False, True], True))
+@pytest.mark.parametrize("far_off", mostly_slow([0.0, 500.0], 500.0))
 @pytest.mark.parametrize(
     ("distance", "spread", "count"),
-    [
-        (3.0, 0.2, 80),
-        (6.0, 0.02, 300),
+    mostly_slow(
+        [
+            (3.0, 0.2, 80),
+            (6.0, 0.02, 300),
+            (1.5, 0.6, 50),
+            (0.0, 1.0, 60),
+            (1.0, 3.0, 60),
+            (3.0, 0.1, 1),
+        ],
         (1.5, 0.6, 50),
-        (0.0, 1.0, 60),
-        (1.0, 3.0, 60),
         (3.0, 0.1, 1),
-    ],
+    ),
 )
 def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, count, far_off, fan):
     """Far and near, within it and all around; the same triangle as a test of each with each."""

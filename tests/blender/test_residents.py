@@ -6,6 +6,7 @@ from time import perf_counter
 import bpy
 import numpy as np
 import pytest
+from tiers import mostly_slow
 
 SORTS = ["OLDER_ADULT", "ADULT", "CHILD", "CAT"]
 
@@ -26,8 +27,8 @@ def vertices(obj):
     return points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-@pytest.mark.parametrize("unit", [1.0, 0.01])
-@pytest.mark.parametrize("sort", SORTS)
+@pytest.mark.parametrize("unit", mostly_slow([1.0, 0.01], 0.01))
+@pytest.mark.parametrize("sort", mostly_slow(SORTS, "ADULT", "CAT"))
 def test_a_resident_has_size_mass_and_warmth(world, sort, unit):
     world.scene.unit_settings.scale_length = unit
     world.scene.cursor.location = (2.0 / unit, 1.0 / unit, 0.0)

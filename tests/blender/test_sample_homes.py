@@ -31,24 +31,19 @@ def builders(empty_scene, addon_part, monkeypatch):
         del sys.modules[name]
 
 
-@pytest.mark.parametrize(
-    ("home", "rooms", "sliding", "rests", "week"),
-    [
-        (
-            "angen", 7, {"Curtain north", "Curtain south"}, {"Bed", "Sofa east", "Sofa west"},
-            "week.toml",
-        ),
-        (
-            "atelier", 5,
-            {"Bath door", "Terrace door", "Chest drawer", "Curtain east", "Curtain west"},
-            {"Bed of Karin", "Bed of Olle", "Sofa north", "Sofa south"}, "atelier_week.toml",
-        ),
-    ],
+# Its rooms, what slides, where one rests, and its week.
+ANGEN = (
+    "angen", 7, {"Curtain north", "Curtain south"}, {"Bed", "Sofa east", "Sofa west"}, "week.toml",
 )  # fmt: skip
-def test_every_place_is_reached_and_a_day_lived(
-    builders, addon_part, home, rooms, sliding, rests, week
-):
-    builders[home]()
+ATELIER = (
+    "atelier", 5,
+    {"Bath door", "Terrace door", "Chest drawer", "Curtain east", "Curtain west"},
+    {"Bed of Karin", "Bed of Olle", "Sofa north", "Sofa south"}, "atelier_week.toml",
+)  # fmt: skip
+
+
+def reached(addon_part, rooms, sliding, rests):
+    """The places of the open home, each of which can be reached."""
     bpy.context.view_layer.update()
     depsgraph = bpy.context.evaluated_depsgraph_get()
     found = addon_part("angen_addon.residents.places.read").read_places(
@@ -65,6 +60,24 @@ def test_every_place_is_reached_and_a_day_lived(
     seat = found.places["Toilet"]
     assert seat.height == pytest.approx(0.42, abs=0.02)
     assert np.linalg.norm(seat.target[:2] - seat.at[:2]) == pytest.approx(0.57, abs=0.1)
+    return found
+
+
+@pytest.mark.slow
+def test_every_place_of_the_sample_home_is_reached_as_it_ships(addon_part, empty_scene):
+    home, *expected, _ = ANGEN
+    bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / f"{home}.blend"), load_ui=False)
+    bpy.context.scene.angen_live = False
+    reached(addon_part, *expected)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("home", "rooms", "sliding", "rests", "week"), [ANGEN, ATELIER])
+def test_every_place_is_reached_and_a_day_lived(
+    builders, addon_part, home, rooms, sliding, rests, week
+):
+    builders[home]()
+    found = reached(addon_part, rooms, sliding, rests)
     _live(addon_part, found, (ROOT / "sample_blends" / week).read_text(encoding="utf-8"))
 
 

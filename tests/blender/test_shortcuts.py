@@ -13,6 +13,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from random_scene import LAST_FRAME, RandomScene
+from tiers import mostly_slow
 
 
 def plainly(monkeypatch):
@@ -84,7 +85,7 @@ def run(scene, edits):
 
 
 @pytest.mark.parametrize("instances", [False, True])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", mostly_slow(range(3), 0))
 def test_a_run_reads_the_same_as_one_that_looks_at_everything(world, monkeypatch, seed, instances):
     random_scene = RandomScene(seed, instances)
     placed = place_sensors(world, world.scene)
@@ -96,7 +97,7 @@ def test_a_run_reads_the_same_as_one_that_looks_at_everything(world, monkeypatch
     assert sum(m > 0 for m in moved) >= 3
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", mostly_slow(range(4), 0))
 def test_edits_during_a_run_are_seen_at_once(world, monkeypatch, seed):
     """Each kind of edit, with the shortcuts and without, from the same state."""
     RandomScene(seed, False)

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from restless_scenes import SCENES
+from tiers import mostly_slow
 
 
 def run(world: Any) -> tuple[Any, int, int]:
@@ -39,7 +40,10 @@ def somebody_else_follows_frames(bpy: Any) -> Iterator[None]:
         bpy.app.handlers.frame_change_pre.remove(act)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    mostly_slow(SCENES, *(set(SCENES) - {"hair_that_grows", "loads_on_pads_of_many_rates"})),
+)
 def test_every_reading_is_as_without_skipping(
     name: str, world: Any, tmp_path: Path, addon_part: Any, fcurves: Any
 ) -> None:

@@ -45,6 +45,7 @@ def lived(household, keys):
             return end.value
 
 
+@pytest.mark.slow
 def test_the_evening_is_lived_and_sensed(household):
     acted = household.acted(0)
     swings = sorted(
@@ -71,6 +72,7 @@ def test_the_evening_is_lived_and_sensed(household):
     assert through[0].start < moved[0] / 1e6 < moved[-1] / 1e6 < through[-1].end + 1.0
 
 
+@pytest.mark.slow
 def test_she_drinks_from_the_bottle_and_leaves_it_on_the_table(household):
     acted, scene = household.acted(0), bpy.context.scene
     bottle, rig = bpy.data.objects["Bottle"], bpy.data.objects["Person rig"]

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from test_day_command import home  # noqa: F401  (a fixture)
+import pytest
 from test_study_run import ROOT, results, run
 
 STUDY = """
@@ -30,7 +30,13 @@ def score(recording, truth):
 """
 
 
-def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -> None:  # noqa: F811
+@pytest.fixture
+def home(lived_home: Path) -> Path:
+    return lived_home
+
+
+@pytest.mark.slow
+def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -> None:
     folder = home.parent
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     (folder / "score.py").write_text(SCORE, encoding="utf-8")
@@ -58,7 +64,8 @@ def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -
     assert 0 < float(alone["active PIR left"]) == float(whole["active PIR left"]) < 0.1
 
 
-def test_a_routine_that_this_home_cannot_live_is_a_row_with_its_error(home: Path) -> None:  # noqa: F811
+@pytest.mark.slow
+def test_a_routine_that_this_home_cannot_live_is_a_row_with_its_error(home: Path) -> None:
     folder = home.parent
     routine = folder / "week.toml"
     routine.write_text(routine.read_text().replace('resident = "Adult"', 'resident = "Ada"'))

@@ -142,6 +142,7 @@ def scheduler(daemon, tmp_path) -> tuple[subprocess.Popen, str]:
     return process, json.loads(file.read_text())["address"]
 
 
+@pytest.mark.slow
 def test_the_results_are_the_same_for_any_number_of_workers_order_and_engine(
     folder, daemon, scheduler, package
 ) -> None:
@@ -168,7 +169,8 @@ def test_the_results_are_the_same_for_any_number_of_workers_order_and_engine(
     assert everything(folder) == alone
 
 
-def test_a_log_that_is_kept_is_that_of_the_command_line(folder) -> None:
+def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None:
+    """And what is there is not run again."""
     (folder / "study.toml").write_text(
         'home = "home.blend"\nseeds = [0]\nkeep = "events"\n[vary]\n"PIR hall.enabled" = [true]\n'
     )
@@ -178,16 +180,16 @@ def test_a_log_that_is_kept_is_that_of_the_command_line(folder) -> None:
         with contextlib.suppress(psutil.Error):
             for child in psutil.Process(driver.pid).children(recursive=True):
                 workers |= {child.pid} if "spawn_main" in " ".join(child.cmdline()) else set()
-        time.sleep(0.1)
+        time.sleep(0.3)
     assert driver.returncode == 0, driver.communicate()[1]
     # None of them crashed, to be started anew without a word.
     assert len(workers) == 1
     (log,) = (folder / "out" / "logs").iterdir()
-    command = [sys.executable, "-m", "angen_addon", "simulate", folder / "home.blend", "--quiet"]
-    told = subprocess.run(command, cwd=ROOT, capture_output=True, check=True).stdout
-    assert log.read_bytes() == told
+    assert log.read_bytes().decode() == command("simulate", "--quiet")[1]
+    assert "1 of 1 run are there already" in run(folder, "--jobs", "1")
 
 
+@pytest.mark.slow
 def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> None:
     text = STUDY.replace("[0.5, 1.8]", "[0.01, 1.8]")
     (folder / "study.toml").write_text(text)
@@ -220,9 +222,17 @@ def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> N
     ("body", "error"),
     [
         ('return {"own": 1, "events": 7}', "gives 'events', which is another column"),
-        ('return {"seed": 7}', "gives 'seed', which is another column"),
+        pytest.param(
+            'return {"seed": 7}',
+            "gives 'seed', which is another column",
+            marks=pytest.mark.slow,
+        ),
         # Nobody would see that it changed.
-        ("import neighbour; return 1", "No module named 'neighbour'"),
+        pytest.param(
+            "import neighbour; return 1",
+            "No module named 'neighbour'",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_function_is_its_own_text_and_fills_its_own_columns(folder, body, error) -> None:
@@ -235,6 +245,7 @@ def test_a_function_is_its_own_text_and_fills_its_own_columns(folder, body, erro
     assert all(error in row["error"] for row in results(folder))
 
 
+@pytest.mark.slow
 def test_killed_workers_and_a_killed_driver_lose_nothing(folder) -> None:
     (folder / "score.py").write_text(SCORE.replace("PAUSE", "0.4"))
     run(folder, "--jobs", "1")
@@ -267,6 +278,7 @@ def test_killed_workers_and_a_killed_driver_lose_nothing(folder) -> None:
     assert everything(folder) == whole
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_with_a_line_and_keeps_what_is_done(folder) -> None:
     (folder / "score.py").write_text(SCORE.replace("PAUSE", "0.6"))
     driver = start(folder, "--jobs", "2", start_new_session=True)
@@ -280,6 +292,7 @@ def test_ctrl_c_ends_it_with_a_line_and_keeps_what_is_done(folder) -> None:
     assert 2 <= kept < RUNS and len(results(folder)) == kept
 
 
+@pytest.mark.slow
 def test_what_is_done_stays_where_the_scheduler_is_lost(folder, daemon, scheduler, package) -> None:
     (folder / "score.py").write_text(SCORE.replace("PAUSE", "0.6"))
     process, address = scheduler
@@ -297,6 +310,7 @@ def test_what_is_done_stays_where_the_scheduler_is_lost(folder, daemon, schedule
     assert len(results(folder)) == RUNS
 
 
+@pytest.mark.slow
 def test_workers_that_are_not_alike_are_refused(folder, daemon, scheduler, package) -> None:
     _, address = scheduler
     other = folder / "other"
@@ -321,7 +335,11 @@ def test_workers_that_are_not_alike_are_refused(folder, daemon, scheduler, packa
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--scheduler", "tcp://127.0.0.1:9"), ["no scheduler answers at tcp://127.0.0.1:9"]),
+        pytest.param(
+            ("--scheduler", "tcp://127.0.0.1:9"),
+            ["no scheduler answers at tcp://127.0.0.1:9"],
+            marks=pytest.mark.slow,
+        ),
         (("--scheduler", "nonsense"), ["no scheduler answers at nonsense"]),
         (("--jobs", "0"), ["'0' is no whole number from 1"]),
     ],
@@ -338,6 +356,7 @@ def test_what_no_sensor_has_is_told_before_anything_runs(folder) -> None:
     assert told.count("\n") == 1 and lines_at(folder) == 0
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_clear_line_and_keeps_what_is_done(folder) -> None:
     def little_room() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (1300, 1300))
@@ -362,6 +381,7 @@ def test_a_worker_that_does_not_see_the_drivers_files_gets_them(tmp_path, addon_
     assert tasks.found(home).read_bytes() == b"BLENDER"
 
 
+@pytest.mark.slow
 def test_coverage_and_the_error_of_light_are_measured(folder) -> None:
     home = ROOT / "sample_blends" / "light_control.blend"
     (folder / "study.toml").write_text(

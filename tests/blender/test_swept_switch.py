@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from beam_scenes import FRAME, card_past, closed_at, pass_beam
+from tiers import mostly_slow
 
 # What is caught
 
@@ -195,7 +196,7 @@ def broken_by_a_corner(world, name, frame):
     return 0 in world.series(recording, name, "open")
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", mostly_slow(range(4), 0))
 def test_random_flags_against_64_substeps(world, swept, seed):
     """Boxes that fly, and that swing about hinges, past 12 switches: what dense looks see, the
     sweep sees, and nothing else."""

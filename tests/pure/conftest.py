@@ -58,5 +58,23 @@ class Stage:
 
 
 @pytest.fixture
+def angen(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Runs `python -m angen_addon ARGUMENTS` for a verb without Blender, in this process; returns
+    its status, standard output and error."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        from angen_addon.__main__ import main
+
+        capfd.readouterr()
+        try:
+            status = main([str(argument) for argument in arguments])
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        return status, *capfd.readouterr()
+
+    return run
+
+
+@pytest.fixture
 def stage() -> Stage:
     return Stage()

@@ -307,7 +307,13 @@ def test_islands_that_cannot_be_met_are_told(seed):
 
 
 @pytest.mark.parametrize(
-    "count", [150, pytest.param(10_000, marks=pytest.mark.measured)], ids=["some", "20000"]
+    "count",
+    [
+        40,
+        pytest.param(150, marks=pytest.mark.slow),
+        pytest.param(10_000, marks=pytest.mark.measured),
+    ],
+    ids=["few", "some", "20000"],
 )
 def test_every_island_settles(count, figure):
     """Whether it can be met or not."""

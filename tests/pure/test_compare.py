@@ -7,6 +7,8 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tiers import mostly_slow
 
 from sensor_logic.compare.intervals import read
 from sensor_logic.compare.statistics import counts, gaps, ks_distance, on_times, shares
@@ -31,14 +34,10 @@ def log(tmp_path: Path, rows: list[tuple[float, str, int]], name: str = "events.
     return path
 
 
-def compare(*arguments: object) -> tuple[int, str, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "angen_addon", "compare", *map(str, arguments)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    return done.returncode, done.stdout, done.stderr
+@pytest.fixture
+def compare(angen) -> Callable[..., tuple[int, str, str]]:
+    """Runs `angen compare` with arguments; returns its status, standard output and error."""
+    return partial(angen, "compare")
 
 
 def test_figures_of_a_small_home_are_those_by_hand(tmp_path) -> None:
@@ -105,7 +104,7 @@ def test_files_of_casas_are_read_with_their_labels(tmp_path, separator) -> None:
     assert list(on_times(home, "opening")) == [6.0]
 
 
-def test_the_same_home_in_another_format_is_at_no_distance(tmp_path) -> None:
+def test_the_same_home_in_another_format_is_at_no_distance(tmp_path, compare) -> None:
     rows = [(0.0, "A", 0)] + [(i * 0.7 + 0.1 * (i % 3), "A", i % 2) for i in range(1, 200)]
     events = log(tmp_path, rows)
     other = tmp_path / "casas.txt"
@@ -121,7 +120,7 @@ def test_the_same_home_in_another_format_is_at_no_distance(tmp_path) -> None:
     )
 
 
-def test_the_table_and_the_picture_tell_both(tmp_path) -> None:
+def test_the_table_and_the_picture_tell_both(tmp_path, compare) -> None:
     one = log(tmp_path, [(0, "A", 0), (1, "A", 1), (3, "A", 0), (9, "A", 1)], "one.csv")
     two = log(tmp_path, [(0, "A", 0), (1, "A", 1), (9, "A", 0), (10, "A", 1)], "two.csv")
     status, out, _ = compare(one, two, "--picture", tmp_path / "both.svg")
@@ -144,7 +143,7 @@ def test_the_table_and_the_picture_tell_both(tmp_path) -> None:
         (HEADER + "0,1,A,PIR,moved,7\n", ["bad", "line 2"]),
     ],
 )
-def test_what_is_no_log_is_told_in_a_line(tmp_path, text, words) -> None:
+def test_what_is_no_log_is_told_in_a_line(tmp_path, text, words, compare) -> None:
     bad = tmp_path / "bad"
     bad.write_text(text)
     status, out, err = compare(bad, bad)
@@ -153,13 +152,13 @@ def test_what_is_no_log_is_told_in_a_line(tmp_path, text, words) -> None:
     assert all(word in err for word in words), err
 
 
-def test_a_missing_log_is_told(tmp_path) -> None:
+def test_a_missing_log_is_told(tmp_path, compare) -> None:
     status, _, err = compare(tmp_path / "none", tmp_path / "none")
     assert status == 2
     assert "cannot read" in err and str(tmp_path / "none") in err
 
 
-@pytest.mark.parametrize("options", ["", "--json"])
+@pytest.mark.parametrize("options", mostly_slow(["", "--json"], ""))
 @pytest.mark.parametrize(
     ("stream", "status", "says"),
     [

@@ -36,23 +36,31 @@ sys.exit(main(sys.argv[1:]))
 
 
 @pytest.fixture
-def convert(tmp_path):
+def convert(tmp_path, angen):
     """Runs `angen convert` on the events above, or on others; returns (status, standard error)."""
 
     def run(*options: object, events: str = EVENTS) -> tuple[int, str]:
         source = tmp_path / "events.csv"
         source.write_text(events, newline="")
-        arguments = ["convert", source, *options]
-        done = subprocess.run(
-            [sys.executable, "-c", WITHOUT_BLENDER, *map(str, arguments)],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-        )
-        assert done.stdout == ""
-        return done.returncode, done.stderr
+        status, out, err = angen("convert", source, *options)
+        assert out == ""
+        return status, err
 
     return run
+
+
+def test_it_needs_no_blender(tmp_path) -> None:
+    source, target = tmp_path / "events.csv", tmp_path / "casas.txt"
+    source.write_text(EVENTS, newline="")
+    options = ["--format", "casas", "--start", "2026-03-02", "--out", target]
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_BLENDER, "convert", source, *map(str, options)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
+    assert len(target.read_text().splitlines()) >= 2
 
 
 def one_line(err: str) -> str:

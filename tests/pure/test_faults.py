@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import csv
 import io
-import subprocess
-import sys
 import tempfile
 from dataclasses import fields
 from datetime import datetime
@@ -308,17 +306,15 @@ def test_a_wrong_file_is_told_by_its_line(plan, tmp_path, text, words) -> None:
 
 
 @pytest.fixture
-def convert(tmp_path):
+def convert(tmp_path, angen):
     rows = (change.event for change in log_of(blinking(count=200)).changes)
     text = rows_csv(rows, datetime(2026, 3, 2))
     (tmp_path / "events.csv").write_text(text, newline="")
     (tmp_path / "faults.toml").write_text(EVERYTHING)
 
     def run(*options: str) -> tuple[int, str]:
-        command = [sys.executable, "-m", "angen_addon", "convert"]
-        paths = [option.replace("OUT", str(tmp_path)) for option in options]
-        done = subprocess.run([*command, *paths], cwd=ROOT, capture_output=True, text=True)
-        return done.returncode, done.stderr
+        status, _, err = angen("convert", *(one.replace("OUT", str(tmp_path)) for one in options))
+        return status, err
 
     return run
 

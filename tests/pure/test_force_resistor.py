@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tiers import mostly_slow
 
 from sensor_logic.kinds.pressure.force_resistor import (
     ForceResistor,
@@ -106,7 +107,7 @@ def test_default_power_law_is_within_20_percent_of_the_table():
 
 
 @pytest.mark.parametrize("resistor", ["FSR_402", "POWER_LAW"])
-@pytest.mark.parametrize("force_min", [0.0, 0.2, 1.0])
+@pytest.mark.parametrize("force_min", mostly_slow([0.0, 0.2, 1.0], 0.2))
 def test_more_force_never_reads_a_higher_resistance_and_there_is_no_step(resistor, force_min):
     parameters = replace(IDEAL, resistor=resistor, force_min=force_min)
     forces = np.concatenate([[0.0], np.geomspace(1e-300, 1e-6, 50), np.linspace(1e-6, 30, 300_001)])

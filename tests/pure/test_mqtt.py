@@ -5,7 +5,6 @@ tests/mqtt."""
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -22,14 +21,6 @@ from sensor_logic.recording.tracks import Recording, Track
 
 ROOT = Path(__file__).resolve().parents[2]
 EVENTS = "time_s,frame,sensor,kind,field,value\n0,1,P,PIR,moved,0\n2.5,1,P,PIR,moved,1\n"
-# Runs the command where neither Blender nor paho-mqtt can be imported.
-BARE = """
-import sys
-for name in ("bpy", "mathutils", "paho", "paho.mqtt", "paho.mqtt.client"):
-    sys.modules[name] = None
-from angen_addon.__main__ import main
-sys.exit(main(sys.argv[1:]))
-"""
 
 
 class Clock:
@@ -152,22 +143,20 @@ def test_events_taken_as_they_come_are_those_of_the_log() -> None:
 
 
 @pytest.fixture
-def replay(tmp_path):
-    """Runs `angen replay` on a log of 2.5 s; returns (status, its one line)."""
+def replay(tmp_path, angen, monkeypatch):
+    """Runs `angen replay` on a log of 2.5 s, where paho-mqtt cannot be imported; returns (status,
+    its one line)."""
+    for name in ("paho", "paho.mqtt", "paho.mqtt.client"):
+        monkeypatch.setitem(sys.modules, name, None)
     path = tmp_path / "events.csv"
     path.write_text(EVENTS)
 
     def run(*options: object) -> tuple[int, str]:
         arguments = [str(path) if option == "EVENTS" else str(option) for option in options]
-        done = subprocess.run(
-            [sys.executable, "-c", BARE, "replay", *arguments],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-        )
-        assert done.stdout == ""
-        assert done.stderr.count("\n") == 1, done.stderr
-        return done.returncode, done.stderr
+        status, out, err = angen("replay", *arguments)
+        assert out == ""
+        assert err.count("\n") == 1, err
+        return status, err
 
     return run
 

@@ -25,6 +25,7 @@ from pyro_bodies import (
     sense,
     walk,
 )
+from tiers import mostly_slow
 
 from sensor_logic.kind import WARMTH
 from sensor_logic.kinds.pir.pyroelectric.detector import (
@@ -36,7 +37,12 @@ from sensor_logic.model import Emission, Pose, Update
 # Calibration
 
 
-@pytest.mark.parametrize("name", ["THREE_TIERS", "HC_SR501", "EKMC1601111", "EKMC1603111"])
+@pytest.mark.parametrize(
+    "name",
+    mostly_slow(
+        ["THREE_TIERS", "HC_SR501", "EKMC1601111", "EKMC1603111"], "HC_SR501", "EKMC1601111"
+    ),
+)
 def test_the_standard_target_just_triggers_at_the_rated_distance(name):
     rated = LENSES[name].detection_distance
     # Where the lens has a gap straight ahead, the target passes before the zones beside it.
@@ -56,7 +62,9 @@ def test_the_contrast_of_the_data_sheets_target_counts(contrast):
     assert crossing(5.0, body=body, target_contrast=2 * contrast) == pytest.approx(0.5, abs=0.03)
 
 
-@pytest.mark.parametrize(("rate", "error"), [(60, 0.02), (24, 0.05), (10, 0.12)])
+@pytest.mark.parametrize(
+    ("rate", "error"), mostly_slow([(60, 0.02), (24, 0.05), (10, 0.12)], (24, 0.05))
+)
 def test_the_frame_rate_matters_little(rate, error):
     assert crossing(3.0, rate=rate) == pytest.approx(crossing(3.0, rate=240), rel=error)
 

@@ -47,7 +47,10 @@ def cylinder_seen(walker, feet, ambient):
 
 @pytest.mark.parametrize(
     ("lens", "pose"),
-    [("THREE_TIERS", level_at(2.1)), ("CEILING", Pose(np.array([0.0, 0.0, 2.5]), DOWN))],
+    [
+        ("THREE_TIERS", level_at(2.1)),
+        pytest.param("CEILING", Pose(np.array([0.0, 0.0, 2.5]), DOWN), marks=pytest.mark.slow),
+    ],
 )
 def test_coverage_is_what_the_detector_itself_would_say(lens, pose):
     parameters = pyro(lens=lens, zone_rays=12)

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tiers import mostly_slow
 
 from sensor_logic.clock import Clock, Schedule
 from sensor_logic.log.event_log import samples_csv
@@ -44,7 +45,7 @@ VALUES["exactly a chunk"] = (float, VALUES["noise"][1][:CHUNK])
 
 
 @pytest.mark.parametrize("name", VALUES)
-@pytest.mark.parametrize("at_once", [1, 1000, MANY])
+@pytest.mark.parametrize("at_once", mostly_slow([1, 1000, MANY], 1000))
 def test_values_come_back(name, at_once):
     of, values = VALUES[name]
     column = Column(of)
@@ -123,6 +124,7 @@ def test_a_day_is_small_in_memory_and_comes_back_from_a_file(day):
     assert sum(c.nbytes for c in again.tracks["pir"].columns.values()) < 500_000
 
 
+@pytest.mark.slow
 def test_samples_are_written_piece_by_piece(day):
     pieces = [len(piece) for piece in samples_csv(day.tracks["pir"])]
     assert sum(pieces) > 15_000_000 and max(pieces) < 500_000

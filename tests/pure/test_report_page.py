@@ -172,6 +172,7 @@ def test_a_report_of_one_still_sensor_without_a_home() -> None:
     parsed(page.svg(made))
 
 
+@pytest.mark.slow
 def test_a_day_of_500_busy_sensors_is_small() -> None:
     """Each flickers at random all day; the heaviest kind, a curve and two sorts of bars."""
     random = np.random.default_rng(3)

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tiers import mostly_slow
 
 from sensor_logic.residents.acted import Stay
 from sensor_logic.routine.routine import DAY, RoutineError
@@ -118,7 +119,7 @@ def test_people_who_meet_in_a_hall_pass_each_other(play) -> None:
     assert day.nearest_to_each_other("anna", "bo") > 0.3
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", mostly_slow(range(2)))
 def test_a_busy_day_of_three_ends(play, seed: int) -> None:
     rng = np.random.default_rng(seed)
     names = ["Sleep", "Toilet", "Relax", "East", "Cook", "Look", "Corner", "Block", "Wash", "Away"]

@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ...sensor_logic.quantities import Lengths
 from ...sensor_logic.wording import Advice, named, uncapitalized
 from ..scene.animation import is_animated
 from ..scene.bearers import has_mass
 from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.rays.solids import SURFACE_TYPES
+from ..scene.sensors import Sensor, SensorError, read_parameters
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
@@ -26,6 +28,15 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
         "nothing",
         "Set it to 0 for a detector that has long been on",
     )
+
+
+def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
+    """Warns where a sensor's output never switches on, or never off; parameters that are an error
+    are reported elsewhere."""
+    try:
+        return read_parameters(sensor, sensor.settings).unreachable(lengths)
+    except SensorError:
+        return []
 
 
 def without_surface(obj: Any) -> Advice | None:

@@ -10,6 +10,7 @@ from ...sensor_logic.wording import uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
 from ..scene.sensors import Sensor, simulated
+from ..scene.units import lengths_of
 from .console import note
 
 
@@ -23,6 +24,7 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
         _advise_on_pads(sensors)
         _advise_on_warmth(sensors)
         _advise_on_warm_up(sensors)
+        _advise_on_parameters(sensors)
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
@@ -60,3 +62,10 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
     short = advice.short_cache(scene) if pads else None
     if short:
         note(short.text)
+
+
+def _advise_on_parameters(sensors: list[Sensor]) -> None:
+    """Advises on outputs that never switch on, or never off."""
+    for sensor in simulated(sensors):
+        for found in advice.unreachable(sensor, lengths_of(bpy.context.scene)):
+            note(f"'{sensor.name}': {uncapitalized(found.text)}")

@@ -11,8 +11,8 @@ import numpy as np
 from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import named
-from ..advice import warmth
+from ...sensor_logic.wording import named, uncapitalized
+from ..advice import sensing, warmth
 from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.sight import sight_of
@@ -21,6 +21,7 @@ from ..scene.animation import action_curves
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
+from ..scene.units import lengths_of
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR = -42, -43
@@ -169,3 +170,10 @@ def nothing_warm(home: Examined) -> Iterator[Found]:
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
         yield f"{warning.problem} ({named(s.name for s in found)})", warning.mend
+
+
+def unreachable(home: Examined) -> Iterator[Found]:
+    """Reports sensors whose parameters never let the output switch on, or never off."""
+    for sensor in home.sensors:
+        for found in sensing.unreachable(sensor, lengths_of(home.scene)):
+            yield f"'{sensor.name}': {uncapitalized(found.problem)}", found.mend

@@ -162,7 +162,12 @@ def no_magnet():
     bpy.data.objects["Switch"].angen_sensor.kind = "CONTACT"
 
 
+def beam_of_nothing():
+    bpy.data.objects["Switch"].angen_sensor.optical_switch.threshold = 0.001
+
+
 BAD = {
+    "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
     "hidden": (hidden, "'Chair 1'", "Show it"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),

@@ -122,6 +122,7 @@ def walled_in():
 def against():
     switch = bpy.data.objects["Switch"]
     switch.angen_sensor.optical_switch.range_min = 0.2
+    switch.angen_sensor.optical_switch.threshold = 0.25
     screen = bpy.data.objects["Chair 1"]
     screen.location, screen.scale = switch.location, (0.2, 0.05, 0.2)
     screen.location.y -= 0.1

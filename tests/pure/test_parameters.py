@@ -43,8 +43,6 @@ def test_defaults_and_presets_are_valid(kind):
             "at most 88 lx",
         ),
         ("OPTICAL_SWITCH", {"threshold": 0.001}, "the switch never closes"),
-        ("PIR", {"threshold": 3.95}, "never reports movement"),
-        ("PIR", {"threshold": 3.95, "model": "PYROELECTRIC"}, ""),
         ("CONTACT", {}, ""),
         ("PRESSURE", {"hysteresis": 0.9}, ""),
     ],

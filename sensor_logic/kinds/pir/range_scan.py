@@ -20,7 +20,6 @@ from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...parameters import Choice, Parameters, parameter
 from ...physics.output_timing import OutputTiming
 from ...quantities import METRES, Lengths
-from ...wording import Advice
 from .pyroelectric.lenses import LENSES
 from .pyroelectric.zones import LensError, read_table
 
@@ -250,18 +249,6 @@ class PirParameters(Parameters):
                 "take fewer rays or a larger vertical_step"
             ]
         return []
-
-    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        most = self.range_max - self.range_min
-        if self.model == "PYROELECTRIC" or self.threshold < most:
-            return []
-        return [
-            Advice(
-                f"No range can change by more than the threshold "
-                f"({lengths.typed(self.threshold)}): it never reports movement",
-                f"Set the threshold below {lengths.typed(most)}",
-            )
-        ]
 
     def _wrong_lens(self) -> list[str]:
         try:

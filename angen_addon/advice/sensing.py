@@ -96,6 +96,26 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
     )
 
 
+def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
+    """Warns where a pad measures only what has no surface that the viewport shows. Physics goes on
+    for rigid bodies that it hides."""
+    chosen, group = pad.parameters.partner_object, pad.parameters.partner_collection
+    partners = [*([chosen] if chosen else ()), *(group.all_objects if group else ())]
+    if not partners:
+        return None
+    family = {part for obj in partners for part in (obj, *obj.children_recursive)}
+    if any(
+        obj in family and obj.type in SURFACE_TYPES and handle.visible_get(view_layer=view_layer)
+        for obj, handle in with_instanced(view_layer)
+    ) or any(part.rigid_body is not None for part in family):
+        return None
+    return Advice(
+        f"It measures only {named([chosen.name if chosen else group.name])}, of which the viewport "
+        "shows no surface: it reads 0 N",
+        "Show it (eye or monitor icon in the Outliner), or choose another partner",
+    )
+
+
 def of_several(advices: dict[str, Advice]) -> str:
     """The advice on several pads as one line: how many pads, their first names, and the text of the
     first; it says so if the other texts differ."""

@@ -55,6 +55,7 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
         lambda pad: advice.without_surface(pad.object),
         lambda pad: advice.sinks(pad.object, scene),
         lambda pad: advice.weightless(pad.object, scene, view_layer),
+        lambda pad: advice.hidden_partner(pad, view_layer),
     ):
         found = {pad.name: problem for pad in pads if (problem := ask(pad))}
         if found:

@@ -22,6 +22,7 @@ CHECKS: dict[str, Check] = {
     "inside": placed.inside_walls,
     "too_near": placed.looks_into_something,
     "names_none": placed.names_nothing,
+    "unplaced": placed.unplaced,
     "unreachable": placed.unreachable,
     "warmth": placed.nothing_warm,
     "watts": lamps.electrical_watts,

@@ -25,6 +25,7 @@ def advised(home: Examined) -> Iterator[Found]:
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
             advice.weightless(pad.object, home.scene, home.view_layer),
+            advice.hidden_partner(pad, home.view_layer),
         ):
             if warning:
                 yield f"'{pad.name}': {uncapitalized(warning.problem)}", warning.mend

@@ -294,7 +294,7 @@ def test_a_driver_that_fails_is_told(home, examine):
 
 
 def test_every_check_has_a_bad_home(addon_part):
-    tested = {*BAD, "scale", "movement", "physics", "files", "eevee"}
+    tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced"}
     assert set(addon_part("angen_addon.doctor").CHECKS) == tested
 
 

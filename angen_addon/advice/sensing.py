@@ -30,6 +30,27 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
     )
 
 
+def background_sets(scene: Any) -> list[Advice]:
+    """Warns of scenes whose objects the viewport and renders show as well, and sensors do not
+    meet."""
+    sets = [scene]
+    while sets[-1].background_set not in (None, *sets):
+        sets.append(sets[-1].background_set)
+    found = []
+    for background in sets[1:]:
+        met = [obj.name for obj in background.objects if obj.type in SURFACE_TYPES | {"LIGHT"}]
+        if met:
+            found.append(
+                Advice(
+                    f"No sensor meets what is in the background set '{background.name}': "
+                    f"{named(met)}",
+                    "Clear Background Set (Scene tab), and link the set's collection into this "
+                    "scene",
+                )
+            )
+    return found
+
+
 def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
     """Warns where a sensor's output never switches on, or never off; parameters that are an error
     are reported elsewhere."""

@@ -21,6 +21,8 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
     if off:
         note(f"switched off: {', '.join(off)}")
     if not quiet:
+        for found in advice.background_sets(bpy.context.scene):
+            note(uncapitalized(found.text))
         _advise_on_pads(sensors)
         _advise_on_warmth(sensors)
         _advise_on_warm_up(sensors)

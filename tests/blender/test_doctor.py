@@ -167,7 +167,21 @@ def beam_of_nothing():
     bpy.data.objects["Switch"].angen_sensor.optical_switch.threshold = 0.001
 
 
+def background():
+    other = bpy.data.scenes.new("Street")
+    house = bpy.data.objects["Chair 1"].copy()
+    house.name = "House"
+    other.collection.objects.link(house)
+    bpy.context.scene.background_set = other
+
+
+def flat():
+    bpy.data.objects["Chair 1"].scale.z = 0.0
+
+
 BAD = {
+    "flattened": (flat, "Scale 0 along an axis, so that rays and light pass: 'Chair 1'", "Ctrl+A"),
+    "background": (background, "in the background set 'Street': 'House'", "Clear Background Set"),
     "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
     "hidden": (hidden, "'Chair 1'", "Show it"),
@@ -193,6 +207,22 @@ def test_a_mistake_is_named_with_the_way_to_mend_it(home, examine, check):
     found = examine()
     assert {finding.check for finding in found} == {check}
     assert words in found[0].text and mend in found[0].mend
+
+
+def test_what_was_flattened_is_met_once_its_scale_is_applied(world, examine):
+    screen = world.wall(0.1)
+    switch = world.switch()
+    screen.scale.z = 0.0
+    world.update()
+    assert world.range(switch) == pytest.approx(0.5)
+    assert "flattened" in {finding.check for finding in examine()}
+    with bpy.context.temp_override(active_object=screen, selected_editable_objects=[screen]):
+        bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    assert world.range(switch) == pytest.approx(0.1, abs=2e-5)
+    assert "flattened" not in {finding.check for finding in examine()}
+    world.key(screen, "scale", {1: (1, 1, 0), 9: (1, 1, 1)})
+    world.scene.frame_set(1)
+    assert "flattened" not in {finding.check for finding in examine()}, "shrunk away on purpose"
 
 
 def test_where_nothing_moves_the_doors_do_not_either(home, examine):

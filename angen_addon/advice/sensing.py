@@ -110,6 +110,12 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
         return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
         return None
+    world = scene.rigidbody_world
+    if world is not None and not world.enabled:
+        return Advice(
+            "Nothing in this scene has a weight: the rigid-body world is off",
+            "Switch it on: Scene tab, Rigid Body World",
+        )
     return Advice(
         "Nothing in this scene has a weight",
         "Make something an active rigid body, or give an animated person or thing a mass: "

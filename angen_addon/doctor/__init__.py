@@ -31,6 +31,7 @@ CHECKS: dict[str, Check] = {
     "dark": lamps.none_lit,
     "eevee": lamps.eevee_cannot_run,
     "pads": pads.advised,
+    "margins": pads.margins,
     "pads_in_air": pads.hanging_in_the_air,
     "physics": pads.caches,
 }

@@ -280,6 +280,14 @@ def test_a_short_rigid_body_cache_is_told(home, physics, examine):
     assert found[0].mend.startswith("Set its end")
 
 
+def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
+    crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0, shape="MESH")
+    (finding,) = [one for one in examine() if one.check == "margins"]
+    assert "(up to 40 mm) and lets hop: 'Crate'" in finding.text
+    crate.rigid_body.collision_shape = "CONVEX_HULL"
+    assert "margins" not in {one.check for one in examine()}
+
+
 def test_eevee_is_asked_for_where_there_is_none(home, examine, addon_part, monkeypatch):
     lamps = addon_part("angen_addon.doctor.lamps")
     monkeypatch.setattr(lamps, "why_no_eevee", lambda: "EEVEE cannot run here")
@@ -324,7 +332,7 @@ def test_a_driver_that_fails_is_told(home, examine):
 
 
 def test_every_check_has_a_bad_home(addon_part):
-    tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced"}
+    tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced", "margins"}
     assert set(addon_part("angen_addon.doctor").CHECKS) == tested
 
 

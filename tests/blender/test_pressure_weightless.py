@@ -120,3 +120,16 @@ def test_a_force_field_that_pushes_nothing(physics, wind, calm):
 def test_gravity_of_the_weight_of_all_fields(physics, crate):
     physics.rigid.effector_weights.all = 0.5
     assert physics.read().known() == pytest.approx(2.5 * G, abs=1e-4)
+
+
+@pytest.mark.parametrize("drop", [0.041, 0.1, 0.2])
+def test_an_active_mesh_that_hops_at_its_margin(physics, drop):
+    """98.1 N, held 3 cm above the pad; where it hops, the reading is not valid."""
+    physics.on_floor(60)
+    physics.pad(half=(0.5, 0.5, 0.005), kind="PASSIVE")
+    physics.body("crate", (0.1, 0.1, 0.1), (0, 0, 0.11 + drop), 10.0, shape="MESH")
+    found = physics.read()
+    late = found.frames > 10
+    assert found.force[late & found.valid] == pytest.approx(10.0 * G, abs=0.1)
+    assert (late & found.valid).sum() > 10
+    assert any("'crate' 40 mm off by its collision margin" in why for why in found.problems)

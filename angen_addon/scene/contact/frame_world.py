@@ -280,6 +280,12 @@ class FrameWorld:
         soft = MOVING_MOMENT if moved.moving else 0.0
         load = Load(centres[1], wrench, size, np.array([0.0, 0.0, 0.0, soft, soft, soft]))
         problem = self._pushed(body)
+        if moved.moving and collider.by_place:
+            problem = (
+                f"Blender holds the active mesh '{body.original.name}' "
+                f"{collider.margin * 1000.0:.3g} mm off by its collision margin and lets it hop: "
+                "choose Convex Hull or Compound as its shape (Physics tab, Collisions)"
+            )
         if not np.isfinite(wrench).all():
             problem = f"'{body.original.name}' is nowhere (NaN)"
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)

@@ -27,7 +27,7 @@ def assert_at_rest(pad, shape):
     if shape == "MESH":
         # It hops now and then, and the reading is not valid then.
         late = pad.frames > 20
-        assert pad.force[late & pad.valid] == pytest.approx(5 * G, rel=0.01)
+        assert pad.force[late & pad.valid] == pytest.approx(5 * G, rel=0.025)
         assert (late & pad.valid).sum() > 5
         assert all("lets it hop" in reason for reason in pad.problems)
     else:

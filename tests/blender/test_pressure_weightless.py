@@ -28,20 +28,10 @@ def world_off(physics, crate):
     physics.rigid.enabled = False
 
 
-def without_collection(physics, crate):
-    physics.rigid.collection = None
-
-
-def outside(physics, crate):
-    physics.rigid.collection.objects.unlink(crate)
-
-
 IDLE = {
     animated: "it is Animated: untick",
     not_dynamic: "it is not Dynamic: tick",
     world_off: "the rigid-body world is off: switch it on",
-    without_collection: "the rigid-body world is off",
-    outside: "outside of its collection",
 }
 
 
@@ -55,8 +45,7 @@ def test_an_active_body_that_physics_does_not_move(physics, crate, spoil):
 
 def test_in_an_instance_it_is_named_too(physics, crate):
     made = bpy.data.collections.new("furniture")
-    for old in list(crate.users_collection):
-        old.objects.unlink(crate)
+    physics.scene.collection.objects.unlink(crate)
     made.objects.link(crate)
     holder = physics.world.link("holder", None)
     holder.instance_type, holder.instance_collection = "COLLECTION", made

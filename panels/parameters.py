@@ -7,6 +7,7 @@ from typing import Any
 
 from bpy.types import Context
 
+from ..angen_addon.advice.sensing import unreachable
 from ..angen_addon.kinds import appearance_of
 from ..angen_addon.scene.instances import is_sensor
 from ..angen_addon.scene.sensors import Sensor, SensorError, check
@@ -81,10 +82,14 @@ def panel_label(spec: Spec) -> str:
 
 
 def _draw_problem(layout: Any, scene: Any, sensor: Sensor) -> None:
+    lengths = lengths_of(scene)
     try:
-        check(sensor, lengths_of(scene))
+        check(sensor, lengths)
     except SensorError as error:
         problem = str(error).removeprefix(f"'{sensor.name}': ")
         for name, spec in specs(sensor.kind.parameters).items():
             problem = problem.replace(name, panel_label(spec))
         draw_lines(layout, problem, "ERROR")
+        return
+    for found in unreachable(sensor, lengths):
+        draw_lines(layout, found.text, "ERROR")

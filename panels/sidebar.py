@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
+from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..sensor_logic.wording import capital
@@ -21,6 +22,8 @@ class ANGEN_PT_simulation(Sidebar, Panel):
         layout, scene = self.layout, context.scene
         layout.operator_context = "INVOKE_DEFAULT"
         draw_lacking(layout)
+        for found in background_sets(scene):
+            draw_lines(layout, found.text, "ERROR")
         draw_frames(layout, scene)
         layout.operator("angen.simulate", icon="PLAY")
         draw_recording(layout, scene)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .quantities import METRES, Lengths, typed
+from .wording import Advice
 
 # The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"
@@ -60,6 +61,11 @@ class Parameters:
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         """Sentences about parameters that are each in range but contradict each other. Kinds
+        override this."""
+        return []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        """Advice on parameters with which the output never switches on, or never off. Kinds
         override this."""
         return []
 

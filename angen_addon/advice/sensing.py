@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ...sensor_logic.quantities import Lengths
 from ...sensor_logic.wording import Advice, named, uncapitalized
 from ..scene.animation import is_animated
 from ..scene.bearers import has_mass
@@ -13,6 +14,7 @@ from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.light import panes
 from ..scene.rays.solids import SURFACE_TYPES
+from ..scene.sensors import Sensor, SensorError, read_parameters
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
@@ -27,6 +29,36 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
         "nothing",
         "Set it to 0 for a detector that has long been on",
     )
+
+
+def background_sets(scene: Any) -> list[Advice]:
+    """Warns of scenes whose objects the viewport and renders show as well, and sensors do not
+    meet."""
+    sets = [scene]
+    while sets[-1].background_set not in (None, *sets):
+        sets.append(sets[-1].background_set)
+    found = []
+    for background in sets[1:]:
+        met = [obj.name for obj in background.objects if obj.type in SURFACE_TYPES | {"LIGHT"}]
+        if met:
+            found.append(
+                Advice(
+                    f"No sensor meets what is in the background set '{background.name}': "
+                    f"{named(met)}",
+                    "Clear Background Set (Scene tab), and link the set's collection into this "
+                    "scene",
+                )
+            )
+    return found
+
+
+def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
+    """Warns where a sensor's output never switches on, or never off; parameters that are an error
+    are reported elsewhere."""
+    try:
+        return read_parameters(sensor, sensor.settings).unreachable(lengths)
+    except SensorError:
+        return []
 
 
 def without_surface(obj: Any) -> Advice | None:
@@ -79,10 +111,36 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
         return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
         return None
+    world = scene.rigidbody_world
+    if world is not None and not world.enabled:
+        return Advice(
+            "Nothing in this scene has a weight: the rigid-body world is off",
+            "Switch it on: Scene tab, Rigid Body World",
+        )
     return Advice(
         "Nothing in this scene has a weight",
         "Make something an active rigid body, or give an animated person or thing a mass: "
         "Physics tab, Weight on Sensors",
+    )
+
+
+def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
+    """Warns where a pad measures only what has no surface that the viewport shows. Physics goes on
+    for rigid bodies that it hides."""
+    chosen, group = pad.parameters.partner_object, pad.parameters.partner_collection
+    partners = [*([chosen] if chosen else ()), *(group.all_objects if group else ())]
+    if not partners:
+        return None
+    family = {part for obj in partners for part in (obj, *obj.children_recursive)}
+    if any(
+        obj in family and obj.type in SURFACE_TYPES and handle.visible_get(view_layer=view_layer)
+        for obj, handle in with_instanced(view_layer)
+    ) or any(part.rigid_body is not None for part in family):
+        return None
+    return Advice(
+        f"It measures only {named([chosen.name if chosen else group.name])}, of which the viewport "
+        "shows no surface: it reads 0 N",
+        "Show it (eye or monitor icon in the Outliner), or choose another partner",
     )
 
 

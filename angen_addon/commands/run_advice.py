@@ -10,6 +10,7 @@ from ...sensor_logic.wording import uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
 from ..scene.sensors import Sensor, simulated
+from ..scene.units import lengths_of
 from .console import note
 
 
@@ -20,12 +21,15 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
     if off:
         note(f"switched off: {', '.join(off)}")
     if not quiet:
+        for found in advice.background_sets(bpy.context.scene):
+            note(uncapitalized(found.text))
         _advise_on_pads(sensors)
         _advise_on_warmth(sensors)
         _advise_on_warm_up(sensors)
         if any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors)):
             for found in advice.opaque_glass(bpy.context.view_layer):
                 note(uncapitalized(found.text))
+        _advise_on_parameters(sensors)
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
@@ -56,6 +60,7 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
         lambda pad: advice.without_surface(pad.object),
         lambda pad: advice.sinks(pad.object, scene),
         lambda pad: advice.weightless(pad.object, scene, view_layer),
+        lambda pad: advice.hidden_partner(pad, view_layer),
     ):
         found = {pad.name: problem for pad in pads if (problem := ask(pad))}
         if found:
@@ -63,3 +68,10 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
     short = advice.short_cache(scene) if pads else None
     if short:
         note(short.text)
+
+
+def _advise_on_parameters(sensors: list[Sensor]) -> None:
+    """Advises on outputs that never switch on, or never off."""
+    for sensor in simulated(sensors):
+        for found in advice.unreachable(sensor, lengths_of(bpy.context.scene)):
+            note(f"'{sensor.name}': {uncapitalized(found.text)}")

@@ -9,6 +9,7 @@ sensors*, with its room noted or shown as wire or bounds.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,7 @@ from ...sensor_logic.coverage.grid import NO_ROOM
 from ...sensor_logic.model import Array
 from ..scene.home import EvaluatedHome
 from ..scene.marks import COVERAGE_MARK
+from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rooms import room_of
 from ..scene.sensors import Sensor
 from .cells import CASTS_AT_ONCE, OVER_M, Grid, Mask, Steps, flood, floors, free_ways, passable
@@ -34,7 +36,7 @@ class Volume:
 
     def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.name = room_of(obj) or obj.name
-        matrix, metres = obj.matrix_world, home.metres
+        matrix, metres = placed_matrix(obj, home.depsgraph), home.metres
         points = [matrix @ v.co * metres for v in obj.data.vertices]
         self.lo = np.min(np.array(points), axis=0)
         self.hi = np.max(np.array(points), axis=0)
@@ -60,8 +62,8 @@ class Volume:
 
 
 def volumes(home: EvaluatedHome) -> list[Volume]:
-    """The meshes that mark rooms, by name."""
-    found = [
+    """The meshes that mark rooms, by name; the doctor names those without a place."""
+    marks = [
         obj
         for obj in home.depsgraph.view_layer.objects
         if obj.type == "MESH"
@@ -70,7 +72,11 @@ def volumes(home: EvaluatedHome) -> list[Volume]:
         and len(obj.data.polygons) > 3
         and (room_of(obj) or obj.display_type in {"WIRE", "BOUNDS"})
     ]
-    return [Volume(home, obj) for obj in sorted(found, key=lambda obj: obj.name)]
+    found = []
+    for obj in sorted(marks, key=lambda obj: obj.name):
+        with suppress(NotPlaced):
+            found.append(Volume(home, obj))
+    return found
 
 
 @dataclass(frozen=True)

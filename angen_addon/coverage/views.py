@@ -55,7 +55,7 @@ def view_of(home: EvaluatedHome, sensor: Sensor) -> DetectorView:
     """The view of a sensor of the scene. Raises SensorError."""
     check(sensor)
     evaluated = sensor.object.evaluated_get(home.depsgraph)
-    check_evaluated(sensor, evaluated)
+    check_evaluated(sensor, home.depsgraph)
     settings = sensor.settings_in(evaluated)
     parameters = read_parameters(sensor, settings)
     pose = read_pose(sensor, sensor.world_matrix(home.depsgraph), home.metres)

@@ -30,6 +30,7 @@ from ..residents.places.read import read_places
 from ..residents.settings import build_of, residents_in
 from ..runtime.simulation import Progress
 from ..runtime.time_base import evaluated_depsgraph
+from ..scene.placed import is_placed
 from ..scene.sensors import Sensor
 from .aside import put_aside
 from .daylight import Daylight
@@ -117,6 +118,8 @@ class Household:
             name: resident_of(person) for name, person in plan.routine.persons.items()
         }
         scene.frame_set(scene.frame_start)
+        for obj in self.residents.values():
+            _check_placed(obj)
         try:
             self.places: Places = read_places(scene, evaluated_depsgraph())
         except PlaceError as error:
@@ -205,6 +208,17 @@ class Household:
         storeys = self.places.storeys
         # A lying body's hips are lower than a metre.
         return storeys[self.places.storey_at(float(point[2]))].room_at(point) if storeys else ""
+
+
+def _check_placed(resident: Any) -> None:
+    """Raises DayError where Blender does not place a resident, or what it pushes."""
+    for obj in (resident, resident.angen_resident.walking_frame):
+        if obj is not None and not is_placed(obj, evaluated_depsgraph()):
+            raise DayError(
+                f"'{obj.name}' is disabled in viewports or in no collection of this view layer, so "
+                "that no sensor meets it: enable it in the Outliner (monitor icon, its "
+                "collection's tick)"
+            )
 
 
 def _lights(obj: Any) -> list[Any]:

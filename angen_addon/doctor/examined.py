@@ -13,7 +13,7 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ..scene.home import EvaluatedHome
 from ..scene.rays.solids import SURFACE_TYPES
-from ..scene.sensors import Sensor, all_sensors, simulated, unit_scale
+from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_scale
 
 
 class Finding(NamedTuple):
@@ -35,7 +35,15 @@ class Examined:
 
     @cached_property
     def sensors(self) -> list[Sensor]:
-        return simulated(all_sensors(self.view_layer))
+        """The sensors that are switched on and that Blender places."""
+        found = simulated(all_sensors(self.view_layer))
+        return [sensor for sensor in found if is_evaluated(sensor, self.depsgraph)]
+
+    @property
+    def unplaced(self) -> list[Sensor]:
+        """The other sensors that are switched on."""
+        found = simulated(all_sensors(self.view_layer))
+        return [sensor for sensor in found if sensor not in self.sensors]
 
     def requiring(self, *needs: str) -> list[Sensor]:
         """The sensors whose kinds need one of these quantities (kind.RAYS …) of the scene."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...sensor_logic.kind import FORCES
-from ...sensor_logic.wording import uncapitalized
+from ...sensor_logic.wording import named, uncapitalized
 from ..advice import sensing as advice
 from ..scene.rays.caster import NOTHING
 from .examined import Examined, Found
@@ -25,9 +25,29 @@ def advised(home: Examined) -> Iterator[Found]:
             advice.without_surface(pad.object),
             advice.sinks(pad.object, home.scene),
             advice.weightless(pad.object, home.scene, home.view_layer),
+            advice.hidden_partner(pad, home.view_layer),
         ):
             if warning:
                 yield f"'{pad.name}': {uncapitalized(warning.problem)}", warning.mend
+
+
+def margins(home: Examined) -> Iterator[Found]:
+    """Reports active meshes, whose collision margin pads feel: readings are not valid while they
+    hop."""
+    if not home.requiring(FORCES):
+        return
+    margins = {
+        part.name: part.rigid_body.collision_margin * home.metres * 1000.0
+        for body in advice.simulated_bodies(home.scene)
+        for part in (body, *body.children)
+        if part.rigid_body is not None and part.rigid_body.collision_shape == "MESH"
+    }
+    if margins:
+        yield (
+            f"Active meshes, which Blender holds off pads by their collision margin (up to "
+            f"{max(margins.values()):.3g} mm) and lets hop: {named(sorted(margins))}",
+            "Choose Convex Hull or Compound as their shape (Physics tab, Collisions)",
+        )
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:

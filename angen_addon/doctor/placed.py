@@ -12,16 +12,18 @@ import numpy as np
 from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import named
-from ..advice import warmth
+from ...sensor_logic.wording import capital, named, uncapitalized
+from ..advice import sensing, warmth
 from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.sight import Sight, sight_of
 from ..runtime.time_base import clock_of
 from ..scene.animation import action_curves
+from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
+from ..scene.units import lengths_of
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
@@ -210,9 +212,44 @@ def names_nothing(home: Examined) -> Iterator[Found]:
                 )
 
 
+def unplaced(home: Examined) -> Iterator[Found]:
+    """Reports sensors that Blender does not place, and objects without a place that sensors, lamps
+    or residents name."""
+    for sensor in home.unplaced:
+        yield (
+            f"'{sensor.name}' is disabled in viewports, so Blender does not place it",
+            "Enable it there (monitor icon), or switch the sensor off",
+        )
+    for owner, obj in _named_objects(home):
+        try:
+            placed_matrix(obj, home.depsgraph)
+        except NotPlaced as error:
+            yield f"'{owner}' needs '{obj.name}': {error.problem}", capital(error.mend)
+
+
+def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
+    """Names of sensors, lamps and residents, each with an object that it points at."""
+    for sensor in home.sensors:
+        for name, spec in specs(sensor.kind.parameters).items():
+            used = getattr(sensor.parameters, name) if spec.pointer == "Object" else None
+            if used is not None and not sensor.holders:
+                yield sensor.name, used
+    for obj in home.view_layer.objects:
+        for used in (obj.angen_place.switch, obj.angen_resident.walking_frame):
+            if used is not None:
+                yield obj.name, used
+
+
 def nothing_warm(home: Examined) -> Iterator[Found]:
     """Reports pyroelectric detectors where nothing is warm."""
     found = warmth.pyroelectric(home.sensors)
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
         yield f"{warning.problem} ({named(s.name for s in found)})", warning.mend
+
+
+def unreachable(home: Examined) -> Iterator[Found]:
+    """Reports sensors whose parameters never let the output switch on, or never off."""
+    for sensor in home.sensors:
+        for found in sensing.unreachable(sensor, lengths_of(home.scene)):
+            yield f"'{sensor.name}': {uncapitalized(found.problem)}", found.mend

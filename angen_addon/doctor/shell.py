@@ -10,7 +10,11 @@ import numpy as np
 
 from ...sensor_logic.model import Array
 from ...sensor_logic.wording import named
+from ..advice import sensing as advice
+from ..scene.animation import motion_paths
+from ..scene.instances import chain
 from ..scene.rays.caster import NOTHING
+from ..scene.rays.matrices import invertible
 from ..scene.rays.solids import SURFACE_TYPES
 from .examined import Examined, Found
 
@@ -116,6 +120,12 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
         )
 
 
+def background_sets(home: Examined) -> Iterator[Found]:
+    """Reports background sets, whose objects the viewport shows and sensors do not meet."""
+    if home.sensors:
+        yield from advice.background_sets(home.scene)
+
+
 def without_faces(home: Examined) -> Iterator[Found]:
     """Reports meshes without faces."""
     bare = []
@@ -129,6 +139,24 @@ def without_faces(home: Examined) -> Iterator[Found]:
         yield (
             f"No faces, so that every ray passes: {named(sorted(bare))}",
             "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if it is a mark",
+        )
+
+
+def flattened(home: Examined) -> Iterator[Found]:
+    """Reports surfaces of scale 0 along an axis, which rays pass; keys that shrink something away
+    mean to."""
+    flat = [
+        obj.name
+        for obj, matrix in home.seen
+        if obj.type in SURFACE_TYPES
+        and np.isfinite(matrix).all()
+        and not invertible(matrix)
+        and not any("scale" in path for part in chain(obj) for path in motion_paths(part))
+    ]
+    if flat:
+        yield (
+            f"Scale 0 along an axis, so that rays and light pass: {named(sorted(flat))}",
+            "Apply the scale (Ctrl+A), which keeps the shape; or set it to 1 there (N, Item)",
         )
 
 

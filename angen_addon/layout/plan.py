@@ -23,6 +23,7 @@ from ...sensor_logic.wording import named
 from ..output.describe import describe
 from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
+from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.sensors import Sensor, all_sensors, pointed_at, unit_scale
 
 Array = NDArray[np.float64]
@@ -206,8 +207,10 @@ class Planner:
         if "relative_to" in values:
             base = self._object(entry, "relative_to", values["relative_to"])
             try:
-                matrix = base.evaluated_get(self._depsgraph).matrix_world
+                matrix = placed_matrix(base, self._depsgraph)
                 pose = pose_from_matrix(np.array(matrix), metres)
+            except NotPlaced as error:
+                raise entry.error(str(error), "relative_to") from None
             except ValueError as error:
                 raise entry.error(f"'{base.name}': {error}", "relative_to") from None
             origin, axes = pose.origin, pose.axes

@@ -18,11 +18,11 @@ from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTA
 from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose, pose_from_matrix
 from ...sensor_logic.parameters import specs
 from ..scene.contact.frame_state import gravity_of
-from ..scene.instances import matrix_of as matrix_in
-from ..scene.instances import shown_in
+from ..scene.instances import shown_in, within
 from ..scene.light.probe import LightRequest
+from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.sweep import TOLERANCE, SolidsAtStep, SweptRays
-from ..scene.sensors import Sensor
+from ..scene.sensors import Sensor, SensorError
 from .last_rays import RaysMet
 from .probes import Probes
 
@@ -204,7 +204,8 @@ def _named_poses(
     sensor: Sensor, settings: Any, depsgraph: Any, metres: float
 ) -> dict[str, Pose | None]:
     """Where the objects are that parameters point at, by the parameter; None where one points at
-    nothing. In an instance those of its collection are where the instance shows them."""
+    nothing. In an instance those of its collection are where the instance shows them. Raises
+    SensorError."""
     pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
     found: dict[str, Pose | None] = {}
     for name in pointers:
@@ -214,7 +215,11 @@ def _named_poses(
             continue
         holders = sensor.holders
         beside = bool(holders) and obj.original in shown_in(holders[-1].instance_collection)
-        matrix = np.array(matrix_in(obj.original, holders if beside else (), depsgraph))
+        try:
+            matrix = placed_matrix(obj.original, depsgraph, beside)
+        except NotPlaced as error:
+            raise SensorError(f"'{sensor.name}': {error}") from None
+        matrix = np.array(within(matrix, holders if beside else (), depsgraph))
         try:
             found[name] = pose_from_matrix(matrix, metres)
         except ValueError:

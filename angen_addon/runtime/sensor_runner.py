@@ -164,7 +164,7 @@ class SensorRunner:
         settings = self.sensor.settings_in(evaluated)
         if not settings.enabled:
             return None
-        check_evaluated(self.sensor, evaluated)
+        check_evaluated(self.sensor, depsgraph)
         parameters = read_parameters(self.sensor, settings)
         pose = self._pose_now(self.sensor.world_matrix(depsgraph), metres)
         beside = beside_of(self.sensor, evaluated, depsgraph, metres)

@@ -40,7 +40,11 @@ def is_holder(obj: Any) -> bool:
 
 def matrix_of(obj: Any, holders: Holders, depsgraph: Any) -> Matrix:
     """The matrix in the world of an object of an instance, as Blender evaluates it."""
-    matrix = obj.evaluated_get(depsgraph).matrix_world
+    return within(obj.evaluated_get(depsgraph).matrix_world, holders, depsgraph)
+
+
+def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
+    """The matrix in the world of what has this one in an instanced collection."""
     for holder in reversed(holders):
         evaluated = holder.evaluated_get(depsgraph)
         offset = Matrix.Translation(-evaluated.instance_collection.instance_offset)

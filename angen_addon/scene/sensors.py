@@ -18,6 +18,7 @@ from ...sensor_logic.quantities import METRES, Lengths
 from ...sensor_logic.spelling import hint
 from .animation import is_animated
 from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
+from .placed import is_placed
 from .rooms import room_of
 
 
@@ -216,11 +217,16 @@ def decimal(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def check_evaluated(sensor: Sensor, evaluated: Any) -> None:
-    """Raises SensorError where Blender does not evaluate the sensor: it has no place then."""
+def is_evaluated(sensor: Sensor, depsgraph: Any) -> bool:
+    """Whether Blender evaluates the sensor, and so places it."""
     # In an instance Blender evaluates also what it does not show.
-    shown = not any(part.hide_viewport for part in (sensor.object, *sensor.holders[1:]))
-    if not evaluated.is_evaluated or (sensor.holders and not shown):
+    inner = (sensor.object, *sensor.holders[1:]) if sensor.holders else ()
+    return not any(part.hide_viewport for part in inner) and is_placed(sensor.handle, depsgraph)
+
+
+def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
+    """Raises SensorError where Blender does not evaluate the sensor: it has no place then."""
+    if not is_evaluated(sensor, depsgraph):
         raise SensorError(
             f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
             "enable it there (monitor icon), or switch the sensor off"

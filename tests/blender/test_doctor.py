@@ -122,6 +122,7 @@ def walled_in():
 def against():
     switch = bpy.data.objects["Switch"]
     switch.angen_sensor.optical_switch.range_min = 0.2
+    switch.angen_sensor.optical_switch.threshold = 0.25
     screen = bpy.data.objects["Chair 1"]
     screen.location, screen.scale = switch.location, (0.2, 0.05, 0.2)
     screen.location.y -= 0.1
@@ -181,7 +182,26 @@ def no_magnet():
     bpy.data.objects["Switch"].angen_sensor.kind = "CONTACT"
 
 
+def beam_of_nothing():
+    bpy.data.objects["Switch"].angen_sensor.optical_switch.threshold = 0.001
+
+
+def background():
+    other = bpy.data.scenes.new("Street")
+    house = bpy.data.objects["Chair 1"].copy()
+    house.name = "House"
+    other.collection.objects.link(house)
+    bpy.context.scene.background_set = other
+
+
+def flat():
+    bpy.data.objects["Chair 1"].scale.z = 0.0
+
+
 BAD = {
+    "flattened": (flat, "Scale 0 along an axis, so that rays and light pass: 'Chair 1'", "Ctrl+A"),
+    "background": (background, "in the background set 'Street': 'House'", "Clear Background Set"),
+    "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
     "hidden": (hidden, "'Chair 1'", "Show it"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
@@ -208,6 +228,22 @@ def test_a_mistake_is_named_with_the_way_to_mend_it(home, examine, check):
     found = examine()
     assert {finding.check for finding in found} == {check}
     assert words in found[0].text and mend in found[0].mend
+
+
+def test_what_was_flattened_is_met_once_its_scale_is_applied(world, examine):
+    screen = world.wall(0.1)
+    switch = world.switch()
+    screen.scale.z = 0.0
+    world.update()
+    assert world.range(switch) == pytest.approx(0.5)
+    assert "flattened" in {finding.check for finding in examine()}
+    with bpy.context.temp_override(active_object=screen, selected_editable_objects=[screen]):
+        bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    assert world.range(switch) == pytest.approx(0.1, abs=2e-5)
+    assert "flattened" not in {finding.check for finding in examine()}
+    world.key(screen, "scale", {1: (1, 1, 0), 9: (1, 1, 1)})
+    world.scene.frame_set(1)
+    assert "flattened" not in {finding.check for finding in examine()}, "shrunk away on purpose"
 
 
 def test_where_nothing_moves_the_doors_do_not_either(home, examine):
@@ -272,6 +308,14 @@ def test_a_short_rigid_body_cache_is_told(home, physics, examine):
     assert found[0].mend.startswith("Set its end")
 
 
+def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
+    crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0, shape="MESH")
+    (finding,) = [one for one in examine() if one.check == "margins"]
+    assert "(up to 40 mm) and lets hop: 'Crate'" in finding.text
+    crate.rigid_body.collision_shape = "CONVEX_HULL"
+    assert "margins" not in {one.check for one in examine()}
+
+
 def test_eevee_is_asked_for_where_there_is_none(home, examine, addon_part, monkeypatch):
     lamps = addon_part("angen_addon.doctor.lamps")
     monkeypatch.setattr(lamps, "why_no_eevee", lambda: "EEVEE cannot run here")
@@ -316,7 +360,7 @@ def test_a_driver_that_fails_is_told(home, examine):
 
 
 def test_every_check_has_a_bad_home(addon_part):
-    tested = {*BAD, "scale", "movement", "physics", "files", "eevee"}
+    tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced", "margins"}
     assert set(addon_part("angen_addon.doctor").CHECKS) == tested
 
 

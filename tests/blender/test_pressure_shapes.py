@@ -26,10 +26,11 @@ def shaped(physics, shape, at, mass=5.0, **place):
 
 def assert_at_rest(pad, shape):
     if shape == "MESH":
-        # It hops now and then, and the reading tells so.
-        force = pad.known(after=30)
-        assert np.median(force) == pytest.approx(5 * G, rel=0.01)
-        assert force.min() >= 0.0
+        # It hops now and then, and the reading is not valid then.
+        late = pad.frames > 20
+        assert pad.force[late & pad.valid] == pytest.approx(5 * G, rel=0.025)
+        assert (late & pad.valid).sum() > 5
+        assert all("lets it hop" in reason for reason in pad.problems)
     else:
         assert pad.known(after=6) == pytest.approx(5 * G, rel=0.01)
 

@@ -148,6 +148,17 @@ def test_near_has_a_hysteresis():
     assert near == [False, True, True, True, False, False]
 
 
+@pytest.mark.parametrize(("threshold", "hysteresis"), [(3.4, 0.3), (4.0, 0.0)])
+def test_what_no_zone_detects_is_not_near(threshold, hysteresis):
+    """Although the reading without a target, 3.6 m, is below the threshold with hysteresis."""
+    parameters = part("VL53L1X", threshold=threshold, hysteresis=hysteresis)
+    sensor = DistanceSensor()
+    near = [read(parameters, Wall(place), sensor).active for place in (9.0, 1.0, 9.0)]
+    assert near == [False, True, False]
+    (advice,) = parameters.unreachable()
+    assert "beyond the range max (3.6 m)" in advice.problem and "Lower" in advice.mend
+
+
 WALLS = {"nothing": Wall(math.inf), "touching": Wall(0.0), "black": Wall(1.0, 0.0)}
 
 

@@ -19,8 +19,38 @@ NUMBERS = [
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_defaults_are_valid(kind):
-    assert KINDS[kind].parameters().problems() == []
+def test_defaults_and_presets_are_valid(kind):
+    for values in ({}, *(preset.values for preset in KINDS[kind].presets)):
+        parameters = KINDS[kind].parameters(**values)
+        assert parameters.problems() == []
+        assert parameters.unreachable() == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "words"),
+    [
+        ("DISTANCE", {"threshold": 0.04}, "near never goes on"),
+        ("DISTANCE", {"threshold": 3.4, "hysteresis": 0.3}, "plus the hysteresis (0.3 m)"),
+        ("DISTANCE", {"threshold": 3.3, "hysteresis": 0.3}, ""),
+        ("LIGHT", {"threshold": 100.0}, "at most 100 %: once off"),
+        ("LIGHT", {"threshold": 90.0, "hysteresis": 20.0}, "above 100 %"),
+        ("LIGHT", {"threshold": 5.0, "hysteresis": 12.0}, "stays on in the dark"),
+        ("LIGHT", {"threshold": 5.0, "hysteresis": 10.0}, ""),
+        ("LIGHT", {"threshold": 2000.0, "method": "ILLUMINANCE"}, ""),
+        (
+            "LIGHT",
+            {"threshold": 90.0, "method": "ILLUMINANCE", "output": "DIGITAL", "lux_max": 88.0},
+            "at most 88 lx",
+        ),
+        ("OPTICAL_SWITCH", {"threshold": 0.001}, "the switch never closes"),
+        ("CONTACT", {}, ""),
+        ("PRESSURE", {"hysteresis": 0.9}, ""),
+    ],
+)
+def test_an_output_that_is_stuck_is_advised_on(kind, changes, words):
+    found = KINDS[kind].parameters(**changes).unreachable()
+    assert bool(found) == bool(words)
+    assert all(words in advice.problem and advice.mend for advice in found)
 
 
 @pytest.mark.parametrize(

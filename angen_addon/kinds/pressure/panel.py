@@ -70,9 +70,12 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
     if sinks:
         box = draw_lines(layout, sinks.text, "ERROR")
         box.row().prop(pad.rigid_body, "type", expand=True)
-    weightless = advice.weightless(pad, scene, context.view_layer)
-    if weightless:
-        draw_lines(layout, weightless.text, "ERROR")
+    for found in (
+        advice.weightless(pad, scene, context.view_layer),
+        advice.hidden_partner(sensor, context.view_layer),
+    ):
+        if found:
+            draw_lines(layout, found.text, "ERROR")
     short = advice.short_cache(scene)
     if short:
         box = draw_lines(layout, short.text, "ERROR")

@@ -12,6 +12,7 @@ from ....sensor_logic.residents.places import CURTAIN, DOOR, LIE, SIT
 from ...coverage.cells import finished, free_ways
 from ...scene.door_motion import DoorError
 from ...scene.home import EvaluatedHome
+from ...scene.placed import NotPlaced
 from ...scene.sensors import unit_scale
 from .leaves import keyed_angle, keyed_slide, leaf_of
 from .marked_object import MarkedObject
@@ -37,7 +38,10 @@ def guess(obj: Any, depsgraph: Any) -> None:
             mark.slide = slide * unit_scale(depsgraph.scene)
     elif mark.use in FACING:
         home = EvaluatedHome(depsgraph)
-        marked = MarkedObject(home, obj)
+        try:
+            marked = MarkedObject(home, obj)
+        except NotPlaced:
+            return
         look = _look(home, marked, mark.use)
         if look is not None:
             set_look(obj, marked.matrix, look)

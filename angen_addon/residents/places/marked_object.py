@@ -10,17 +10,18 @@ import numpy as np
 from ....sensor_logic.model import Array
 from ...coverage.cells import finished, free_ways
 from ...scene.home import EvaluatedHome
+from ...scene.placed import placed_matrix
 
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
 class MarkedObject:
     """`at` (3,) m is the object's origin; `points` (n, 3) m the corners of its surfaces and those
-    of its children: none of an empty. `rows` (k,) are their solids."""
+    of its children: none of an empty. `rows` (k,) are their solids. Raises NotPlaced."""
 
     def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.obj = obj
-        self.matrix = obj.evaluated_get(home.depsgraph).matrix_world.copy()
+        self.matrix = placed_matrix(obj, home.depsgraph).copy()
         self.at = np.array(self.matrix.translation) * home.metres
         uid = obj.session_uid
         self.home = home.part(lambda solid: uid in solid.owners)

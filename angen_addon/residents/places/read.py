@@ -22,6 +22,7 @@ from ....sensor_logic.residents.places import (
 )
 from ...scene.door_motion import DoorError
 from ...scene.home import EvaluatedHome
+from ...scene.placed import NotPlaced, is_placed
 from ...scene.rooms import room_of
 from .floor import PlaceError, grounds, under, walked
 from .leaves import door_of
@@ -48,9 +49,15 @@ class HomeMarks:
                 "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
             )
         self.home = EvaluatedHome(depsgraph)
-        self.marked = {obj.name: MarkedObject(self.home, obj) for obj in objects}
+        self.problems: list[str] = []
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
-        points = np.array([_anchor(marked) for marked in self.marked.values()])
+        self.marked = self._read(lambda obj: MarkedObject(self.home, obj), objects)
+        anchors = self._read(self._anchor, [obj for obj in objects if obj.name in self.marked])
+        if not anchors:
+            raise PlaceError(self.problems[0])
+        self.marked = {name: self.marked[name] for name in anchors}
+        objects = [marked.obj for marked in self.marked.values()]
+        points = np.array([*anchors.values()])
         # Lamps without a switch hang anywhere.
         loose = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
         stood = ~np.array(loose) | np.all(loose)
@@ -64,7 +71,6 @@ class HomeMarks:
             obj.name: under(heights, float(point[2]))
             for obj, point in zip(objects, points, strict=True)
         }
-        self.problems: list[str] = []
         doors = self._read(self._door, [o for o in objects if o.angen_place.use in MOVED])
         self._stay_out_of(doors.values())
         lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
@@ -78,8 +84,9 @@ class HomeMarks:
         for obj in objects:
             try:
                 found[obj.name] = read(obj)
-            except DoorError as error:
-                self.problems.append(f"'{obj.name}': {error}")
+            except (DoorError, NotPlaced) as error:
+                why = str(error).removeprefix(f"'{obj.name}' ")
+                self.problems.append(f"'{obj.name}': {why}")
         return found
 
     def _stay_out_of(self, doors: Iterable[Door]) -> None:
@@ -97,7 +104,19 @@ class HomeMarks:
         ground = self.grounds[self.numbers[obj.name]]
         return float(lamps[obj.name].at[2]) <= ground.storey.height + REACH_M
 
+    def _anchor(self, obj: Any) -> Array:
+        """(3,): where a mark is, as its floor is looked for; of a lamp with a switch, there."""
+        mark = obj.angen_place
+        if mark.use == LAMP and mark.switch is not None:
+            return MarkedObject(self.home, mark.switch).at
+        return self.marked[obj.name].middle
+
     def _door(self, obj: Any) -> Door:
+        if not is_placed(obj, self.home.depsgraph):
+            raise DoorError(
+                "it is disabled in viewports, so that sensors do not meet the leaf: enable it "
+                "there (monitor icon), or set its Use to None"
+            )
         number = self.numbers[obj.name]
         storey = self.grounds[number].storey
         room = room_of(obj) or storey.room_at(self.marked[obj.name].middle)
@@ -115,14 +134,6 @@ class HomeMarks:
         number = self.numbers[obj.name]
         hand = MarkedObject(self.home, switch) if switch else None
         return place_of(self.marked[obj.name], self.grounds[number], number, hand)
-
-
-def _anchor(marked: MarkedObject) -> Array:
-    """(3,): where a mark is, as its floor is looked for; of a lamp with a switch, there."""
-    mark = marked.obj.angen_place
-    if mark.use == LAMP and mark.switch is not None:
-        return np.array(mark.switch.matrix_world.translation) * marked.home.metres
-    return marked.middle
 
 
 def _light_of(obj: Any) -> Any:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ....sensor_logic.contact.underside import is_closed
 from ..bearers import armatures, bearer, candidates
 from ..instances import Uid, chain
+from ..placed import is_placed
 from ..rays.solids import Solid, Solids
 from .body_settings import is_simulated
 from .colliders import Collider, rigid_body_collider, surface_collider
@@ -19,6 +20,12 @@ from .colliders import Collider, rigid_body_collider, surface_collider
 Array = np.typing.NDArray[np.float64]
 Key = tuple[int, ...]
 GROUND: Key = ()
+# Force fields, each with the name of its weight.
+FIELDS = {
+    "FORCE": "force", "WIND": "wind", "VORTEX": "vortex", "MAGNET": "magnetic",
+    "HARMONIC": "harmonic", "CHARGE": "charge", "LENNARDJ": "lennardjones", "TEXTURE": "texture",
+    "TURBULENCE": "turbulence", "DRAG": "drag", "FLUID_FLOW": "smokeflow",
+}  # fmt: skip
 # Bounds are widened by the physics engine's margin of meshes, in Blender units.
 MARGIN = 0.05
 
@@ -123,13 +130,16 @@ class ContactBodies:
 
     `keys` lists them in order and `row` has the index of each; in this order `middle`, `half`
     (n, 3) are their unscaled bounds, and `even` (n,) says which bounds are cubes. `pads` has the
-    key of each pad by its number.
+    key of each pad by its number. `fields`: objects with a force field; `resting`: the solids of
+    active rigid bodies, with these, that weigh nothing unless physics moves them.
     """
 
     def __init__(self) -> None:
         self.by_key: dict[Key, ContactBody] = {}
         self.of_solid: dict[int, Key] = {}
         self.constraints: list[Any] = []
+        self.fields: list[Any] = []
+        self.resting: list[tuple[Solid, Any]] = []
         self.keys: list[Key] = []
         self.row: dict[Key, int] = {}
         self.middle, self.half = np.empty((0, 3)), np.empty((0, 3))
@@ -160,6 +170,8 @@ class ContactBodies:
                 body.middle, body.half = _box(pad.original.evaluated_get(depsgraph))
         self._find_animated(solids)
         self._find_owners(solids, pads)
+        self._find_resting(solids)
+        self.fields = fields_in(depsgraph)
         world = scene.rigidbody_world
         self._finish()
         objects = world.constraints.objects if world and world.constraints else []
@@ -204,6 +216,18 @@ class ContactBodies:
             body.solids.append(solid)
             body.objects |= {obj.session_uid for obj in (solid.owner, *candidates(source))}
 
+    def _find_resting(self, solids: Solids) -> None:
+        self.resting = []
+        for solid in solids.solids:
+            body = next((obj for obj in chain(solid.original) if obj.rigid_body is not None), None)
+            if body is None or bearer(solid.original) is not None:
+                continue
+            while is_part_of_compound(body):
+                body = body.parent
+            pad = self.by_key.get(self.of_solid[solid.number])
+            if body.rigid_body.type == "ACTIVE" and not (pad is not None and pad.pad):
+                self.resting.append((solid, body))
+
     def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
         """Finds the body of each solid, and the rigid body that a pad without physics is fixed
         to."""
@@ -241,14 +265,26 @@ def rigid_bodies(scene: Any) -> Iterator[Any]:
     if world is None or not world.enabled or world.collection is None:
         return
     for original in world.collection.objects:
-        parent = original.parent
-        part = (
-            parent is not None
-            and parent.rigid_body is not None
-            and parent.rigid_body.collision_shape == "COMPOUND"
-        )
-        if original.rigid_body is not None and not part:
+        if original.rigid_body is not None and not is_part_of_compound(original):
             yield original
+
+
+def is_part_of_compound(obj: Any) -> bool:
+    parent = obj.parent
+    body = parent.rigid_body if parent is not None else None
+    return body is not None and body.collision_shape == "COMPOUND"
+
+
+def fields_in(depsgraph: Any) -> list[Any]:
+    """The objects whose force fields act on rigid bodies."""
+    world = depsgraph.scene.original.rigidbody_world
+    group = world.effector_weights.collection if world is not None else None
+    objects = depsgraph.view_layer.objects if group is None else group.all_objects
+    return [
+        obj
+        for obj in objects
+        if obj.field is not None and obj.field.type in FIELDS and is_placed(obj, depsgraph)
+    ]
 
 
 def _family(original: Any) -> Iterator[int]:

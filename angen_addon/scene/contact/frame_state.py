@@ -72,7 +72,8 @@ def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
     """Gravity (3,) in m/s² as the simulation has it, and the upward unit vector (3,)."""
     gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
     if scene.rigidbody_world is not None:
-        gravity *= scene.rigidbody_world.effector_weights.gravity
+        weights = scene.rigidbody_world.effector_weights
+        gravity *= weights.gravity * weights.all
     size = float(np.linalg.norm(gravity))
     return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
 

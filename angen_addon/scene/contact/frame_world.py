@@ -18,7 +18,7 @@ from ....sensor_logic.contact.world import Constraint, Node, RequiredLoad, Suppo
 from .body_settings import FRICTION, BodySettings, is_simulated, read_settings
 from .colliders import Collider
 from .constraints import read_constraint
-from .contact_bodies import ContactBodies, ContactBody, Key
+from .contact_bodies import FIELDS, ContactBodies, ContactBody, Key
 from .frame_state import FrameState
 
 Array = np.typing.NDArray[np.float64]
@@ -31,6 +31,8 @@ JERK, JUMP = 15.0, 80.0
 # Softness of the load of an animated body: supports must give its weight, give its moments as far
 # as they can, and need give no sideways force, which is its muscles' affair.
 SOFT_MOMENT, FREE = 1e-4, 1e3
+# An active mesh whose vertical acceleration is more than this share of gravity hops.
+HOP = 0.02
 # Softness of the moments of a simulated body that moves.
 MOVING_MOMENT = 1e-4
 
@@ -279,8 +281,29 @@ class FrameWorld:
         # The contacts of a tumbling body wander within a frame, so that its moments are uncertain.
         soft = MOVING_MOMENT if moved.moving else 0.0
         load = Load(centres[1], wrench, size, np.array([0.0, 0.0, 0.0, soft, soft, soft]))
-        problem = "" if np.isfinite(wrench).all() else f"'{body.original.name}' is nowhere (NaN)"
+        problem = self._pushed(body)
+        if collider.by_place and abs(moved.acceleration @ self.up) > HOP * self.gravity:
+            problem = (
+                f"Blender holds the active mesh '{body.original.name}' "
+                f"{collider.margin * 1000.0:.3g} mm off by its collision margin and lets it hop: "
+                "choose Convex Hull or Compound as its shape (Physics tab, Collisions)"
+            )
+        if not np.isfinite(wrench).all():
+            problem = f"'{body.original.name}' is nowhere (NaN)"
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
+
+    def _pushed(self, body: ContactBody) -> str:
+        """Say so where a force field may push a body: nothing tells the force; else empty."""
+        for obj in self._bodies.fields:
+            field = obj.evaluated_get(self._depsgraph).field
+            weights = self._depsgraph.scene.rigidbody_world.effector_weights
+            strong = field.strength or field.type in {"TEXTURE", "DRAG"}
+            if strong and weights.all * getattr(weights, FIELDS[field.type]):
+                return (
+                    f"the force field '{obj.name}' may push '{body.original.name}', by how much is "
+                    "unknown: set its weight to 0 (Scene tab, Rigid Body World, Field Weights)"
+                )
+        return ""
 
     def _required_of_animated(self, key: Key) -> RequiredLoad:
         body = self._bodies.by_key[key]

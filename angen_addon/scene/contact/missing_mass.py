@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds weights that rest on an object without a mass, such as a rug, which lies on a pad.
+"""Finds weights that do not reach a pad: active rigid bodies that physics does not move, and what
+rests on an object without a mass, such as a rug, which lies on a pad.
 
 An object without a mass carries whoever stands on it, as a floor does, however thin it is. So a
 rug, a mattress or a board keeps the weight from the pad; in reality it would pass the weight on.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +32,7 @@ class MissingMass:
         self._around, self._state = around, state
         self._solids, self._bodies = around.solids, around.bodies
         self._up, self._metres = around.up, around.metres
+        self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
         """Why the pad's reading is unknown, or empty."""
@@ -44,7 +48,43 @@ class MissingMass:
                         f"the weight of '{body.original.name}' ends in '{ground.name}', which "
                         "lies on the pad and has no mass: give it one (Weight on Sensors)"
                     )
+        return self._resting(solid, self._bodies.by_key[pad].tolerance)
+
+    def _resting(self, pad: Solid, tolerance: float) -> str:
+        """Name an active rigid body that lies on the pad, or on what lies there, and weighs nothing
+        since physics does not move it; else empty."""
+        idle = [(s, body, why) for s, body in self._bodies.resting if (why := self._idle(s, body))]
+        heavy = self._state.settings if idle else {}
+        left = [s for s in self._solids.solids if self._bodies.of_solid[s.number] in heavy]
+        below = [pad]
+        while idle and below:
+            base = below.pop()
+            for solid, body, why in idle:
+                if self._lies_on(base, solid, tolerance):
+                    return (
+                        f"the weight of the active rigid body '{body.name}' is missing, since "
+                        f"{why}; or give it a mass (Weight on Sensors), or make it passive"
+                    )
+            lying = [s for s in left if s is not base and self._lies_on(base, s, tolerance)]
+            left = [solid for solid in left if solid not in (base, *lying)]
+            below += lying
         return ""
+
+    def _idle(self, solid: Solid, original: Any) -> str:
+        """Why physics does not move a solid of an active rigid body, with the way out; or empty."""
+        depsgraph = self._around.depsgraph
+        body, world = original.evaluated_get(depsgraph).rigid_body, depsgraph.scene.rigidbody_world
+        if world is None or not world.enabled or world.collection is None:
+            return "the rigid-body world is off: switch it on (Scene tab)"
+        if len(solid.key) > 1 or original not in self._moved:
+            return "physics moves no instances, nor what is outside of its collection"
+        if not body.enabled:
+            return "it is not Dynamic: tick that (Physics tab)"
+        return "it is Animated: untick that (Physics tab)" if body.kinematic else ""
+
+    def _lies_on(self, base: Solid, solid: Solid, tolerance: float) -> bool:
+        lo, hi = (bound[base.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
+        return self._gap_between(base, lo, hi, solid, tolerance) is not None
 
     def _ends_above(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
         """Whether a weight on an object without a mass would press on the pad."""

@@ -51,7 +51,7 @@ class DistanceSensor(Model):
             zones[seen] = _with_noise(parameters, zones[seen], noise[seen])
         nearest = float(zones[seen].min()) if len(seen) else parameters.range_max
         over = parameters.hysteresis if self._near else 0.0
-        self._near = nearest < parameters.threshold + over
+        self._near = len(seen) > 0 and nearest < parameters.threshold + over
         zones_m = ";".join(f"{z:.4g}" if math.isfinite(z) else "" for z in zones.tolist())
         fields = {"distance_m": nearest, "near": self._near, "zones_m": zones_m}
         return Reading(self._near, nearest, fields)

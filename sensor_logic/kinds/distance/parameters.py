@@ -9,6 +9,7 @@ from typing import Any
 
 from ...parameters import Choice, Parameters, parameter
 from ...quantities import METRES, Lengths
+from ...wording import Advice
 
 # Reflectance of the white and the grey target in data sheets, each as measured at 940 nm.
 WHITE, GREY = 0.88, 0.17
@@ -127,3 +128,24 @@ class DistanceParameters(Parameters):
                 f"({lengths.typed(self.range_max)}): white is seen at least as far as grey"
             ]
         return []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        threshold, most = lengths.typed(self.threshold), lengths.typed(self.range_max)
+        if self.threshold <= self.range_min:
+            return [
+                Advice(
+                    f"The threshold ({threshold}) is not above the range min "
+                    f"({lengths.typed(self.range_min)}): near never goes on",
+                    "Raise the threshold",
+                )
+            ]
+        if self.threshold + self.hysteresis <= self.range_max:
+            return []
+        added = f" plus the hysteresis ({lengths.typed(self.hysteresis)})" * bool(self.hysteresis)
+        return [
+            Advice(
+                f"The threshold ({threshold}){added} is beyond the range max ({most}): near goes "
+                "off only where no zone detects anything",
+                "Lower the threshold or the hysteresis",
+            )
+        ]

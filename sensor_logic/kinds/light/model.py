@@ -18,6 +18,7 @@ from ...model import LightSample, Model, Reading, Update
 from ...parameters import READING, Choice, Parameters, parameter
 from ...physics import divider
 from ...quantities import METRES, Lengths
+from ...wording import Advice
 from .photoresistor import conductance, equivalent_lux, follow
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
@@ -203,6 +204,31 @@ class LightParameters(Parameters):
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         four = self.method == "FOUR_WALL"
         return self.must_be_smaller("clip_start", "clip_end", lengths) if four else []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        half, unit, most = self.hysteresis / 2, "lx", math.inf
+        if self.method == "FOUR_WALL":
+            unit, most = "%", 100.0
+        elif self.output == "DIGITAL":
+            most = self.lux_max
+        on, off = self.threshold + half, self.threshold - half
+        if on >= most:
+            return [
+                Advice(
+                    f"Lit goes on above {on:g} {unit}, and the sensor reads at most {most:g} "
+                    f"{unit}: once off, lit stays off",
+                    "Lower the threshold or the hysteresis",
+                )
+            ]
+        if off < 0.0:
+            return [
+                Advice(
+                    f"Half the hysteresis ({half:g} {unit}) is more than the threshold "
+                    f"({self.threshold:g} {unit}): once on, lit stays on in the dark",
+                    "Raise the threshold or lower the hysteresis",
+                )
+            ]
+        return []
 
 
 class LightSensor(Model):

@@ -21,6 +21,7 @@ from ...kind import CROSSINGS, RAYS
 from ...model import Array, Model, PerPose, Pose, Reading, Readings, Update, Updates
 from ...parameters import Parameters, parameter
 from ...quantities import METRES, Lengths
+from ...wording import Advice
 from .breaks import light_between
 
 THESIS = "laser switch of the thesis's Gazebo plugin"
@@ -87,6 +88,17 @@ class OpticalSwitchParameters(Parameters):
                 f"({lengths.typed(self.range_max)}): the switch could never open"
             ]
         return []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        if self.threshold > self.range_min:
+            return []
+        return [
+            Advice(
+                f"The threshold ({lengths.typed(self.threshold)}) is not above the range min "
+                f"({lengths.typed(self.range_min)}): the switch never closes",
+                "Raise the threshold or lower the range min",
+            )
+        ]
 
 
 def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:

@@ -44,8 +44,8 @@ def has_name_column() -> bool:
 
 
 def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None = None) -> Any:
-    """Draws a text in a box, broken into lines; returns the box, for a button that helps. A click on
-    a line calls the operator `click` with its index."""
+    """Draws a text in a box, broken into lines; returns the box, for a button that helps. `click`:
+    the operator, and its index, that a click on a line calls."""
     region = bpy.context.region
     width = region.width if region else USUAL_WIDTH
     # Without a window there is no scale.

@@ -258,7 +258,7 @@ class Home:
         yaw: float = 0.0,
         walking_frame: bool = False,
     ) -> str:
-        """Adds a resident that stands at the point `at` (metres) and looks along `yaw` (rad, 0: +x).
+        """Adds a resident at the point `at` (metres), who looks along `yaw` (rad, 0: +x).
 
         `sort` is ADULT, OLDER_ADULT, CHILD or CAT. Returns the name of its object, to which Blender
         adds a number if another object has it. Raises AngenError.
@@ -269,8 +269,8 @@ class Home:
     def mark(self, object: str, use: str, **settings: Any) -> None:
         """Marks the object of this name with what residents do there: SIT, LIE, DOOR …
 
-        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; what they do not
-        say is guessed. Raises AngenError.
+        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; all others are
+        guessed. Raises AngenError.
         """
         self.all_sensors()
         residents.mark(object, use, settings)

@@ -228,8 +228,8 @@ def _rooms(
     shape = grid.shape[0] // 2, grid.shape[1] // 2
     coarse = Grid(grid.low, shape, 2 * grid.size, height)
     found = finished(labels_of(home, coarse, members, here))
-    number, guessed = (part.repeat(2, 0).repeat(2, 1) for part in (found.number, found.guessed))
-    return number, ("", *found.names), guessed
+    guessed = found.guessed.repeat(2, 0).repeat(2, 1)
+    return found.number.repeat(2, 0).repeat(2, 1), ("", *found.names), guessed
 
 
 def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:

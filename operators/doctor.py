@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import bpy
+from bpy.props import IntProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.doctor.command import count, findings
 from ..angen_addon.runtime import state
-from .polls import is_idle
+from .polls import can_look, cancelled, is_idle
 
 
 class ANGEN_OT_doctor(Operator):
@@ -28,4 +29,30 @@ class ANGEN_OT_doctor(Operator):
         return {"FINISHED"}
 
 
-register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_doctor,))
+class ANGEN_OT_doctor_select(Operator):
+    """Select the objects that this is about"""
+
+    bl_idname = "angen.doctor_select"
+    bl_label = "Select Objects"
+    bl_options = {"REGISTER", "UNDO"}
+
+    index: IntProperty(options={"HIDDEN"})
+
+    poll = classmethod(can_look)
+
+    def execute(self, context: Context) -> set[str]:
+        found = state.CACHE.findings or ()
+        names = found[self.index].objects if 0 <= self.index < len(found) else ()
+        shown = context.view_layer.objects
+        objects = [shown[name] for name in names if name in shown]
+        if not objects:
+            return cancelled(self, "it is not in this view layer: examine the home again")
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        for obj in objects:
+            obj.select_set(True)
+        context.view_layer.objects.active = objects[0]
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_doctor, ANGEN_OT_doctor_select))

@@ -23,8 +23,9 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
             return
         if not found:
             layout.label(text="Nothing to mend was found", icon="CHECKMARK")
-        for finding in found[:MOST]:
-            box = draw_lines(layout, finding.text, "ERROR")
+        for index, finding in enumerate(found[:MOST]):
+            select = ("angen.doctor_select", index) if finding.objects else None
+            box = draw_lines(layout, finding.text, "ERROR", select)
             draw_lines(box, finding.mend, "TOOL_SETTINGS")
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")

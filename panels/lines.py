@@ -43,8 +43,9 @@ def has_name_column() -> bool:
     return region is None or region.width <= 1 or region.width > NARROW * scale
 
 
-def draw_lines(layout: Any, text: str, icon: str) -> Any:
-    """Draws a text in a box, broken into lines; returns the box, for a button that helps."""
+def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None = None) -> Any:
+    """Draws a text in a box, broken into lines; returns the box, for a button that helps. `click`:
+    the operator, and its index, that a click on a line calls."""
     region = bpy.context.region
     width = region.width if region else USUAL_WIDTH
     # Without a window there is no scale.
@@ -52,7 +53,12 @@ def draw_lines(layout: Any, text: str, icon: str) -> Any:
     letters = max(20, int(width / (WIDTH_OF_LETTER * scale)) - MARGIN_LETTERS)
     box = layout.box().column(align=True)
     for line in textwrap.wrap(text, letters, break_on_hyphens=False):
-        box.label(text=line, icon=icon)
+        if click is None:
+            box.label(text=line, icon=icon)
+        else:
+            row = box.row()
+            row.alignment = "LEFT"
+            row.operator(click[0], text=line, icon=icon, emboss=False).index = click[1]
         icon = "BLANK1"
     return box
 

@@ -28,6 +28,7 @@ def draw_place(layout: Any, context: Context) -> None:
     column.prop(mark, "use")
     if mark.use == NONE:
         return
+    column.prop(mark, "room")
     if mark.use in FACING:
         column.prop(mark, "facing")
     if mark.use in BEFORE:

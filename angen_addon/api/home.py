@@ -19,6 +19,7 @@ from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import LayoutError
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.recording.tracks import Recording as Run
+from ...sensor_logic.residents.places import Place
 from ..authoring.presets import find_preset, new_sensor
 from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
@@ -38,6 +39,7 @@ from ..scene.sensors import (
     simulated,
     unit_scale,
 )
+from . import residents
 from .days import run_days
 from .error import AngenError, raised_as_angen_error
 from .recording import Recording
@@ -248,6 +250,54 @@ class Home:
     ) -> Iterator[Day]:
         """Simulates days of residents with a routine, one after the other: see `run_days`."""
         return run_days(self, routine, start, days, seed, sensors, diary, progress)
+
+    def add_resident(
+        self,
+        sort: str,
+        name: str = "",
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        yaw: float = 0.0,
+        walking_frame: bool = False,
+    ) -> str:
+        """Adds a resident at the point `at` (metres), who looks along `yaw` (rad, 0: +x).
+
+        `sort` is ADULT, OLDER_ADULT, CHILD or CAT. Returns the name of its object, to which Blender
+        adds a number if another object has it. Raises AngenError.
+        """
+        self.all_sensors()
+        return residents.add_resident(sort, name, at, yaw, walking_frame)
+
+    def mark(self, object: str, use: str, **settings: Any) -> None:
+        """Marks the object of this name with what residents do there: SIT, LIE, DOOR …
+
+        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; all others are
+        guessed. Raises AngenError.
+        """
+        self.all_sensors()
+        residents.mark(object, use, settings)
+
+    def places(self) -> dict[str, Place]:
+        """The marked places by name: `use`, `room`, `room_guessed`, `at`, `yaw`, `target` …
+
+        Doors, and lamps that nobody has to stand at, are not among them. Raises AngenError.
+        """
+        self.all_sensors()
+        return residents.places()
+
+    def live(
+        self,
+        routine: str | Path,
+        start: date | str = "2026-03-02",
+        between: tuple[str, str] | None = None,
+        seed: int = 0,
+        sensors: Iterable[str] | None = None,
+    ) -> Day:
+        """Simulates one day by a routine (a path, or the text of one), or a stretch of it.
+
+        `between`: the stretch that sensors read, as ("19:00", "19:05"). For several days: `days`.
+        Raises AngenError.
+        """
+        return residents.live(self, routine, start, between, seed, sensors)
 
     def save(self, path: str | Path) -> None:
         """Saves a copy of the home, with its last recording. Raises AngenError."""

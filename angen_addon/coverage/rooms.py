@@ -81,10 +81,12 @@ def volumes(home: EvaluatedHome) -> list[Volume]:
 
 @dataclass(frozen=True)
 class Labels:
-    """The number of the room (nx, ny) of each cell, 0 for none, into `names`."""
+    """The number of the room (nx, ny) of each cell, 0 for none, into `names`. `guessed` (nx, ny):
+    the cells of rooms that no wall parts from another, so that only sensors tell where they end."""
 
     number: NDArray[np.int64]
     names: list[str]
+    guessed: Mask
 
 
 def labels_of(
@@ -113,7 +115,23 @@ def labels_of(
     ways = yield from passable(home, grid, OVER_M)
     flooded = yield from flood(start, loose, ways)
     number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
-    return Labels(np.where(allowed, number, 0), names)
+    number = np.where(allowed, number, 0)
+    return Labels(number, names, loose & np.isin(number, _without_wall(flooded, loose, ways)))
+
+
+def _without_wall(
+    number: NDArray[np.int64], loose: Mask, ways: tuple[Mask, Mask]
+) -> NDArray[np.int64]:
+    """The numbers of rooms that one gets to from another without passing a wall."""
+    rooms = np.where(loose, number, 0)
+    found = []
+    for way, one, two in (
+        (ways[0], rooms[:-1], rooms[1:]),
+        (ways[1], rooms[:, :-1], rooms[:, 1:]),
+    ):
+        open_there = way & (one != two) & (one > 0) & (two > 0)
+        found += [one[open_there], two[open_there]]
+    return np.unique(np.concatenate(found))
 
 
 def _cells_at(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:

@@ -19,6 +19,7 @@ CHECKS: dict[str, Check] = {
     "flattened": shell.flattened,
     "holes": shell.holes,
     "movement": placed.nothing_moves,
+    "idle_keys": placed.keys_that_do_not_play,
     "doors": doors.without_hinges,
     "still_doors": doors.standing_still,
     "inside": placed.inside_walls,

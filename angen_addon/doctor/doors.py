@@ -57,6 +57,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
             f"Doors without a hinge, whose origin is in their middle: {named(sorted(bad))}",
             "Put the 3D cursor on the hinge's edge, then Object, Set Origin, Origin to 3D Cursor; "
             "or Fit Door with Switch, which finds the hinge",
+            tuple(sorted(bad)),
         )
 
 
@@ -76,6 +77,7 @@ def standing_still(home: Examined) -> Iterator[Found]:
         yield (
             f"No door with a switch is animated: {named(sorted(leaf.name for leaf in watched))}",
             "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",
+            tuple(sorted(leaf.name for leaf in watched)),
         )
 
 

@@ -18,11 +18,12 @@ from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_s
 
 class Finding(NamedTuple):
     """`check`: the name of the check; `text`: what is wrong, in a sentence; `mend`: the way to
-    mend it."""
+    mend it; `objects`: the names of the objects that it is about."""
 
     check: str
     text: str
     mend: str
+    objects: tuple[str, ...] = ()
 
 
 @dataclass
@@ -76,6 +77,6 @@ class Examined:
         return list(dict.fromkeys(obj for obj, _ in self.seen if obj.type in SURFACE_TYPES))
 
 
-# What a check yields: what is wrong, and the way to mend it.
-Found = tuple[str, str]
+# What a check yields: what is wrong, the way to mend it, and the names of the objects.
+Found = tuple[str, str] | tuple[str, str, tuple[str, ...]]
 Check = Callable[[Examined], Iterable[Found]]

@@ -26,4 +26,5 @@ def same_names(home: Examined) -> Iterator[Found]:
             yield (
                 f"{count} sensors are called '{name}' (from {', '.join(files)})",
                 "Rename one (F2), so that the log can tell them apart",
+                (name,),
             )

@@ -41,6 +41,7 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
             f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
             f"Blender's watts are light: divide lumens by {efficacy:g} (a household lamp of "
             f"{USUAL_LUMENS} lm: {usual}); Light tab, {'Strength' if sun else 'Power'}",
+            (lamp.name,),
         )
 
 
@@ -53,6 +54,7 @@ def none_lit(home: Examined) -> Iterator[Found]:
     yield (
         f"No lamp, no sky and nothing that glows lights {named(s.name for s in sensors)}",
         "Add a lamp (Shift+A, Light) or a sky (World tab, Color), or show those that are hidden",
+        tuple(s.name for s in sensors),
     )
 
 
@@ -67,7 +69,8 @@ def eevee_cannot_run(home: Examined) -> Iterator[Found]:
     sensors = [s for s in home.requiring(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
     reason = why_no_eevee() if sensors else ""
     if reason:
-        yield f"{named(s.name for s in sensors)}: {reason}", "Set Engine to Cycles"
+        names = tuple(s.name for s in sensors)
+        yield f"{named(names)}: {reason}", "Set Engine to Cycles", names
 
 
 def _lamps(home: Examined) -> list[Any]:

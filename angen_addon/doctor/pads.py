@@ -28,7 +28,7 @@ def advised(home: Examined) -> Iterator[Found]:
             advice.hidden_partner(pad, home.view_layer),
         ):
             if warning:
-                yield f"'{pad.name}': {uncapitalized(warning.problem)}", warning.mend
+                yield f"'{pad.name}': {uncapitalized(warning.problem)}", warning.mend, (pad.name,)
 
 
 def margins(home: Examined) -> Iterator[Found]:
@@ -70,6 +70,7 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
                 f"'{pad.name}' hangs in the air: nothing is within {GAP * 100:g} cm below it",
                 "Lower it onto the floor (its faces may be missing or hidden), or parent it to "
                 "what it is part of",
+                (pad.name,),
             )
 
 

@@ -18,11 +18,12 @@ from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.sight import Sight, sight_of
 from ..runtime.time_base import clock_of
-from ..scene.animation import action_curves
+from ..scene.animation import idle_keys, playing
 from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
+from ..scene.timed import may_follow_frame
 from ..scene.units import lengths_of
 from .examined import Examined, Found
 
@@ -38,7 +39,6 @@ BLOCKED = 0.25
 SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
 # Datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
-ANIMATED_FILES = {"MESH_CACHE", "MESH_SEQUENCE_CACHE", "OCEAN"}
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
@@ -49,37 +49,36 @@ def nothing_moves(home: Examined) -> Iterator[Found]:
             f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
             "nothing but their first reading",
             "Key a person's or a door's place (I in the 3D view), or bring in a walk cycle",
+            tuple(s.name for s in sensors),
         )
 
 
 def _moves(home: Examined) -> bool:
     if frames_to_step_from(home.scene):
         return True
-    if any(_is_animated(evaluated.original) for evaluated in home.depsgraph.ids):
-        return True
-    return any(
-        modifier.type in ANIMATED_FILES or _reads_time(modifier)
-        for obj in home.shown()
-        for modifier in obj.modifiers
+    owners = [evaluated.original for evaluated in home.depsgraph.ids]
+    return any(map(_is_animated, owners)) or any(
+        may_follow_frame(owner) for owner in owners if owner.id_type == "OBJECT"
     )
 
 
 def _is_animated(datablock: Any) -> bool:
-    """Whether keys, strips or drivers move something; those of lamps and outputs do not count."""
-    animation = getattr(datablock, "animation_data", None)
-    if animation is None or datablock.id_type in BY_LIGHT_ALONE:
+    """Whether keys, strips or drivers that play move something, other than lamps and outputs."""
+    if getattr(datablock, "animation_data", None) is None or datablock.id_type in BY_LIGHT_ALONE:
         return False
-    curves = action_curves(animation.action, getattr(animation, "action_slot", None))
-    paths = [curve.data_path for curve in (*curves, *animation.drivers)]
-    return bool(len(animation.nla_tracks)) or any(
-        not path.startswith("angen_sensor.") for path in paths
-    )
+    curves, strips = playing(datablock)
+    return bool(strips) or any(not c.data_path.startswith("angen_sensor.") for c in curves)
 
 
-def _reads_time(modifier: Any) -> bool:
-    """Whether a modifier's nodes read the frame."""
-    tree = modifier.node_group if modifier.type == "NODES" else None
-    return tree is not None and any(n.bl_idname == "GeometryNodeInputSceneTime" for n in tree.nodes)
+def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
+    """Reports keys, strips and drivers that are there and do nothing."""
+    scene = home.scene
+    found: dict[tuple[str, str], list[str]] = {}
+    for owner in dict.fromkeys(evaluated.original for evaluated in home.depsgraph.ids):
+        for reason in idle_keys(owner, scene.frame_start, scene.frame_end):
+            found.setdefault(reason, []).append(owner.name)
+    for (what, mend), names in found.items():
+        yield f"{what}: {named(sorted(names))}", mend, tuple(sorted(names))
 
 
 def inside_walls(home: Examined) -> Iterator[Found]:
@@ -90,6 +89,7 @@ def inside_walls(home: Examined) -> Iterator[Found]:
             yield (
                 f"'{sensor.name}' is inside '{inside}': it sees nothing but that",
                 "Move it out of the wall, or place it anew: Shift+A, Sensor, … on Surface",
+                (sensor.name, inside),
             )
 
 
@@ -137,7 +137,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
         try:
             sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
         except SensorError as error:
-            yield str(error), "Mend its parameters in the sidebar, Active Sensor"
+            yield str(error), "Mend its parameters in the sidebar, Active Sensor", (sensor.name,)
             continue
         if sight is None or not len(sight.rays.directions):
             continue
@@ -155,6 +155,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
                 f"{shortest * 100:g} cm: {blocked.mean():.0%} of its rays pass it unseen",
                 f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
                 "to it what is its own housing",
+                (sensor.name, name),
             )
 
 
@@ -209,6 +210,7 @@ def names_nothing(home: Examined) -> Iterator[Found]:
                 yield (
                     f"'{sensor.name}' has no {spec.label.lower()}: it always reads the same",
                     f"Choose its {spec.label} in the sidebar, Active Sensor",
+                    (sensor.name,),
                 )
 
 
@@ -245,11 +247,13 @@ def nothing_warm(home: Examined) -> Iterator[Found]:
     found = warmth.pyroelectric(home.sensors)
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
-        yield f"{warning.problem} ({named(s.name for s in found)})", warning.mend
+        names = tuple(s.name for s in found)
+        yield f"{warning.problem} ({named(names)})", warning.mend, names
 
 
 def unreachable(home: Examined) -> Iterator[Found]:
     """Reports sensors whose parameters never let the output switch on, or never off."""
     for sensor in home.sensors:
         for found in sensing.unreachable(sensor, lengths_of(home.scene)):
-            yield f"'{sensor.name}': {uncapitalized(found.problem)}", found.mend
+            text = f"'{sensor.name}': {uncapitalized(found.problem)}"
+            yield text, found.mend, (sensor.name,)

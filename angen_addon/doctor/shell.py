@@ -117,6 +117,7 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
             f"{named(sorted(hidden))}",
             "Show it (eye or monitor icon in the Outliner, of its collection too), or hide it from "
             "renders as well (camera icon)",
+            tuple(sorted(hidden)),
         )
 
 
@@ -139,6 +140,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
         yield (
             f"No faces, so that every ray passes: {named(sorted(bare))}",
             "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if it is a mark",
+            tuple(sorted(bare)),
         )
 
 
@@ -177,6 +179,7 @@ def holes(home: Examined) -> Iterator[Found]:
         yield (
             f"The room is open {place}, seen from {named(sensors)}: rays leave the home there",
             "Close it with faces: a ceiling, a floor, panes in windows; or show what closes it",
+            tuple(sensors),
         )
 
 

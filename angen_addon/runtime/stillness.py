@@ -18,29 +18,10 @@ import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
 from ..scene.animation import action_curves, all_animated, time_stretch
+from ..scene.timed import is_timed_node, timed_constraints, timed_modifiers
 from . import busy_spans, outputs
 from .busy_spans import Array
 
-# Modifiers whose result depends on nothing but what their object, other objects and textures are.
-TIMELESS_MODIFIERS = {
-    "ARMATURE", "ARRAY", "BEVEL", "BOOLEAN", "CAST", "CORRECTIVE_SMOOTH", "CURVE",
-    "DATA_TRANSFER", "DECIMATE", "DISPLACE", "EDGE_SPLIT", "HOOK", "LAPLACIANDEFORM",
-    "LAPLACIANSMOOTH", "LATTICE", "MASK", "MESH_DEFORM", "MESH_TO_VOLUME", "MIRROR", "MULTIRES",
-    "NODES", "NORMAL_EDIT", "REMESH", "SCREW", "SHRINKWRAP", "SIMPLE_DEFORM", "SKIN", "SMOOTH",
-    "SOLIDIFY", "SUBSURF", "SURFACE_DEFORM", "TRIANGULATE", "UV_PROJECT", "UV_WARP",
-    "VERTEX_WEIGHT_EDIT", "VERTEX_WEIGHT_MIX", "VERTEX_WEIGHT_PROXIMITY", "VOLUME_DISPLACE",
-    "VOLUME_TO_MESH", "WARP", "WEIGHTED_NORMAL", "WELD", "WIREFRAME",
-}  # fmt: skip
-TIMELESS_CONSTRAINTS = {
-    "ACTION", "ARMATURE", "CHILD_OF", "CLAMP_TO", "COPY_LOCATION", "COPY_ROTATION",
-    "COPY_SCALE", "COPY_TRANSFORMS", "DAMPED_TRACK", "FLOOR", "FOLLOW_PATH",
-    "GEOMETRY_ATTRIBUTE", "IK", "LIMIT_DISTANCE", "LIMIT_LOCATION", "LIMIT_ROTATION",
-    "LIMIT_SCALE", "LOCKED_TRACK", "MAINTAIN_VOLUME", "PIVOT", "SHRINKWRAP", "SPLINE_IK",
-    "STRETCH_TO", "TRACK_TO", "TRANSFORM",
-}  # fmt: skip
-# In names of kinds of nodes: those whose result may depend on the frame. A marker can choose
-# another camera.
-TIMED_NODES = ("Time", "Simula", "Bake", "ActiveCamera", "Sequence", "Movie", "Sound", "Solver")
 # What no sensor reads that needs these alone of the scene, unless a driver does.
 SHADING = (bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World)
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
@@ -190,13 +171,10 @@ def _is_pure(driver: Any) -> bool:
 def _of_objects() -> Iterator[str]:
     """What objects have that may go by the frame. Physics of rigid bodies is told of elsewhere."""
     for obj in bpy.data.objects:
-        for modifier in obj.modifiers:
-            if modifier.type not in TIMELESS_MODIFIERS:
-                yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
-        bones = obj.pose.bones if obj.pose else ()
-        for constraint in (*obj.constraints, *(c for bone in bones for c in bone.constraints)):
-            if constraint.type not in TIMELESS_CONSTRAINTS:
-                yield f"'{obj.name}' has a constraint that may follow the frame ({constraint.name})"
+        for modifier in timed_modifiers(obj):
+            yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
+        for constraint in timed_constraints(obj):
+            yield f"'{obj.name}' has a constraint that may follow the frame ({constraint.name})"
         if obj.pose and obj.pose.ik_solver != "LEGACY":
             yield f"the bones of '{obj.name}' are solved over time (iTaSC)"
         layers = getattr(obj.data, "layers", ()) if obj.type in {"GPENCIL", "GREASEPENCIL"} else ()
@@ -227,8 +205,7 @@ def _of_nodes(shading: bool) -> Iterator[str]:
         if isinstance(tree, bpy.types.ShaderNodeTree) and not shading:
             continue
         for node in tree.nodes:
-            timed = any(word in node.bl_idname for word in TIMED_NODES)
-            if timed or "frame" in getattr(node, "attribute_name", ""):
+            if is_timed_node(node):
                 yield f"nodes of '{tree.name}' may follow the frame ({node.name})"
 
 

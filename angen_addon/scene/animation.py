@@ -135,6 +135,61 @@ def motion_paths(obj: Any) -> list[str]:
     return found + [path for path in paths if path.startswith(PLACE)]
 
 
+def playing(owner: Any) -> tuple[list[Any], list[Any]]:
+    """The F-curves and drivers, and the strips, of a datablock that are not muted."""
+    animation = owner.animation_data
+    found = action_curves(animation.action, getattr(animation, "action_slot", None))
+    curves = [curve for curve in (*found, *animation.drivers) if not _is_muted(curve)]
+    tracks = animation.nla_tracks if animation.use_nla else ()
+    solo = [track for track in tracks if track.is_solo]
+    heard = solo or [track for track in tracks if not track.mute]
+    return curves, [strip for track in heard for strip in track.strips if not strip.mute]
+
+
+def _is_muted(curve: Any) -> bool:
+    return bool(curve.mute or (curve.group is not None and curve.group.mute))
+
+
+def idle_keys(owner: Any, first: int, last: int) -> Iterator[tuple[str, str]]:
+    """Why keys, strips or drivers of a datablock do nothing in frames `first` to `last`, with the
+    way to mend it."""
+    animation = getattr(owner, "animation_data", None)
+    if animation is None:
+        return
+    curves, strips = playing(owner)
+    every = [strip for track in animation.nla_tracks for strip in track.strips]
+    if every and not animation.use_nla:
+        yield "The NLA is switched off", "Switch it on: Action or NLA Editor, tracks' header"
+    elif len(strips) < len(every):
+        yield (
+            "Muted tracks or strips of the NLA do not play",
+            "NLA Editor: tick the track's box, or press H on the strip; or delete what is not used",
+        )
+    if animation.action is not None and getattr(animation, "action_slot", 1) is None:
+        yield "An action without a slot does not play", "Action Editor: choose its slot"
+    if any(s.action and getattr(s, "action_slot", 1) is None for s in every):
+        yield "A strip without a slot does not play", "NLA Editor, sidebar, Strip: choose its slot"
+    own = action_curves(animation.action, getattr(animation, "action_slot", None))
+    if any(map(_is_muted, own)):
+        yield (
+            "Muted F-curves do not play",
+            "Graph Editor: tick the box of the channel or its group, or delete it",
+        )
+    if any(map(_is_muted, animation.drivers)):
+        yield "Muted drivers do nothing", "Drivers Editor: tick the channel's box, or delete it"
+    if strips and all(s.frame_end < first or s.frame_start > last for s in strips):
+        yield (
+            f"All strips of the NLA lie outside of frames {first} to {last}",
+            "Move them (NLA Editor, G), or set the frame range (Output tab)",
+        )
+    points = [curve.range() for curve in own if curve in curves and len(curve.keyframe_points)]
+    if points and not strips and all(end < first or start > last for start, end in points):
+        yield (
+            f"All keys lie outside of frames {first} to {last}",
+            "Move them (Dope Sheet, G), or set the frame range (Output tab)",
+        )
+
+
 def all_animated() -> Iterator[Any]:
     """Everything in the file that has animation data, node trees inside others included."""
     for prop in bpy.data.bl_rna.properties:

@@ -29,7 +29,8 @@ class Place:
     """Where something is done. One stands at `at` (3,) on the floor before and after it, looking
     along `yaw`; who sits looks that way too, who lies has the head there. `target` (3,) is where
     the hand goes, or what the hips rest on, `height` m above the floor. `edge` (3,): of a bed,
-    where one sits before lying down, the back to the bed. `storey` counts from the lowest."""
+    where one sits before lying down, the back to the bed. `storey` counts from the lowest.
+    `room_guessed`: only the sensors nearby tell the room."""
 
     name: str
     use: str
@@ -40,6 +41,7 @@ class Place:
     room: str = ""
     edge: Array | None = None
     storey: int = 0
+    room_guessed: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,16 +147,22 @@ class LampPlace:
 @dataclass(frozen=True, eq=False)
 class Storey:
     """A floor at `height` m. Under a shut door that is marked it is free: residents open it.
-    `number` (nx, ny) is the room of each of its cells in `rooms`, which begins with "" for none."""
+    `number` (nx, ny) is the room of each of its cells in `rooms`, which begins with "" for none.
+    `guessed` (nx, ny): whether only sensors tell the room of a cell."""
 
     height: float
     floor: Floor
     number: NDArray[np.int64]
     rooms: tuple[str, ...] = ("",)
+    guessed: NDArray[np.bool_] | None = None
 
     def room_at(self, point: Array) -> str:
         """The room that a point (2,) or (3,) is in; empty where that is not known."""
         return self.rooms[int(self.number[self.floor.cell(point)])]
+
+    def is_guessed_at(self, point: Array) -> bool:
+        """Whether only sensors tell the room that a point (2,) or (3,) is in."""
+        return self.guessed is not None and bool(self.guessed[self.floor.cell(point)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +184,11 @@ class Places:
         """The room of a place or door; empty where that is not known."""
         found = self.places.get(name) or self.doors.get(name)
         return found.room if found is not None else ""
+
+    @property
+    def guessed(self) -> tuple[str, ...]:
+        """The names of the places whose room only sensors tell."""
+        return tuple(place.name for place in self.places.values() if place.room_guessed)
 
     def storey_at(self, height: float) -> int:
         """The storey on which somebody's feet are at a height."""

@@ -57,7 +57,8 @@ def test_nothing_is_wrong_with_a_good_home(home, examine):
 
 def test_nothing_is_wrong_with_the_sample(examine):
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
-    assert examine() == []
+    # Its hall and living room have no door between: which of them a place is in is guessed.
+    assert {finding.check for finding in examine()} == {"rooms"}
 
 
 def too_large():
@@ -322,7 +323,12 @@ def test_eevee_is_asked_for_where_there_is_none(home, examine, addon_part, monke
     assert examine() == []
     bpy.data.objects["Light"].angen_sensor.light.engine = "EEVEE"
     (finding,) = examine()
-    assert finding == ("eevee", "'Light': EEVEE cannot run here", "Set Engine to Cycles")
+    assert finding == (
+        "eevee",
+        "'Light': EEVEE cannot run here",
+        "Set Engine to Cycles",
+        ("Light",),
+    )
 
 
 def test_a_lamp_that_is_keyed_is_told_though_it_is_off_now(home, examine):
@@ -361,6 +367,7 @@ def test_a_driver_that_fails_is_told(home, examine):
 
 def test_every_check_has_a_bad_home(addon_part):
     tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced", "margins"}
+    tested |= {"idle_keys", "rooms"}
     assert set(addon_part("angen_addon.doctor").CHECKS) == tested
 
 
@@ -376,7 +383,7 @@ def test_the_command_tells_and_ends_with_its_status(home, addon_part, tmp_path, 
     assert out.startswith("watts: 'Lamp' shines") and "1 thing to mend" in told
     assert command(["doctor", "--json"]) == 1
     (finding,) = json.loads(capsys.readouterr().out)
-    assert set(finding) == {"check", "text", "mend"} and finding["check"] == "watts"
+    assert set(finding) == {"check", "text", "mend", "objects"} and finding["check"] == "watts"
 
 
 def test_a_home_without_sensors_is_examined_too(world, addon_part, tmp_path, capsys):
@@ -409,3 +416,66 @@ def test_nothing_is_wrong_with_a_good_home_in_an_instance(home, examine):
         "still_doors",
         "No door with a switch is animated: 'Door'",
     )
+
+
+def mute_track():
+    for name in ("Person", "Door"):
+        data = bpy.data.objects[name].animation_data
+        action, data.action = data.action, None
+        track = data.nla_tracks.new()
+        track.strips.new("walk", 1, action)
+        track.mute = True
+
+
+def mute_curves():
+    from_action = bpy.data.objects["Person"].animation_data
+    for layer in from_action.action.layers:
+        for curve in layer.strips[0].channelbags[0].fcurves:
+            curve.mute = True
+
+
+def lose_slot():
+    bpy.data.objects["Person"].animation_data.action_slot = None
+
+
+@pytest.mark.parametrize(
+    ("spoil", "text"),
+    [
+        (mute_track, "Muted tracks or strips of the NLA do not play: 'Door', 'Person'"),
+        (mute_curves, "Muted F-curves do not play: 'Person'"),
+        (lose_slot, "An action without a slot does not play: 'Person'"),
+    ],
+)
+@pytest.mark.skipif(bpy.app.version < (4, 4), reason="actions have no slots")
+def test_keys_that_do_not_play_are_named(home, examine, spoil, text):
+    spoil()
+    found = {finding.check: finding for finding in examine()}
+    assert found["idle_keys"].text == text
+    assert set(found["idle_keys"].objects) <= {"Door", "Person"}
+    # Nothing else moves where both tracks are muted.
+    assert ("movement" in found) == (spoil is mute_track)
+
+
+@pytest.mark.parametrize("kind", ["MESH_SEQUENCE_CACHE", "WAVE", "BUILD", "TRANSFORM_CACHE"])
+def test_what_moves_without_keys_counts_as_movement(home, examine, kind):
+    for name in ("Person", "Door"):
+        bpy.data.objects[name].animation_data_clear()
+    assert "movement" in {finding.check for finding in examine()}
+    person = bpy.data.objects["Person"]
+    if kind == "TRANSFORM_CACHE":
+        person.constraints.new(kind)
+    else:
+        person.modifiers.new("moves", kind)
+    assert "movement" not in {finding.check for finding in examine()}
+
+
+def test_a_click_on_a_finding_selects_its_objects(home, addon_part):
+    bpy.data.objects["Chair 1"].hide_viewport = True
+    bpy.data.objects["Lamp"].data.energy = 0
+    bpy.context.view_layer.update()
+    bpy.ops.angen.doctor()
+    from_cache = [one.objects for one in addon_part("angen_addon.runtime.state").CACHE.findings]
+    index = from_cache.index(("Light",))
+    bpy.ops.angen.doctor_select(index=index)
+    assert [obj.name for obj in bpy.context.selected_objects] == ["Light"]
+    assert bpy.context.object.name == "Light"

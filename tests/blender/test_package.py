@@ -186,3 +186,35 @@ def test_errors_are_one_clear_line(home, run) -> None:
     assert len(told) == len(WRONG), out
     for text, (line, words) in zip(told, WRONG, strict=True):
         assert all(word in text for word in words), (line, text)
+
+
+def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None:
+    text = (ROOT / "docs" / "home_by_script.md").read_text(encoding="utf-8")
+    out = run("\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL)))
+    assert "Chair SIT studio 0.45" in out and "Bed LIE studio 0.5" in out
+    # Anna gets up and walks to the chair.
+    assert re.search(r"'moved', '?1'?|field='moved', value='1'", out)
+    assert "anna" in out and (tmp_path / "lived_in.blend").exists()
+
+
+@pytest.mark.parametrize(
+    ("call", "error"),
+    [
+        ("home.mark('Sofa', 'SIT')", "the home has no object 'Sofa'"),
+        ("home.mark('PIR hall', 'NAP')", "use 'NAP' is unknown"),
+        ("home.mark('PIR hall', 'SIT', angel=1)", "a mark has no 'angel'"),
+        ("home.add_resident('DOG')", "sort 'DOG' is unknown"),
+        ("home.places()", "nothing is marked"),
+        ("home.live('none.toml')", "cannot read none.toml"),
+        ("home.live('x = 1\\n', between=('9', '8'))", "routine"),
+    ],
+)
+@pytest.mark.slow
+def test_what_a_home_cannot_do_is_one_clear_line(home, run, call, error) -> None:
+    out = run(
+        "import angen_sensors\n"
+        "home = angen_sensors.open('home.blend')\n"
+        f"try:\n    {call}\n"
+        "except angen_sensors.AngenError as error:\n    print(error)\n"
+    )
+    assert error in out and out.count("\n") == 1

@@ -112,7 +112,10 @@ def test_the_doctor_tells_what_to_mend(world, addon_part):
     world.update()
     ops.doctor()
     layout = drawn("ANGEN_PT_doctor")
-    assert "'Lamp' shines with 100 W of light" in layout.text
+    # Its lines select the lamp.
+    lines = [(text, item.index) for text, _, item in layout.operators if text]
+    assert "'Lamp' shines with 100 W of light" in " ".join(text for text, _ in lines)
+    assert {index for _, index in lines} == {0}
     assert "divide lumens by 683" in layout.text
     lamp.data.energy = 1.0
     ops.doctor()

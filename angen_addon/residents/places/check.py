@@ -17,10 +17,11 @@ from ....sensor_logic.quantities import Lengths
 from ....sensor_logic.residents.places import Place, Places
 from ....sensor_logic.residents.reach import Unreached, unreached
 from ....sensor_logic.wording import named, quoted
+from ...doctor import CHECKS
 from ...doctor.doors import leaves
-from ...doctor.examined import Examined
-from .floor import WalkedStorey
-from .marks import LABELS, NONE
+from ...doctor.examined import Examined, Found
+from .floor import PlaceError, WalkedStorey
+from .marks import LABELS, NONE, marked
 from .read import HomeMarks
 
 # m above the floor: what is met there is named.
@@ -49,6 +50,27 @@ class Checked:
         if self.places.problems:
             parts.append(f"{len(self.places.problems)} cannot be read")
         return ", ".join(parts)
+
+
+def guessed_rooms(home: Examined) -> Iterable[Found]:
+    """Reports marked places whose room only the sensors nearby tell."""
+    if not marked(home.view_layer):
+        return
+    try:
+        names = HomeMarks(home.depsgraph).places.guessed
+    except PlaceError:
+        return
+    if names:
+        yield (
+            f"Rooms guessed from the sensors nearby, since no wall parts them: {named(names)}",
+            "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored by "
+            "sensors, its name noted), or put the objects into a collection named after the room",
+            names,
+        )
+
+
+# The doctor knows nothing of residents.
+CHECKS["rooms"] = guessed_rooms
 
 
 def check_places(depsgraph: Any) -> Checked:
@@ -124,7 +146,10 @@ def sentences(checked: Checked, lengths: Lengths) -> list[str]:
 
 def as_text(checked: Checked, lengths: Lengths) -> str:
     """A table of what is marked, then what is wrong."""
-    rows = [(p.name, LABELS[p.use], p.room) for p in checked.places.places.values()]
+    rows = [
+        (p.name, LABELS[p.use], p.room + " (guessed)" * p.room_guessed)
+        for p in checked.places.places.values()
+    ]
     rows += [
         (d.name, "Entrance" if d.entrance else LABELS[d.use], d.room)
         for d in checked.places.doors.values()
@@ -166,7 +191,8 @@ def as_json(checked: Checked) -> str:
 
 def _facts(place: Place, lost: Unreached | None, checked: Checked) -> dict[str, Any]:
     facts: dict[str, Any] = {
-        "name": place.name, "use": place.use, "room": place.room, "stand_m": _point(place.at),
+        "name": place.name, "use": place.use, "room": place.room,
+        "room_guessed": place.room_guessed, "stand_m": _point(place.at),
         "yaw_deg": round(math.degrees(place.yaw), 2), "target_m": _point(place.target),
         "height_m": round(place.height, 4), "reached": lost is None,
     }  # fmt: skip

@@ -169,9 +169,11 @@ def _ground(home: EvaluatedHome, walk: EvaluatedHome, height: float, marks: Arra
     # What no body gets to is the inside of a wall.
     free &= finished(flood((part > 0).astype(np.int64), free, ways)) > 0
     floor = Floor(grid.low, grid.size, free)
-    number, names = _rooms(home, grid, height)
+    number, names, guessed = _rooms(home, grid, height)
     part = parts(floor, BODY_M)
-    return WalkedStorey(Storey(height, floor, number, names), walk, part, _main(floor, part, marks))
+    return WalkedStorey(
+        Storey(height, floor, number, names, guessed), walk, part, _main(floor, part, marks)
+    )
 
 
 def _grid(height: float, marks: Array) -> Grid:
@@ -212,20 +214,22 @@ def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
 
 def _rooms(
     home: EvaluatedHome, grid: Grid, height: float
-) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """The room (nx, ny) of each cell, and their names; as sensors and marks of rooms tell."""
+) -> tuple[NDArray[np.int64], tuple[str, ...], Mask]:
+    """The room (nx, ny) of each cell, their names, as sensors and marks of rooms tell, and which
+    cells (nx, ny) are guessed."""
     view_layer = home.depsgraph.view_layer
     marked = volumes(home)
     try:
         storeys = storeys_of(home, all_sensors(view_layer), marked)
     except SensorError:
-        return np.zeros(grid.shape, np.int64), ("",)
+        return np.zeros(grid.shape, np.int64), ("",), np.zeros(grid.shape, bool)
     members = [s for floor, group in storeys if abs(floor - height) < 1.0 for s in group]
     here = [volume for volume in marked if abs(volume.lo[2] - height) < 1.0]
     shape = grid.shape[0] // 2, grid.shape[1] // 2
     coarse = Grid(grid.low, shape, 2 * grid.size, height)
     found = finished(labels_of(home, coarse, members, here))
-    return found.number.repeat(2, 0).repeat(2, 1), ("", *found.names)
+    guessed = found.guessed.repeat(2, 0).repeat(2, 1)
+    return found.number.repeat(2, 0).repeat(2, 1), ("", *found.names), guessed
 
 
 def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:

@@ -8,13 +8,20 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    PointerProperty,
+    StringProperty,
+)
 from bpy.types import Context, Object
 
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents import places as known
 from ...scene.door_motion import MOTIONS
 from ...scene.lengths import OVERRIDABLE, property_group
+from ...scene.rooms import known_rooms
 
 NONE = "NONE"
 USES = [
@@ -49,6 +56,12 @@ MARK = property_group(
     {
         "use": EnumProperty(
             name="Use", description="What residents do there", items=USES, update=_use_changed
+        ),
+        "room": StringProperty(
+            name="Room",
+            description="The room that it is in; empty: guessed from the sensors around it",
+            search=known_rooms,
+            search_options={"SUGGESTION"},
         ),
         "facing": FloatProperty(
             name="Facing",

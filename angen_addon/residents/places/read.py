@@ -23,7 +23,7 @@ from ....sensor_logic.residents.places import (
 from ...scene.door_motion import DoorError
 from ...scene.home import EvaluatedHome
 from ...scene.placed import NotPlaced, is_placed
-from ...scene.rooms import room_of
+from ...scene.rooms import set_room
 from .floor import PlaceError, grounds, under, walked
 from .leaves import door_of
 from .marked_object import MarkedObject
@@ -119,7 +119,7 @@ class HomeMarks:
             )
         number = self.numbers[obj.name]
         storey = self.grounds[number].storey
-        room = room_of(obj) or storey.room_at(self.marked[obj.name].middle)
+        room = set_room(obj, storey.rooms) or storey.room_at(self.marked[obj.name].middle)
         return door_of(self.home, obj, storey.height, room, number)
 
     def _lamp(self, obj: Any) -> LampPlace:

@@ -10,6 +10,7 @@ import numpy as np
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, LAMP, LIE, SIT, STAND, Place
 from ...coverage.cells import finished, free_ways
+from ...scene.rooms import set_room
 from .floor import WalkedStorey
 from .marked_object import MarkedObject
 from .marks import look_of
@@ -67,10 +68,14 @@ def place_of(
         away = target_at[:2] - at
         look = away / np.linalg.norm(away) if np.linalg.norm(away) > 1e-6 else look
     yaw = math.atan2(look[1], look[0])
-    room = ground.storey.room_at(at)
+    noted = set_room(marked.obj, ground.storey.rooms)
+    room = noted or ground.storey.room_at(at)
+    guessed = not noted and ground.storey.is_guessed_at(at)
     standing = np.array([*at, floor])
     height = float(target_at[2]) - floor
-    return Place(marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number)
+    return Place(
+        marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number, guessed
+    )  # fmt: skip
 
 
 def stand(

@@ -171,6 +171,7 @@ def slits(home: Examined) -> Iterator[Found]:
                     f"'{sensor.name}' sees through a slit between '{one}' and '{other}', thinner "
                     f"than {2000.0 * SLIT:.0f} mm: it notices what moves behind them",
                     "Let one overlap the other, as a door's frame does its leaf",
+                    (sensor.name, one, other),
                 )
 
 

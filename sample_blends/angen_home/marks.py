@@ -98,6 +98,17 @@ def add_marks() -> None:
         mark.use, mark.switch = "LAMP", _empty(f"Switch of {name}", at, "CIRCLE")
     for name in HANDY:
         bpy.data.objects[name].angen_place.use = "LAMP"
+    for obj in bpy.data.objects:
+        if obj.angen_place.use not in ("NONE", "DOOR"):
+            obj.angen_place.room = _room(*obj.matrix_world.translation.xy)
+
+
+def _room(x: float, y: float) -> str:
+    """The room at a point, empty outside all: hall and living room are open to each other."""
+    for name, parts in plan.ROOMS.items():
+        if any(x0 <= x <= x1 and y0 <= y <= y1 for x0, y0, x1, y1 in parts):
+            return name
+    return ""
 
 
 def _empty(name: str, at: tuple[float, float, float], shape: str) -> bpy.types.Object:

@@ -40,8 +40,8 @@ LEAST_HARD = 1e-12
 # A balance with a larger E need not be met.
 FREE = 1e-5
 AGAIN = 2
-# Where Newton's method needs more steps, it mostly zigzags.
-MAX_STEPS = 12
+# Where Newton's method needs more steps, it zigzags. Fewer (12) make tumbling piles 30 % slower.
+MAX_STEPS = 50
 MAX_HALVINGS = 30
 # Tolerance of the minimum of φ, as a share of a body's required wrench.
 SETTLED = 1e-7

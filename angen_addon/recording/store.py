@@ -33,6 +33,7 @@ def put_into_file() -> None:
     restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
     for uid, kept in state.CACHE.all_kept().items():
+        kept.add_portable(scenes[uid])
         try:
             kept.stored = kept.stored or _encoded(kept)
         except RecordingFileError as error:
@@ -100,6 +101,7 @@ def _texts() -> list[Any]:
 def _encoded(kept: StoredRecording) -> str:
     made = kept.fingerprint
     header = {
+        "facts": kept.facts,
         "blender": kept.blender,
         "made_in": kept.made_in,
         "view_layer": made.view_layer,
@@ -128,6 +130,7 @@ def _decoded(text: str, room: int) -> StoredRecording:
     made = Fingerprint(header["view_layer"], header["light"], header["digests"], portable)
     kept = StoredRecording(recording, made, tuple(header["blender"]))
     kept.made_in = tuple(header.get("made_in", kept.blender))
+    kept.facts = header.get("facts", 1)
     kept.stored = text
     kept.unsure = True
     return kept
@@ -135,7 +138,8 @@ def _decoded(text: str, room: int) -> StoredRecording:
 
 def _is_header(header: dict[str, Any]) -> bool:
     """Whether the header has the entries and types that `_encoded` writes."""
-    versions: list[Any] = [header.get("blender"), header.get("made_in", [])]
+    numbers = [header.get("facts", 1)]
+    versions: list[Any] = [header.get("blender"), header.get("made_in", []), numbers]
     texts: list[Any] = [header.get("digests"), header.get("portable", {})]
     return (
         isinstance(header.get("view_layer"), str)

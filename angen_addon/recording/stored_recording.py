@@ -13,6 +13,7 @@ from ...sensor_logic.kind import LIGHT, REFLECTANCE, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import listed
+from ..scene.facts import FACTS_VERSION
 from ..scene.sensors import Sensor, all_sensors, simulated
 from .fingerprint import (
     SCENE,
@@ -23,10 +24,10 @@ from .fingerprint import (
     is_looked_at,
     key_of,
     own_settings,
+    portable,
     warmth_of,
     what_is_shown,
 )
-from .portable import portable
 
 THIS_BLENDER = tuple(bpy.app.version[:2])
 
@@ -37,7 +38,8 @@ class StoredRecording:
     `unsure`: after undo or load it is unknown whether it is stale, until `verify`. `stored`: its
     text in a file, once encoded. `blender`: the version that the fingerprint belongs to, `made_in`
     the one that ran the simulation. `stale_then`: why it was stale when the file was saved.
-    `mark`: a random number that identifies it in all sessions.
+    `facts`: the FACTS_VERSION of its fingerprint. `mark`: a random number that identifies it in all
+    sessions.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class StoredRecording:
         self.fingerprint = fingerprint
         self.blender = self.made_in = blender or THIS_BLENDER
         self.stale_then = ""
+        self.facts = FACTS_VERSION
         self.mark = 1 + secrets.randbelow(2**31 - 1)
         self.unsure = False
         self.stored = ""
@@ -64,6 +67,8 @@ class StoredRecording:
     @property
     def stale(self) -> str:
         """Why the recording is stale, in a few words; empty while it is fresh."""
+        if self.facts != FACTS_VERSION:
+            return "it was made by an earlier Ängen Sensors"
         if self.blender != THIS_BLENDER:
             return f"it was made in Blender {version_text(self.blender)}"
         if self._other_view_layer:
@@ -103,6 +108,15 @@ class StoredRecording:
             self.fingerprint = fingerprint_of(scene, depsgraph, made.light)
             self.fingerprint.portable = made.portable
             self.blender, self.stored = THIS_BLENDER, ""
+
+    def add_portable(self, scene: Any) -> None:
+        """Add the digests that all versions of Blender compute alike, before the file is saved.
+
+        While the recording is fresh, the scene is as it was at the run."""
+        layer = scene.view_layers.get(self.fingerprint.view_layer)
+        depsgraph = None if self.fingerprint.portable or self.stale else layer.depsgraph
+        if depsgraph is not None:
+            self.fingerprint.portable, self.stored = portable(scene, depsgraph), ""
 
     def note_begin(self, settings: dict[str, str]) -> None:
         """Compares with the `settings_of` the scene when the run began: what other code has edited
@@ -244,9 +258,7 @@ def _see_light(kinds: Iterable[Kind]) -> bool:
 def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
     """The recording of a run that has just ended, with the fingerprint of its scene."""
     light = _see_light(KINDS[track.kind_name] for track in recording.tracks.values())
-    made = fingerprint_of(scene, depsgraph, light)
-    made.portable = portable(scene, depsgraph)
-    return StoredRecording(recording, made)
+    return StoredRecording(recording, fingerprint_of(scene, depsgraph, light))
 
 
 def version_text(version: tuple[int, ...]) -> str:

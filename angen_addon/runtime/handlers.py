@@ -13,9 +13,9 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..advice import lacking
-from ..recording import digests
 from ..recording import store as recording_store
 from ..recording.fingerprint import SHADING
+from ..scene import facts
 from ..scene.light.scene import remove_left
 from . import playhead, resting, state
 from .live import live_of
@@ -229,5 +229,5 @@ def unregister() -> None:
         if handler in registered:
             registered.remove(handler)
     resting.cancel()
-    digests.forget_types()
+    facts.forget_types()
     state.CACHE.clear()

@@ -174,6 +174,13 @@ def test_in_another_blender_it_is_stale_where_something_moved_or_it_was_stale(
         assert stale() == (f"it was {wanted} Blender {version}" if wanted else "")
 
 
+def test_a_recording_of_an_earlier_version_of_the_extension_is_stale(home, tmp_path):
+    """Its digests cannot be compared: they are of other facts."""
+    cache().kept(home.scene).facts = 1
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == "it was made by an earlier Ängen Sensors"
+
+
 def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(home, tmp_path):
     """Another process opens it, and saves it."""
     import subprocess
@@ -225,6 +232,7 @@ def test_facts_of_a_stranger_are_refused_in_a_line(home, tmp_path, capsys, facts
     files = import_module(f"{ADDON}.sensor_logic.recording.writer")
     scene = bpy.context.scene
     kept = cache().kept(scene)
+    kept.fingerprint.portable = {"scene": ""}
     true = {"blender": [4, 5], "view_layer": "ViewLayer", "light": False, "digests": {}}
     kept.stored = "\n".join(
         [store.TITLE, base64.b64encode(files.to_bytes(kept.recording, {**true, **facts})).decode()]

@@ -320,7 +320,7 @@ def test_a_stale_recording_is_not_shown(home):
 
 def test_what_is_told_of_a_large_mesh_is_short_and_tells_any_change(world, addon_part):
     """Its text took 300 bytes a triangle, which for millions was more than all else."""
-    facts_of = addon_part("angen_addon.recording.digests").facts_of
+    facts_of = addon_part("angen_addon.scene.facts").facts_of
     points = [(x, y, 0.0) for x in range(100) for y in range(100)]
     faces = [(i, i + 1, i + 101, i + 100) for i in range(9899) if i % 100 < 99]
     mesh = world.mesh(points, faces)

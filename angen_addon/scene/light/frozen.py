@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ...recording.digests import facts_of
+from ..facts import facts_of
 from ..zones import has_simulation_zone
 from .values import OF_OBJECT, object_values, own_properties
 

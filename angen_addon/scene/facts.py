@@ -8,6 +8,7 @@ drivers set (the keys and drivers are in the list instead), and the outputs of s
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterable
 from contextlib import suppress
@@ -18,16 +19,20 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..scene.animation import action_curves, set_by_animation
-from ..scene.lengths import SUFFIX
-from ..scene.marks import COVERAGE_MARK
-from .mesh_digests import mesh_facts, weights_of
+from ...sensor_logic.kinds import KINDS
+from .animation import action_curves, set_by_animation
+from .lengths import SUFFIX
+from .marks import COVERAGE_MARK
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
-# Properties without influence on readings: sensors' outputs and the user's notes on them, and the
-# resolution of images, which Blender reads from the image's file.
-WITHOUT_INFLUENCE = {"AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}}
+# Properties without influence on readings: sensors' outputs and rooms, the places of residents, and
+# the resolution of images, which Blender reads from the image's file.
+WITHOUT_INFLUENCE = {
+    "AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}, "Object": {"angen_place"},
+}  # fmt: skip
+# The parameters of each kind of sensor, of which one that is of another kind reads none.
+PARAMETERS = frozenset(kind.attribute for kind in KINDS.values())
 # Properties that Blender computes, and below those that only the interface uses.
 DERIVED = {
     "animation_data", "bl_rna", "bound_box", "children", "dimensions", "id_data", "is_evaluated",
@@ -38,9 +43,10 @@ DERIVED = {
 }  # fmt: skip
 INTERFACE = {
     "active_index", "active_material", "active_material_index", "active_node", "active_shape_key",
-    "active_shape_key_index", "color_tag", "description", "display_bounds_type", "expanded",
-    "hide_select", "is_expanded", "location_absolute", "lock", "use_fake_user", "use_extra_user",
-    "user_clear", "width", "width_hidden", "warning_propagation",
+    "active_shape_key_index", "animation_visualization", "color_tag", "description",
+    "display_bounds_type", "expanded", "hide_select", "is_expanded", "lineart",
+    "location_absolute", "lock", "use_fake_user", "use_extra_user", "user_clear", "width",
+    "width_hidden", "warning_propagation",
 }  # fmt: skip
 if bpy.app.version >= (5, 0):
     # It has no meaning any more, and reading it gives a warning.
@@ -61,7 +67,10 @@ POINTS = {
     "LatticePoint": ("co_deform",),
     "MetaElement": ("co", "radius", "stiffness"),
 }  # fmt: skip
+LOOKS = ("lock_", "select", "show_expanded")
 MAX_DEPTH = 12
+# Grows where the facts of an unchanged datablock differ from those of an earlier version.
+FACTS_VERSION = 2
 
 Facts = list[Any]
 
@@ -76,6 +85,14 @@ def facts_of(datablock: Any) -> Facts:
         # Vertex groups are the object's and their weights the mesh's; most objects have none.
         facts.append(weights_of(datablock.data) if datablock.vertex_groups else [])
     return facts
+
+
+def _of_other_kinds(struct: Any) -> frozenset[str]:
+    """The properties of a sensor's settings that belong to other kinds than its own."""
+    if struct.rna_type.identifier != "AngenSensor":
+        return frozenset()
+    kind = KINDS.get(struct.kind)
+    return PARAMETERS - {kind.attribute} if kind else PARAMETERS
 
 
 class _Walk:
@@ -95,7 +112,10 @@ class _Walk:
             return [getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
+        left_out = _of_other_kinds(struct)
         for name, kind in _plan_of(struct):
+            if name in left_out:
+                continue
             value = getattr(struct, name, None)
             if kind == "VALUE":
                 found.append(self._masked(key[0], name, value))
@@ -217,7 +237,7 @@ def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
     on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
     for prop in cls.bl_rna.properties:
         name = prop.identifier
-        if name in DERIVED or name in INTERFACE or name.startswith(("select", "show_expanded")):
+        if name in DERIVED or name in INTERFACE or name.startswith(LOOKS):
             continue
         if on_screen and (name in {"location", "height", "color", "hide", "dimensions"}):
             continue
@@ -325,4 +345,69 @@ def _driver(curve: Any) -> Facts:
             ]
             for v in driver.variables
         ],
+    ]
+
+
+def mesh_facts(mesh: Any) -> Facts:
+    """Vertices, faces and every attribute; only `is edited` in Edit Mode, when meshes cannot be
+    read."""
+    if mesh.is_editmode:
+        return ["is edited"]
+    found: Facts = [
+        [getattr(m, "name_full", None) for m in mesh.materials],
+        mesh.shape_keys.name_full if mesh.shape_keys else None,
+    ]
+    found += corners_and_faces(mesh)
+    found.append(_attribute(mesh.attributes[".edge_verts"]) if mesh.edges else 0)
+    for attribute in mesh.attributes:
+        name = attribute.name
+        if not name.startswith(".") and name not in {"position", "material_index"}:
+            found.append((name, attribute.domain, _attribute(attribute)))
+    return found
+
+
+def corners_and_faces(mesh: Any) -> Facts:
+    """Digests of the vertices' positions, the vertices of each face, and its material."""
+    # Attributes are copied as whole arrays; item by item takes 50 times as long.
+    found: Facts = [
+        _attribute(mesh.attributes[name]) if name in mesh.attributes else 0
+        for name in ("position", ".corner_vert")
+    ]
+    values = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", values)
+    found.append(_hashed(values))
+    # The attribute may be missing where all faces have the first material.
+    values[:] = 0
+    if "material_index" in mesh.attributes:
+        mesh.attributes["material_index"].data.foreach_get("value", values)
+    return [*found, _hashed(values)]
+
+
+def _hashed(values: Any) -> str:
+    """The digest of a long array, whose text would take many times its memory."""
+    return hashlib.blake2b(values, digest_size=16).hexdigest()
+
+
+def _attribute(attribute: Any) -> Any:
+    data = attribute.data
+    if not len(data):
+        return 0
+    name = next((n for n in ("value", "vector", "color") if hasattr(data[0], n)), None)
+    if name is None or attribute.data_type == "STRING":
+        return [str(getattr(item, "value", "")) for item in data]
+    first = getattr(data[0], name)
+    flat = np.ravel(first).size
+    whole = attribute.data_type.startswith("INT") or (
+        isinstance(first, int) and not isinstance(first, bool)
+    )
+    kind = np.int32 if whole else np.float32
+    values = np.empty(len(data) * flat, bool if isinstance(first, bool) else kind)
+    data.foreach_get(name, values)
+    return _hashed(values)
+
+
+def weights_of(mesh: Any) -> Any:
+    """The groups and weights of each vertex that has any."""
+    return [
+        [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
     ]

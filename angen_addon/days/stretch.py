@@ -14,9 +14,9 @@ import numpy as np
 
 from ...sensor_logic.log.event_log import NewEvents
 from ..runtime import handlers, outputs
-from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..scene.animation import all_animated, may_set
+from ..scene.timed import frames_to_step_from
 
 # By sensor, a digest of all that its readings to come depend on beside the scene; empty where that
 # cannot be told. Under the empty name, that of what drivers made of the sensors' outputs.

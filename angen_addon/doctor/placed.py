@@ -14,7 +14,6 @@ from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.wording import capital, named, uncapitalized
 from ..advice import sensing, warmth
-from ..runtime.agenda import frames_to_step_from
 from ..runtime.sensor_runner import SensorRunner
 from ..runtime.sight import Sight, sight_of
 from ..runtime.time_base import clock_of
@@ -23,7 +22,7 @@ from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
-from ..scene.timed import may_follow_frame
+from ..scene.timed import frames_to_step_from, may_follow_frame
 from ..scene.units import lengths_of
 from .examined import Examined, Found
 

@@ -16,6 +16,7 @@ from ..scene.instances import chain
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.matrices import invertible
 from ..scene.rays.solids import SURFACE_TYPES
+from ..scene.timed import INSTANCING_MODIFIERS
 from .examined import Examined, Found
 
 # m: a larger home with a larger median object is too large, a smaller one with a smaller median
@@ -133,7 +134,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
     for obj in home.shown():
         if obj.type == "MESH" and not obj.is_instancer:
             mesh = obj.evaluated_get(home.depsgraph).data
-            makes_more = any(m.type in {"NODES", "PARTICLE_SYSTEM"} for m in obj.modifiers)
+            makes_more = any(m.type in INSTANCING_MODIFIERS for m in obj.modifiers)
             if len(mesh.edges) and not len(mesh.polygons) and not makes_more:
                 bare.append(obj.name)
     if bare:

@@ -15,19 +15,10 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
 from ..scene.contact.near_pads import weights_stay
-from ..scene.zones import has_simulation_zone
+from ..scene.timed import frames_to_step_from
 from .sensor_runner import Dates, SensorRunner
 from .stillness import Stillness
 
-# Modifiers whose result at a frame depends on the frames before it.
-SIMULATED_MODIFIERS = {
-    "CLOTH",
-    "COLLISION",
-    "DYNAMIC_PAINT",
-    "FLUID",
-    "PARTICLE_SYSTEM",
-    "SOFT_BODY",
-}
 # What is kept of frames in any scene, so that models can be answered later.
 KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
 # Steps that are planned at once, to bound memory.
@@ -151,18 +142,3 @@ class Agenda:
             numbers = every * spacing.denominator // spacing.numerator + ~due
             steps = every
         return Dates(steps, numbers, due)
-
-
-def frames_to_step_from(scene: Any) -> list[int]:
-    """First frames of what in the scene depends, at a frame, on the frames before it."""
-    starts = []
-    world = scene.rigidbody_world
-    if world is not None and world.enabled and not world.point_cache.is_baked:
-        starts.append(world.point_cache.frame_start)
-    for obj in scene.objects:
-        for modifier in obj.modifiers:
-            if modifier.type in SIMULATED_MODIFIERS or has_simulation_zone(modifier):
-                holder = getattr(modifier, "particle_system", modifier)
-                cache = getattr(holder, "point_cache", None)
-                starts.append(cache.frame_start if cache else scene.frame_start)
-    return starts

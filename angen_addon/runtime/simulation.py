@@ -20,7 +20,7 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..scene.sensors import Sensor, SensorError, check, check_names, report_steps, simulated
-from . import busy_spans, handlers, outputs, state, stillness
+from . import handlers, outputs, state, stillness
 from .agenda import Agenda
 from .moving_scene import MovingScene, moving_scene
 from .notes import Notes
@@ -109,7 +109,7 @@ class _Run:
         self._clock = recording.clock
         self._recording, self._notes = recording, notes
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
-        self._still = stillness.Stillness(busy_spans.NEVER)
+        self._still = stillness.Stillness(stillness.NEVER)
         self._moving_scene: MovingScene | None = None
         self._kept: set[str] = set()
         self._steps = self._evaluated = 0

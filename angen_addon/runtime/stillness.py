@@ -8,8 +8,7 @@ skipped, with the reason in words.
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,24 +17,21 @@ import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
 from ..scene.animation import action_curves, all_animated, time_stretch
-from ..scene.timed import is_timed_node, timed_constraints, timed_modifiers
-from . import busy_spans, outputs
-from .busy_spans import Array
+from ..scene.timed import is_timeless_driver
+from ..scene.timed import reasons as timed_reasons
+from . import outputs
 
 # What no sensor reads that needs these alone of the scene, unless a driver does.
 SHADING = (bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World)
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
-# What the expression of a driver may consist of to depend on its variables alone.
-PURE = (
-    ast.Expression, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Constant,
-    ast.Load, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,
-)  # fmt: skip
-PURE_NAMES = {
-    "abs", "acos", "asin", "atan", "atan2", "bool", "ceil", "clamp", "cos", "cosh", "degrees",
-    "e", "exp", "fabs", "float", "floor", "fmod", "hypot", "int", "lerp", "log", "log10", "max",
-    "min", "pi", "pow", "radians", "round", "sin", "sinh", "smoothstep", "sqrt", "tan", "tanh",
-    "trunc",
-}  # fmt: skip
+Array = np.typing.NDArray[np.float64]
+# Spans (n, 2) of time.
+NEVER = np.empty((0, 2))
+ALWAYS = np.array([[-np.inf, np.inf]])
+# Interpolations of keys, as Blender numbers them.
+CONSTANT, LINEAR, BEZIER = 0, 1, 2
+# Blender takes a time that is nearer than 0.0001 to a key for the key's own.
+NEAR_A_KEY = 1e-3
 
 
 @dataclass(frozen=True)
@@ -83,11 +79,8 @@ def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillnes
         reasons.append("drivers read what sensors say")
     reasons += [
         *_of_drivers(owners, shading),
-        *_of_objects(),
-        *_of_bodies(scene),
-        *_of_nodes(shading),
+        *timed_reasons(scene, shading),
     ]
-    reasons += _of_films(shading)
     parts, timed = [], bool(reasons)
     for owner in owners:
         spans = _spans_of(owner, shading)
@@ -95,7 +88,7 @@ def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillnes
             reasons.append(f"keys of '{owner.name}' go on without end (modifiers, extrapolation)")
         parts.append(spans)
     every = tuple(dict.fromkeys(reasons))
-    return Stillness(busy_spans.joined(parts), every, time_stretch(scene), timed)
+    return Stillness(_joined(parts), every, time_stretch(scene), timed)
 
 
 def _is_evaluated(owner: Any, scene: Any) -> bool:
@@ -122,15 +115,15 @@ def _spans_of(owner: Any, shading: bool) -> Array:
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in found if _counts(owner, curve, shading)]
-    parts = [busy_spans.of_curve(curve) for curve in curves]
+    parts = [_curve_spans(curve) for curve in curves]
     tracks = animation.nla_tracks
     if len(tracks):
         # The action is one of the strips then: it may have no effect before its keys and after.
         playing = [s for track in tracks if track.is_solo or not track.mute for s in track.strips]
-        parts += [busy_spans.of_strips(playing), *(busy_spans.reach_of(curve) for curve in found)]
+        parts += [_strip_spans(playing), *(_reach(curve) for curve in found)]
     if animation.use_tweak_mode:
-        parts.append(busy_spans.ALWAYS)
-    return busy_spans.joined(parts)
+        parts.append(ALWAYS)
+    return _joined(parts)
 
 
 def _drivers(owner: Any, shading: bool) -> list[Any]:
@@ -146,87 +139,76 @@ def _of_drivers(owners: Iterable[Any], shading: bool) -> Iterator[str]:
     for owner in owners:
         for curve in _drivers(owner, shading):
             driver = curve.driver
-            if driver.type == "SCRIPTED" and not _is_pure(driver):
+            if driver.type == "SCRIPTED" and not is_timeless_driver(driver):
                 yield f"a driver of '{owner.name}' may follow the frame: {driver.expression}"
             if any("frame" in target.data_path for target in _targets(driver)):
                 yield f"a driver of '{owner.name}' reads a frame"
 
 
-def _is_pure(driver: Any) -> bool:
-    """Whether an expression depends on its variables alone."""
-    known = PURE_NAMES | {variable.name for variable in driver.variables}
-    try:
-        tree = ast.parse(driver.expression.strip(), mode="eval")
-    except (SyntaxError, ValueError):
-        return False
-    return all(
-        (node.id in known and node.id not in {"frame", "self", "depsgraph"})
-        if isinstance(node, ast.Name)
-        else isinstance(node, PURE)
-        or (isinstance(node, ast.Call) and isinstance(node.func, ast.Name))
-        for node in ast.walk(tree)
+def _curve_spans(curve: Any) -> Array:
+    """Spans (n, 2) in which an F-curve may change its value."""
+    if curve.mute:
+        return NEVER
+    count = len(curve.keyframe_points)
+    if any(not m.mute for m in curve.modifiers) or len(curve.sampled_points):
+        return ALWAYS
+    if count == 0:
+        return NEVER
+    if curve.extrapolation != "CONSTANT":
+        return ALWAYS
+    points = {
+        name: np.empty((count, 2), np.float32) for name in ("co", "handle_left", "handle_right")
+    }
+    kinds = np.empty(count, np.int32)
+    for name, values in points.items():
+        curve.keyframe_points.foreach_get(name, values.ravel())
+    curve.keyframe_points.foreach_get("interpolation", kinds)
+    return _key_spans(
+        points["co"], points["handle_left"][1:, 1], points["handle_right"][:-1, 1], kinds[:-1]
     )
 
 
-def _of_objects() -> Iterator[str]:
-    """What objects have that may go by the frame. Physics of rigid bodies is told of elsewhere."""
-    for obj in bpy.data.objects:
-        for modifier in timed_modifiers(obj):
-            yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
-        for constraint in timed_constraints(obj):
-            yield f"'{obj.name}' has a constraint that may follow the frame ({constraint.name})"
-        if obj.pose and obj.pose.ik_solver != "LEGACY":
-            yield f"the bones of '{obj.name}' are solved over time (iTaSC)"
-        layers = getattr(obj.data, "layers", ()) if obj.type in {"GPENCIL", "GREASEPENCIL"} else ()
-        if any(len(layer.frames) > 1 for layer in layers) or len(
-            getattr(obj, "grease_pencil_modifiers", ())
-        ):
-            yield f"'{obj.name}' has drawings that change"
+def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
+    """Of keys (n, 2), with the heights (n − 1,) of the handles that end and begin each segment,
+    and how it is interpolated."""
+    times, values = keys[:, 0].astype(np.float64), keys[:, 1]
+    lengths = np.diff(times)
+    if not (np.isfinite(times).all() and (lengths >= 0.0).all()):
+        return ALWAYS
+    first, last = values[:-1], values[1:]
+    level = (first == last) & (out_of == first) & (into == first)
+    flat = (kinds == CONSTANT) | ((first == last) & (kinds == LINEAR)) | (level & (kinds == BEZIER))
+    jumps = flat & (first != last)
+    crowded = lengths < 2 * NEAR_A_KEY
+    early = np.where(jumps | crowded, NEAR_A_KEY, 0.0)
+    begins = np.where(flat & ~crowded, times[1:], times[:-1]) - early
+    ends = times[1:] + np.where(crowded, NEAR_A_KEY, 0.0)
+    return np.stack([begins, ends], axis=1)[~flat | jumps | crowded]
 
 
-def _of_bodies(scene: Any) -> Iterator[str]:
-    """Rigid bodies that the simulation moves."""
-    world = scene.rigidbody_world
-    for obj in world.collection.objects if world and world.enabled and world.collection else ():
-        if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
-            yield f"'{obj.name}' is moved by the physics of rigid bodies"
+def _strip_spans(strips: Any) -> Array:
+    """Spans of strips of the NLA, which hold what they end with, or nothing."""
+    playing = [strip for strip in strips if not strip.mute]
+    if any(s.use_animated_influence or s.use_animated_time or s.modifiers for s in playing):
+        return ALWAYS
+    ends = [[strip.frame_start - 1.0, strip.frame_end + 1.0] for strip in playing]
+    return np.array(ends) if ends else NEVER
 
 
-def _of_nodes(shading: bool) -> Iterator[str]:
-    """Node trees that look at the frame, and what they may look up by its name."""
-    owners = [
-        *bpy.data.textures,
-        *((*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights) if shading else ()),
-    ]
-    trees = [tree for owner in owners if (tree := getattr(owner, "node_tree", None)) is not None]
-    for tree in (*bpy.data.node_groups, *trees):
-        if isinstance(tree, bpy.types.CompositorNodeTree):
-            continue
-        if isinstance(tree, bpy.types.ShaderNodeTree) and not shading:
-            continue
-        for node in tree.nodes:
-            if is_timed_node(node):
-                yield f"nodes of '{tree.name}' may follow the frame ({node.name})"
+def _reach(curve: Any) -> Array:
+    """A span around all keys of an F-curve: where an action that is one of several strips acts."""
+    points = curve.keyframe_points
+    if not len(points):
+        return NEVER
+    return np.array([[points[0].co[0] - 1.0, points[-1].co[0] + 1.0]])
 
 
-def _of_films(shading: bool) -> Iterator[str]:
-    """Pictures, clouds and patterns that change by themselves."""
-    if (
-        shading
-        or bpy.data.textures
-        or any(
-            "Image" in node.bl_idname
-            for tree in bpy.data.node_groups
-            if isinstance(tree, bpy.types.GeometryNodeTree)
-            for node in tree.nodes
-        )
-    ):
-        for image in bpy.data.images:
-            if image.source in {"MOVIE", "SEQUENCE"}:
-                yield f"'{image.name}' is a film"
-    for texture in bpy.data.textures:
-        if texture.type == "NOISE":
-            yield f"the texture '{texture.name}' differs at every frame"
-    for volume in bpy.data.volumes:
-        if volume.is_sequence:
-            yield f"'{volume.name}' is a sequence of files"
+def _joined(parts: Sequence[Array]) -> Array:
+    """The same spans in order, without overlaps."""
+    spans = np.concatenate([NEVER, *parts])
+    if not len(spans):
+        return NEVER
+    spans = spans[np.argsort(spans[:, 0], kind="stable")]
+    reached = np.maximum.accumulate(spans[:, 1])
+    first = np.flatnonzero(np.concatenate([[True], spans[1:, 0] > reached[:-1]]))
+    return np.stack([spans[first, 0], reached[np.append(first[1:], len(spans)) - 1]], axis=1)

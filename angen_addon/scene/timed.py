@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of what can change with time without keys: modifiers, constraints, nodes.
+"""What can change with time without keys: modifiers, constraints, nodes, physics, drivers, films.
 
-The table lists what cannot. Whatever is not listed may follow the frame, also types that a later
+The tables list what cannot. Whatever is not listed may follow the frame, also types that a later
 Blender adds.
 """
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Iterator
 from typing import Any
+
+import bpy
 
 # Modifiers whose result depends on nothing but what their object, other objects and textures are.
 TIMELESS_MODIFIERS = {
@@ -30,6 +33,28 @@ TIMELESS_CONSTRAINTS = {
 # In names of kinds of nodes: those whose result may depend on the frame. A marker can choose
 # another camera.
 TIMED_NODES = ("Time", "Simula", "Bake", "ActiveCamera", "Sequence", "Movie", "Sound", "Solver")
+# Modifiers that move vertices, and leave faces, materials and attributes as they are.
+DEFORMING_MODIFIERS = {
+    "ARMATURE", "CAST", "CORRECTIVE_SMOOTH", "CURVE", "HOOK", "LATTICE", "MESH_DEFORM",
+    "SHRINKWRAP", "SIMPLE_DEFORM", "SMOOTH", "SURFACE_DEFORM", "WARP",
+}  # fmt: skip
+# Modifiers whose result at a frame depends on the frames before it.
+SIMULATED_MODIFIERS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}
+# Modifiers that can make instances.
+INSTANCING_MODIFIERS = {"NODES", "PARTICLE_SYSTEM"}
+# Sources of images that differ from frame to frame.
+FILM_SOURCES = {"MOVIE", "SEQUENCE"}
+# What the expression of a driver may consist of to depend on its variables alone.
+PURE = (
+    ast.Expression, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Constant,
+    ast.Load, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,
+)  # fmt: skip
+PURE_NAMES = {
+    "abs", "acos", "asin", "atan", "atan2", "bool", "ceil", "clamp", "cos", "cosh", "degrees",
+    "e", "exp", "fabs", "float", "floor", "fmod", "hypot", "int", "lerp", "log", "log10", "max",
+    "min", "pi", "pow", "radians", "round", "sin", "sinh", "smoothstep", "sqrt", "tan", "tanh",
+    "trunc",
+}  # fmt: skip
 
 
 def timed_modifiers(obj: Any) -> Iterator[Any]:
@@ -70,3 +95,125 @@ def may_follow_frame(obj: Any) -> bool:
             for one in obj.modifiers
         )
     )
+
+
+def is_simulated(modifier: Any) -> bool:
+    """Whether the result of a modifier at a frame depends on the frames before it: physics, and
+    simulation zones of geometry nodes, also in a group within."""
+    return modifier.type in SIMULATED_MODIFIERS or has_node(
+        getattr(modifier, "node_group", None),
+        lambda node: node.bl_idname == "GeometryNodeSimulationOutput",
+    )
+
+
+def frames_to_step_from(scene: Any) -> list[int]:
+    """First frames of what in the scene depends, at a frame, on the frames before it."""
+    starts = []
+    world = scene.rigidbody_world
+    if world is not None and world.enabled and not world.point_cache.is_baked:
+        starts.append(world.point_cache.frame_start)
+    for obj in scene.objects:
+        for modifier in obj.modifiers:
+            if is_simulated(modifier):
+                holder = getattr(modifier, "particle_system", modifier)
+                cache = getattr(holder, "point_cache", None)
+                starts.append(cache.frame_start if cache else scene.frame_start)
+    return starts
+
+
+def films(tree: Any) -> list[Any]:
+    """The nodes of a tree that show pictures that change from frame to frame."""
+    return [
+        node
+        for node in tree.nodes
+        if hasattr(node, "image_user") and node.image and node.image.source in FILM_SOURCES
+    ]
+
+
+def reasons(scene: Any, shading: bool) -> Iterator[str]:
+    """What in the file may follow the frame, keys and drivers apart, each in words. `shading`:
+    whether lamps, materials and worlds count."""
+    yield from _of_objects()
+    yield from _of_bodies(scene)
+    yield from _of_nodes(shading)
+    yield from _of_films(shading)
+
+
+def is_timeless_driver(driver: Any) -> bool:
+    """Whether the expression of a driver depends on its variables alone."""
+    known = PURE_NAMES | {variable.name for variable in driver.variables}
+    try:
+        tree = ast.parse(driver.expression.strip(), mode="eval")
+    except (SyntaxError, ValueError):
+        return False
+    return all(
+        (node.id in known and node.id not in {"frame", "self", "depsgraph"})
+        if isinstance(node, ast.Name)
+        else isinstance(node, PURE)
+        or (isinstance(node, ast.Call) and isinstance(node.func, ast.Name))
+        for node in ast.walk(tree)
+    )
+
+
+def _of_objects() -> Iterator[str]:
+    """What objects have that may go by the frame. Physics of rigid bodies is told of elsewhere."""
+    for obj in bpy.data.objects:
+        for modifier in timed_modifiers(obj):
+            yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
+        for constraint in timed_constraints(obj):
+            yield f"'{obj.name}' has a constraint that may follow the frame ({constraint.name})"
+        if obj.pose and obj.pose.ik_solver != "LEGACY":
+            yield f"the bones of '{obj.name}' are solved over time (iTaSC)"
+        layers = getattr(obj.data, "layers", ()) if obj.type in {"GPENCIL", "GREASEPENCIL"} else ()
+        if any(len(layer.frames) > 1 for layer in layers) or len(
+            getattr(obj, "grease_pencil_modifiers", ())
+        ):
+            yield f"'{obj.name}' has drawings that change"
+
+
+def _of_bodies(scene: Any) -> Iterator[str]:
+    """Rigid bodies that the simulation moves."""
+    world = scene.rigidbody_world
+    for obj in world.collection.objects if world and world.enabled and world.collection else ():
+        if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
+            yield f"'{obj.name}' is moved by the physics of rigid bodies"
+
+
+def _of_nodes(shading: bool) -> Iterator[str]:
+    """Node trees that look at the frame, and what they may look up by its name."""
+    owners = [
+        *bpy.data.textures,
+        *((*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights) if shading else ()),
+    ]
+    trees = [tree for owner in owners if (tree := getattr(owner, "node_tree", None)) is not None]
+    for tree in (*bpy.data.node_groups, *trees):
+        if isinstance(tree, bpy.types.CompositorNodeTree):
+            continue
+        if isinstance(tree, bpy.types.ShaderNodeTree) and not shading:
+            continue
+        for node in tree.nodes:
+            if is_timed_node(node):
+                yield f"nodes of '{tree.name}' may follow the frame ({node.name})"
+
+
+def _of_films(shading: bool) -> Iterator[str]:
+    """Pictures, clouds and patterns that change by themselves."""
+    if (
+        shading
+        or bpy.data.textures
+        or any(
+            "Image" in node.bl_idname
+            for tree in bpy.data.node_groups
+            if isinstance(tree, bpy.types.GeometryNodeTree)
+            for node in tree.nodes
+        )
+    ):
+        for image in bpy.data.images:
+            if image.source in FILM_SOURCES:
+                yield f"'{image.name}' is a film"
+    for texture in bpy.data.textures:
+        if texture.type == "NOISE":
+            yield f"the texture '{texture.name}' differs at every frame"
+    for volume in bpy.data.volumes:
+        if volume.is_sequence:
+            yield f"'{volume.name}' is a sequence of files"

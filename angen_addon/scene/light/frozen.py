@@ -15,11 +15,9 @@ from typing import Any
 import bpy
 
 from ..facts import facts_of
-from ..zones import has_simulation_zone
+from ..timed import is_simulated
 from .values import OF_OBJECT, object_values, own_properties
 
-# What these make depends on the frames before, which a light scene does not go through.
-PHYSICS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}
 SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 
@@ -28,8 +26,6 @@ class Simulated:
 
     def __init__(self) -> None:
         self._known: dict[int, bool] = {}
-        # By trees of nodes; these do not change from look to look.
-        self._zones: dict[int, bool] = {}
 
     def look_again(self) -> None:
         self._known.clear()
@@ -42,20 +38,10 @@ class Simulated:
             self._known[uid] = (
                 obj.rigid_body is not None
                 or obj.rigid_body_constraint is not None
-                or any(self._goes_through_frames(modifier) for modifier in obj.modifiers)
+                or any(map(is_simulated, obj.modifiers))
                 or any(target in self for target in _followed(obj))
             )
         return self._known[uid]
-
-    def _goes_through_frames(self, modifier: Any) -> bool:
-        """Whether what it makes at a frame depends on those before."""
-        tree = getattr(modifier, "node_group", None)
-        if tree is None:
-            return modifier.type in PHYSICS
-        uid = tree.session_uid
-        if uid not in self._zones:
-            self._zones[uid] = has_simulation_zone(modifier)
-        return self._zones[uid]
 
 
 def _followed(obj: Any) -> Iterator[Any]:

@@ -19,12 +19,13 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.quiet import standard_output_silenced
 from ..animation import is_animated
+from ..timed import FILM_SOURCES
 from .begins import BEGINS
 from .frozen import Frozen, Simulated
 from .instances import Instances
 from .panes import Panes, glass_of
 from .twins import twins
-from .values import CHANGING_IMAGES, MARK, own_properties
+from .values import MARK, own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}
@@ -71,7 +72,7 @@ class LightScene:
         self.scene: Any = None
         self.frozen: list[Frozen] = []
         # Cycles counts their pictures by the scene's own frames.
-        self._has_films = any(image.source in CHANGING_IMAGES for image in bpy.data.images)
+        self._has_films = any(image.source in FILM_SOURCES for image in bpy.data.images)
 
     @property
     def view_layer(self) -> Any:

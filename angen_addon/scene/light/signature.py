@@ -16,11 +16,11 @@ import bpy
 import numpy as np
 
 from ..animation import only_moves
+from ..timed import films
 from .scene import shown_objects
 from .values import (
     LIGHTLESS,
     TOLD_ELSEWHERE,
-    films,
     lamp_values,
     looked_up,
     looks_at_places,

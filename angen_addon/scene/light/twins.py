@@ -14,12 +14,11 @@ from typing import Any
 import bpy
 from mathutils import Matrix
 
+from ..timed import INSTANCING_MODIFIERS
 from .surfaces import glows
 
 # Tiny and out of the way: the bounds of the scene hardly grow.
 PLACE, SCALE = (0.0, 0.0, -10.0), 1e-6
-# What these make would be made twice too.
-MANIFOLD = {"NODES", "PARTICLE_SYSTEM"}
 # What no ray at all sees, Cycles leaves out: those that fog scatters might meet such a speck.
 RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
@@ -42,7 +41,8 @@ def twins(objects: Iterable[Any], own: Callable[[Any], Any]) -> Any:
 def _may_be_twice(obj: Any) -> bool:
     if obj.type != "MESH" or obj.instance_type != "NONE":
         return False
-    if any(modifier.type in MANIFOLD for modifier in obj.modifiers):
+    # What these make would be made twice too.
+    if any(modifier.type in INSTANCING_MODIFIERS for modifier in obj.modifiers):
         return False
     materials = [slot.material for slot in obj.material_slots if slot.material]
     # What glows or fills a space is looked for wherever it is.

@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..timed import DEFORMING_MODIFIERS, films
 from .lamps import tint_of
 
 SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING", "POINTER"}
@@ -50,10 +51,8 @@ OF_OBJECT = (
 )
 # What light is linear in.
 POWER = {"color", "energy", "exposure", "temperature", "temperature_color", "use_temperature"}
-CHANGING_IMAGES = {"MOVIE", "SEQUENCE"}
-# Modifiers that move vertices and touch nothing else that a material can look at.
-DEFORMING = {"ARMATURE", "CAST", "CURVE", "HOOK", "LATTICE", "MESH_DEFORM", "SHRINKWRAP"}
-DEFORMING |= {"SIMPLE_DEFORM", "SMOOTH", "CORRECTIVE_SMOOTH", "SUBSURF", "SURFACE_DEFORM", "WARP"}
+# Modifiers that touch nothing but vertices and faces, which are compared.
+SHAPING = DEFORMING_MODIFIERS | {"SUBSURF"}
 # Objects whose place alone matters to no light.
 LIGHTLESS = {"EMPTY", "CAMERA", "ARMATURE", "SPEAKER", "LATTICE"}
 # Datablocks that are told of by the objects, or that light does not depend on.
@@ -88,7 +87,7 @@ def object_values(evaluated: Any) -> list[Any]:
 def shape_values(evaluated: Any) -> Any:
     """The shape of an object; None where it cannot be told."""
     original, mesh = evaluated.original, evaluated.data
-    deformed = original.type == "MESH" and all(m.type in DEFORMING for m in original.modifiers)
+    deformed = original.type == "MESH" and all(m.type in SHAPING for m in original.modifiers)
     if not deformed or mesh.is_editmode:
         return None
     points = np.empty(len(mesh.vertices) * 3, np.float32)
@@ -119,15 +118,6 @@ def tree_values(tree: Any) -> list[Any]:
 def looks_at_places(tree: Any) -> bool:
     """Whether its nodes look at places of objects, or attributes, which anything can drive."""
     return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
-
-
-def films(tree: Any) -> list[Any]:
-    """Its nodes that show pictures that change from frame to frame."""
-    return [
-        node
-        for node in tree.nodes
-        if hasattr(node, "image_user") and node.image and node.image.source in CHANGING_IMAGES
-    ]
 
 
 def has_stiff_films() -> bool:

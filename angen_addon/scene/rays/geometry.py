@@ -13,6 +13,7 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ....sensor_logic.geometry.ray_tree import RayTree
+from ..timed import DEFORMING_MODIFIERS
 from .faces import cut_faces
 
 Array = NDArray[np.float64]
@@ -22,8 +23,6 @@ SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 FAR_FROM_OWN_ORIGIN = 8.0
 # From so many triangles on a tree of Blender's takes too long to build, and too much memory.
 LARGE = 250_000
-# Modifiers that move points and leave faces as they are.
-SHAPING = {"ARMATURE", "HOOK", "LATTICE", "CAST", "CURVE", "SIMPLE_DEFORM", "SMOOTH", "MESH_DEFORM"}
 # Bounds of what is empty.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
@@ -138,7 +137,7 @@ class Geometry:
         """Whether nothing but an edit can give it other faces."""
         original = self.original
         plain = original.type == "MESH" and original.mode == "OBJECT"
-        return plain and all(modifier.type in SHAPING for modifier in original.modifiers)
+        return plain and all(m.type in DEFORMING_MODIFIERS for m in original.modifiers)
 
     @property
     def pivot(self) -> Array:

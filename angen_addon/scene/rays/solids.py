@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..animation import may_set
 from ..instances import Paths, Uid, parts_of_instances
+from ..timed import INSTANCING_MODIFIERS
 from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
 from .listed import is_own_surface, is_transient, name_of, owners_of, pointers_of
 from .made_by_nodes import MadeByNodes, made_shape
@@ -129,7 +130,7 @@ class Solids:
 
     def _may_instance(self, original: Any) -> bool:
         """Whether modifiers of an object can bring forth instances."""
-        may = any(m.type in {"NODES", "PARTICLE_SYSTEM"} for m in original.modifiers)
+        may = any(m.type in INSTANCING_MODIFIERS for m in original.modifiers)
         if not may:
             self._plain.add(original.session_uid)
         return may

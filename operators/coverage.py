@@ -213,7 +213,7 @@ class ANGEN_OT_export_coverage(Operator, ExportHelper):
                 depsgraph = context.evaluated_depsgraph_get()
                 sensors = all_sensors(context.view_layer)
                 text = picture(depsgraph, sensors, found, f"Coverage of {context.scene.name}")
-            write({path: text}, None)
+            write({path: text})
         except (OutputError, SensorError) as error:
             return cancelled(self, error)
         self.report({"INFO"}, f"Written: {path}"[:200])

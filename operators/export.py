@@ -33,7 +33,7 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
         try:
             _, recording, start = self.chosen(context)
             check_folder(path.parent, "Export")
-            write({path: self.shown(events_csv(recording, start))}, None)
+            write({path: self.shown(events_csv(recording, start))})
         except OutputError as error:
             return cancelled(self, error)
         return finished(self, str(path))

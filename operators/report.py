@@ -40,7 +40,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
             check_name(path, "Export")
             check_folder(path.parent, "Export")
             sensors, recording, start = self.chosen(context)
-            write({path: report_text(path, context.scene, sensors, recording, start)}, None)
+            write({path: report_text(path, context.scene, sensors, recording, start)})
         except (OutputError, SensorError) as error:
             return cancelled(self, error)
         return finished(self, str(path))

@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Output files that are written whole or not at all."""
+"""Output files that are written whole or not at all, and all files of a run together."""
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import os
 import re
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any, Self
 
-from .temporary_files import TemporaryFiles
+# Windows has no `fcntl`; there an open file cannot be removed, which serves as the lock.
+fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 
+# The names of temporary files. Blender adds an @ while it saves.
+OURS = re.compile(r"(\.angen-\w{8,12})(?:-\d+)?\.(?:part|blend|lock)@?")
 # Names that Windows reserves for devices, with any suffix.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
 # A file's content; an iterable of texts is read once, while the file is written.
@@ -35,59 +41,121 @@ def check_folder(folder: Path, what: str) -> None:
 
 
 def write_files(texts: Mapping[Path, Content]) -> None:
-    """Writes all of `texts`, or, where one fails, none of them. Raises OutputError.
+    """Writes all of `texts`, or, where one fails, none of them. Raises OutputError."""
+    with WholeFiles() as files:
+        for path, content in texts.items():
+            files.add(path, content)
+        files.commit()
 
-    Links are followed; a device or a pipe is written to, not replaced.
+
+class WholeFiles:
+    """Files that `commit` puts in place together. Leaving the context removes the others.
+
+    Each is a temporary file beside its target until then. A locked file in each folder says that
+    the process lives; the next process that writes there removes the files of a killed one.
     """
-    with TemporaryFiles() as files:
-        stage(texts, files)
-        commit(texts, files)
 
+    def __init__(self) -> None:
+        self._locks: dict[Path, tuple[int, Path]] = {}
+        self._waiting: list[tuple[Path, Path]] = []
+        self._streams: dict[Path, Content] = {}
+        self._count = 0
 
-def stage(texts: Mapping[Path, Content], files: TemporaryFiles) -> None:
-    """Writes `texts` into temporary files beside their targets. Raises OutputError."""
-    for path, text in texts.items():
-        try:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for part, _target in self._waiting:
+            _remove(part, part.with_name(f"{part.name}@"))
+        for handle, lock in self._locks.values():
+            os.close(handle)
+            _remove(lock)
+
+    def new(self, target: Path, suffix: str = ".part") -> Path:
+        """The path of a temporary file for `target`; links are followed. Raises OSError."""
+        target = target.resolve()
+        if target.parent not in self._locks:
+            _sweep(target.parent)
+            self._locks[target.parent] = _lock(target.parent)
+        lock = self._locks[target.parent][1]
+        part = lock.with_name(f"{lock.stem}-{self._count}{suffix}")
+        self._count += 1
+        self._waiting.append((part, target))
+        return part
+
+    def add(self, path: Path, content: Content) -> None:
+        """Writes a file; `commit` writes what goes into a pipe or a device such as /dev/null.
+        Raises OutputError."""
+        with _told(path):
             if path.is_dir():
                 raise OutputError(f"cannot write {path}: it is a folder")
-            if _is_special(path):
-                continue
-            with open(files.new(path), "xb") as file:
-                file.writelines(_encoded(text))
+            if path.exists() and not path.is_file():
+                self._streams[path] = content
+                return
+            with open(self.new(path), "xb") as file:
+                file.writelines(_encoded(content))
                 file.flush()
                 os.fsync(file.fileno())
-        except UnicodeEncodeError:
-            raise OutputError(f"cannot write {path}: a name in it is not text in UTF-8") from None
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror}") from None
+
+    def commit(self) -> None:
+        """Puts the files in place, in the order in which they were added. Raises OutputError."""
+        for path, content in self._streams.items():
+            with _told(path), open(path, "wb") as file:
+                file.writelines(_encoded(content))
+        while self._waiting:
+            part, target = self._waiting[0]
+            with _told(target):
+                os.replace(part, target)
+            del self._waiting[0]
 
 
-def commit(texts: Mapping[Path, Content], files: TemporaryFiles) -> None:
-    """Writes those of `texts` that go into pipes and devices, then puts the temporary files in
-    place. Raises OutputError."""
-    path = Path()
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
     try:
-        for path in filter(_is_special, texts):
-            with open(path, "wb") as file:
-                file.writelines(_encoded(texts[path]))
-        path = Path()
-        files.commit()
+        yield
+    except UnicodeEncodeError:
+        raise OutputError(f"cannot write {path}: a name in it is not text in UTF-8") from None
     except OSError as error:
-        what = path if path.name else error.filename
-        raise OutputError(f"cannot write {what}: {error.strerror}") from None
+        raise OutputError(f"cannot write {path}: {error.strerror}") from None
 
 
-def _encoded(content: Content) -> Iterator[bytes]:
+def _encoded(content: Content) -> Iterable[bytes]:
     if isinstance(content, bytes):
-        yield content
-    else:
-        pieces = [content] if isinstance(content, str) else content
-        yield from (piece.encode() for piece in pieces)
+        return [content]
+    return (piece.encode() for piece in ([content] if isinstance(content, str) else content))
 
 
-def _is_special(path: Path) -> bool:
-    """Whether the path exists and is not a plain file: a device or a pipe such as /dev/null."""
-    return path.exists() and not path.is_file()
+def _lock(folder: Path) -> tuple[int, Path]:
+    """An open, locked file in `folder`."""
+    while True:
+        handle, name = tempfile.mkstemp(".lock", ".angen-", folder)
+        # Some file systems have no locks; there nothing is swept.
+        with contextlib.suppress(OSError):
+            if fcntl is not None:
+                fcntl.flock(handle, fcntl.LOCK_EX)
+        # Another process may sweep before the file is locked.
+        if os.path.exists(name):
+            return handle, Path(name)
+        os.close(handle)
+
+
+def _sweep(folder: Path) -> None:
+    """Removes the temporary files in `folder` whose process has ended."""
+    parts = [path for path in folder.glob(".angen-*") if OURS.fullmatch(path.name)]
+    for stem in {OURS.sub(r"\1", part.name) for part in parts}:
+        lock = folder / f"{stem}.lock"
+        with contextlib.suppress(OSError), contextlib.ExitStack() as opened:
+            if fcntl is not None and lock.exists():
+                file = opened.enter_context(open(lock, "r+b"))
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock.unlink(missing_ok=True)
+            _remove(*(part for part in parts if OURS.sub(r"\1", part.name) == stem))
+
+
+def _remove(*paths: Path) -> None:
+    for path in paths:
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 def file_names(sensors: Iterable[str]) -> dict[str, str]:

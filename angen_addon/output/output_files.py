@@ -5,8 +5,8 @@ written together, or none."""
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
+import shutil
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -14,10 +14,7 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ...sensor_logic.files import Content, OutputError, check_folder, commit, stage
-from ...sensor_logic.temporary_files import TemporaryFiles
-
-MIB = 2**20
+from ...sensor_logic.files import Content, OutputError, WholeFiles, check_folder
 
 
 def check_outputs(
@@ -26,22 +23,24 @@ def check_outputs(
     """Raises OutputError where a result could not be written, or would overwrite a file that is
     read or another result. `files`: option → path; `names`: the files in the folder `samples`.
     """
-    asked = {flag: path for flag, path in files.items() if path is not None}
-    for flag, path in asked.items():
-        _check_file(path, flag)
+    outputs = [(flag, path) for flag, path in files.items() if path is not None]
+    for flag, path in outputs:
+        with _named(flag, path):
+            if path.is_dir():
+                raise OutputError(f"{flag}: {path} is a folder, not a file name")
+            if flag == "--save" and path.exists() and not path.is_file():
+                raise OutputError(f"{flag}: {path} is not a plain file")
+            check_folder(path.parent, flag)
     if samples is not None:
-        try:
-            folder = samples if samples.exists() or samples.is_symlink() else samples.parent
-        except OSError as error:
-            raise OutputError(f"--samples: {samples}: {error.strerror}") from None
-        check_folder(folder, "--samples")
+        with _named("--samples", samples):
+            made = samples.exists() or samples.is_symlink()
+            check_folder(samples if made else samples.parent, "--samples")
+        outputs.append(("--samples", samples))
+        outputs += [(f"--samples ({name})", samples / name) for name in names]
     known = _inputs()
-    outputs = list(asked.items())
-    outputs += [("--samples", samples)] if samples is not None else []
-    outputs += [(f"--samples ({name})", samples / name) for name in names] if samples else []
     for flag, path in outputs:
         _check_apart(path, flag, known)
-        known.update(dict.fromkeys(_keys(path), flag))
+        known[_key(path)] = flag
 
 
 def check_not_read(paths: Iterable[Path]) -> None:
@@ -51,51 +50,42 @@ def check_not_read(paths: Iterable[Path]) -> None:
         _check_apart(path, "", known)
 
 
-def _check_file(path: Path, flag: str) -> None:
+@contextlib.contextmanager
+def _named(flag: str, path: Path) -> Any:
     try:
-        is_folder = path.is_dir()
-        path.exists()
+        yield
     except OSError as error:
         raise OutputError(f"{flag}: {path}: {error.strerror}") from None
-    if is_folder:
-        raise OutputError(f"{flag}: {path} is a folder, not a file name")
-    if flag == "--save" and path.exists() and not path.is_file():
-        raise OutputError(f"{flag}: {path} is not a plain file")
-    check_folder(path.parent, flag)
 
 
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
     """Raises OutputError where `path` is in `known`."""
-    for other in (known[key] for key in _keys(path) if key in known):
-        if not other.startswith("--"):
-            named = f"{flag}: " if flag else ""
-            raise OutputError(f"{named}{path} is {other}, which would be lost: give another file")
-        raise OutputError(f"{other} and {flag} both name {path}: give two files")
+    key = _key(path)
+    if key is None or key not in known:
+        return
+    if known[key].startswith("--"):
+        raise OutputError(f"{known[key]} and {flag} both name {path}: give two files")
+    named = f"{flag}: " if flag else ""
+    raise OutputError(f"{named}{path} is {known[key]}, which would be lost: give another file")
 
 
 def _inputs() -> dict[Any, str]:
-    """The files that the open file consists of: key (see `_keys`) → what it is."""
+    """The files that the open file consists of: key (see `_key`) → what it is."""
     paths = dict.fromkeys(bpy.utils.blend_paths(absolute=True), "read by the open file")
     libraries = [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
     paths |= dict.fromkeys(libraries, "a linked library of the open file")
-    if bpy.data.filepath:
-        paths[bpy.data.filepath] = "the open file itself"
-    files = {Path(path): told for path, told in paths.items() if os.path.isfile(path)}
-    return {key: told for path, told in files.items() for key in _keys(path)}
+    paths[bpy.data.filepath] = "the open file itself"
+    return {_key(Path(path)): told for path, told in paths.items() if os.path.isfile(path)}
 
 
-def _keys(path: Path) -> list[Any]:
-    """Keys that identify a file, however its path is spelt or linked; none for a device."""
+def _key(path: Path) -> Any:
+    """What identifies a file, however its path is spelt or linked; None for a device."""
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            return []
-        keys: list[Any] = [os.path.normcase(path.resolve())]
-        if path.exists():
-            facts = path.stat()
-            keys.append((facts.st_dev, facts.st_ino))
+        if path.is_file() or path.is_dir():
+            return path.stat().st_dev, path.stat().st_ino
+        return None if path.exists() else os.path.normcase(path.resolve())
     except (OSError, ValueError, RuntimeError):
-        return []
-    return keys
+        return None
 
 
 def _is_whole(saved: BinaryIO) -> bool:
@@ -107,46 +97,27 @@ def _is_whole(saved: BinaryIO) -> bool:
     return end.endswith(b"\xb1\xea\x92\x8f") if packed else b"ENDB" in end
 
 
-def _why_unsaved(part: Path, error: Exception) -> str:
-    """Why a file could not be saved. On a full disk Blender reports a missing file, so this writes
-    as much data to the same path to find the true reason."""
-    try:
-        with open(part, "wb") as file:
-            for _ in range(1 + os.path.getsize(bpy.data.filepath) // MIB):
-                file.write(bytes(MIB))
-            os.fsync(file.fileno())
-    except OSError as reason:
-        return str(reason.strerror)
-    if isinstance(error, OSError):
-        return str(error.strerror)
-    return " ".join(str(error).removeprefix("Error:").split())
-
-
-def write(texts: Mapping[Path, Content], folder: Path | None) -> None:
+def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
     """Writes all files, or none and no new folder either. Raises OutputError."""
-    outputs = Outputs()
-    outputs.texts.update(texts)
-    outputs.folders = [folder] if folder else []
-    with outputs:
+    with Outputs() as outputs:
+        outputs.texts.update(texts)
+        outputs.folders = [folder] if folder else []
         outputs.commit()
 
 
-class Outputs:
+class Outputs(WholeFiles):
     """The outputs of a command: `texts` by path, new `folders`, a saved blend file, and `said`, the
     text for standard output. Leaving the context removes what was not committed."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.texts: dict[Path, Content] = {}
         self.folders: list[Path] = []
         self.said = ""
-        self._files = TemporaryFiles()
         self._new_folders: list[Path] = []
 
-    def __enter__(self) -> Outputs:
-        return self
-
     def __exit__(self, *_: object) -> None:
-        self._files.__exit__()
+        super().__exit__()
         for folder in self._new_folders:
             with contextlib.suppress(OSError):
                 folder.rmdir()
@@ -155,18 +126,22 @@ class Outputs:
         """Saves a copy of the open file, which `commit` puts in place. Raises OutputError."""
         try:
             # Beside the target, so that relative paths in the file come out right.
-            part = self._files.new(path, ".blend")
-        except OSError as error:
-            raise OutputError(f"cannot save {path}: {error.strerror}") from None
-        try:
+            part = self.new(path, ".blend")
             bpy.ops.wm.save_as_mainfile(filepath=str(part), copy=True, check_existing=False)
             with open(part, "rb") as saved:
                 os.fsync(saved.fileno())
+                # Blender 5.2 does not notice that the disk is full.
                 if not _is_whole(saved):
-                    # Blender 5.2 does not notice that the disk is full.
-                    raise OSError(errno.EIO, "Blender wrote only a part of it")
-        except (RuntimeError, OSError) as error:
-            raise OutputError(f"cannot save {path}: {_why_unsaved(part, error)}") from None
+                    raise RuntimeError("Blender wrote only a part of it")
+        except OSError as error:
+            raise OutputError(f"cannot save {path}: {error.strerror}") from None
+        except RuntimeError as error:
+            why = " ".join(str(error).removeprefix("Error:").split()).replace(str(part), str(path))
+            part.unlink(missing_ok=True)
+            # On a full disk Blender 4.2 and 4.5 report a missing file.
+            if shutil.disk_usage(part.parent).free < os.path.getsize(bpy.data.filepath):
+                why = "no space left on the disk"
+            raise OutputError(f"cannot save {path}: {why}") from None
 
     def commit(self) -> None:
         """Puts all outputs in place, or none where one fails. Raises OutputError, or OSError where
@@ -179,9 +154,10 @@ class Outputs:
                 except OSError as error:
                     raise OutputError(f"cannot make {folder}: {error.strerror}") from None
                 self._new_folders.append(folder)
-        stage(self.texts, self._files)
+        for path, content in self.texts.items():
+            self.add(path, content)
         if self.said and sys.stdout is not None:
             sys.stdout.write(self.said)
             sys.stdout.flush()
-        commit(self.texts, self._files)
+        super().commit()
         self._new_folders = []

@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import math
-import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
@@ -14,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ..formats.source import SourceError
 from ..kinds import KINDS
+from ..lines import KeyPath, line_of, read_toml
 
 Range = tuple[float, float]
 STATES = ("on", "off", "held")
@@ -119,12 +118,12 @@ def read_plan(path: Path) -> FaultPlan:
     """Reads a faults file. Raises SourceError, which names file and line, or OSError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
-        found = tomllib.loads(text)
+        found, lines = read_toml(text)
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file in UTF-8") from None
     except (ValueError, RecursionError) as error:
         raise SourceError(f"{path}: {error}") from None
-    where = _Places(path, text)
+    where = _Places(path, lines)
     for key in found:
         if key not in {"seed", "fault"}:
             raise SourceError(f"{where.of(key)}: '{key}' is unknown; known are seed and [[fault]]")
@@ -140,27 +139,16 @@ def read_plan(path: Path) -> FaultPlan:
     )
 
 
-class _Places:
+class _Places(NamedTuple):
     """Finds the lines of keys in a faults file, for messages."""
 
-    def __init__(self, path: Path, text: str) -> None:
-        self.path = path
-        self.lines = text.splitlines()
-        is_head = re.compile(r"\s*\[\[\s*[\"']?fault[\"']?\s*\]\]").match
-        self.heads = [i for i, line in enumerate(self.lines) if is_head(line)]
+    path: Path
+    lines: dict[KeyPath, int]
 
     def of(self, key: str, number: int | None = None) -> str:
-        """File and line of a key in fault `number` (None: in the whole file), or else the number of
-        the fault."""
-        if number is not None and number >= len(self.heads):
-            return f"{self.path}: fault {number + 1}"
-        first = 0 if number is None else self.heads[number]
-        after = [head for head in self.heads if head > first]
-        pattern = re.compile(rf"\s*\[*[\"']?{re.escape(key)}[\"']?\s*[=\].]")
-        for line in range(first, after[0] if number is not None and after else len(self.lines)):
-            if pattern.match(self.lines[line]):
-                return f"{self.path}: line {line + 1}"
-        return f"{self.path}: line {first + 1}"
+        """File and line of a key in fault `number` (None: in the whole file)."""
+        path = (key,) if number is None else ("fault", number, key)
+        return f"{self.path}: line {line_of(self.lines, path)}"
 
 
 def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:

@@ -14,9 +14,9 @@ from typing import Any
 
 from ..kind import Kind
 from ..kinds import KINDS
+from ..lines import KeyPath, LineError, read_json
 from ..parameters import Spec, defaults, specs
 from ..spelling import hint
-from .lines import JsonPath, LineError, read_json
 
 # The largest numbers that Blender stores: in single precision, and as an integer.
 LARGEST = 3.4028234e38
@@ -130,7 +130,7 @@ class LayoutEntry:
 
     file: str
     values: Mapping[str, Any]
-    lines: Mapping[JsonPath, int]
+    lines: Mapping[KeyPath, int]
 
     @property
     def name(self) -> str:
@@ -195,7 +195,7 @@ def read_layout(path: Path) -> list[LayoutEntry]:
         found, lines = read_json(text)
     except LineError as error:
         raise LayoutError(f"{path.name}, line {error.line}: {error}") from None
-    top: JsonPath = ()
+    top: KeyPath = ()
     if isinstance(found, dict):
         unknown = [key for key in found if key not in ("$schema", "sensors")]
         if unknown or "sensors" not in found:
@@ -209,7 +209,7 @@ def read_layout(path: Path) -> list[LayoutEntry]:
     if not isinstance(found, list):
         raise LayoutError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
     depth = len(top)
-    own: list[dict[JsonPath, int]] = [{} for _ in found]
+    own: list[dict[KeyPath, int]] = [{} for _ in found]
     for key, line in lines.items():
         if key[:depth] == top and len(key) > depth:
             own[int(key[depth])][key[depth + 1 :]] = line

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from datetime import date, datetime
 from typing import Any
 
@@ -24,9 +23,8 @@ from .routine import (
     Person,
     Routine,
     RoutineActivity,
-    RoutineError,
 )  # fmt: skip
-from .table import TomlTable, number, suggestion, text, texts
+from .table import TomlTable, number, read_table, suggestion, text, texts
 from .times import seconds, time_of_day
 
 SCHEMA = 1
@@ -37,11 +35,7 @@ _GROUPS = {"daily": WEEKDAYS, "weekdays": WEEKDAYS[:5], "weekend": WEEKDAYS[5:]}
 
 def read(content: str, name: str) -> Routine:
     """The routine in the text of the file `name`. Raises RoutineError."""
-    try:
-        values = tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise RoutineError(f"{name}: {error}") from None
-    top = TomlTable(name, content, values)
+    top = read_table(content, name)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
         raise top.error(f"this version reads schema = {SCHEMA}", "schema")
     activities = {key: _activity(key, table) for key, table in top.named("activity")}

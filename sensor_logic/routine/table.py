@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from .places import line_of
+from ..lines import KeyPath, line_of, read_toml
 from .routine import RoutineError
 
 T = TypeVar("T")
@@ -24,11 +24,22 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"known: {', '.join(map(repr, names[:20]))}" if names else "there is none"
 
 
-class TomlTable:
-    """A table of the file `name` with that `text`; `path` leads to it."""
+def read_table(content: str, name: str) -> TomlTable:
+    """The outermost table in the text of the file `name`. Raises RoutineError."""
+    try:
+        values, lines = read_toml(content)
+    except (ValueError, RecursionError) as error:
+        raise RoutineError(f"{name}: {error}") from None
+    return TomlTable(name, lines, values)
 
-    def __init__(self, name: str, text: str, values: Any, path: tuple[str | int, ...] = ()) -> None:
-        self.name, self.text, self.path = name, text, path
+
+class TomlTable:
+    """A table of the file `name`, whose values stand at those `lines`; `path` leads to it."""
+
+    def __init__(
+        self, name: str, lines: dict[KeyPath, int], values: Any, path: KeyPath = ()
+    ) -> None:
+        self.name, self.lines, self.path = name, lines, path
         if not isinstance(values, Mapping):
             raise self.error("this must be a table, { … }")
         self.values = values
@@ -36,7 +47,11 @@ class TomlTable:
 
     def where(self, *keys: str | int) -> str:
         """The file and the line of this table, or of what is in it."""
-        return f"{self.name}, line {line_of(self.text, (*self.path, *keys))}"
+        return f"{self.name}, line {line_of(self.lines, (*self.path, *keys))}"
+
+    def below(self, values: Any, *keys: str | int) -> TomlTable:
+        """The table that is in this one."""
+        return TomlTable(self.name, self.lines, values, (*self.path, *keys))
 
     def error(self, text: str, key: str | None = None) -> RoutineError:
         return RoutineError(f"{self.where(*([] if key is None else [key]))}: {text}")
@@ -72,14 +87,14 @@ class TomlTable:
         """The tables in an array."""
         found = self.take(key, _array, [])
         for number, values in enumerate(found):
-            yield TomlTable(self.name, self.text, values, (*self.path, key, number))
+            yield self.below(values, key, number)
 
     def named(self, key: str) -> Iterator[tuple[str, TomlTable]]:
         """The tables below a table, by name."""
         self._taken.add(key)
-        below = TomlTable(self.name, self.text, self.values.get(key, {}), (*self.path, key))
+        below = self.below(self.values.get(key, {}), key)
         for name, values in below.values.items():
-            yield name, TomlTable(self.name, self.text, values, (*below.path, name))
+            yield name, below.below(values, name)
 
     def finish(self) -> None:
         """Raises RoutineError where there is a key that nothing took."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import ast
 import math
-import tomllib
 from dataclasses import dataclass
 from datetime import date, datetime
 from itertools import combinations
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..routine.routine import RoutineError
-from ..routine.table import TomlTable, number, suggestion, text, texts
+from ..routine.table import TomlTable, number, read_table, suggestion, text, texts
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")
@@ -121,11 +120,7 @@ def read(path: Path) -> Study:
     except ValueError:
         raise StudyError(f"{path.name} is not a text file in UTF-8") from None
     try:
-        values = tomllib.loads(content)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise StudyError(f"{path.name}: {error}") from None
-    try:
-        return _study(TomlTable(path.name, content, values), path.resolve().parent)
+        return _study(read_table(content, path.name), path.resolve().parent)
     except RoutineError as error:
         # The reader of tables is that of routines.
         raise StudyError(str(error)) from None
@@ -153,7 +148,7 @@ def _study(top: TomlTable, folder: Path) -> Study:
     vary = {key: _values(table, key) for table, key in _keys(top, "vary")}
     fixed = {key: _value(table, key) for table, key in _keys(top, "set")}
     for key in vary.keys() & fixed.keys():
-        raise TomlTable(top.name, top.text, fixed, ("set",)).error(f"{key!r} also varies", key)
+        raise top.below(fixed, "set").error(f"{key!r} also varies", key)
     if len(homes) > 1:
         vary = {HOME: tuple(str(home) for home in homes), **vary}
     if len(routines) > 1:
@@ -186,7 +181,7 @@ def _study(top: TomlTable, folder: Path) -> Study:
 
 
 def _keys(top: TomlTable, name: str) -> list[tuple[TomlTable, str]]:
-    table = TomlTable(top.name, top.text, top.take(name, dict, {}), (name,))
+    table = top.below(top.take(name, dict, {}), name)
     for key in table.values:
         if "." not in key and key != SENSORS:
             raise table.error(
@@ -205,9 +200,9 @@ def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
     """What a key of [vary] takes. Raises RoutineError."""
     found = table.values[key]
     if isinstance(found, dict) and key == SENSORS:
-        return _choices(TomlTable(table.name, table.text, found, (*table.path, key)))
+        return _choices(table.below(found, key))
     if isinstance(found, dict):
-        return _range(TomlTable(table.name, table.text, found, (*table.path, key)))
+        return _range(table.below(found, key))
     if not isinstance(found, list) or not found:
         raise table.error(
             f"{key}: give a list of values, [1, 2, 3], or {{ from = 1, to = 3, steps = 3 }}", key

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from sensor_logic.files import OutputError, check_folder, file_names, write_files
-from sensor_logic.temporary_files import sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -153,8 +152,8 @@ def test_no_two_sensors_share_a_file(sensors):
 WRITER = """
 import sys, time
 from pathlib import Path
-from sensor_logic.temporary_files import TemporaryFiles
-with TemporaryFiles() as parts:
+from sensor_logic.files import WholeFiles
+with WholeFiles() as parts:
     for name in "abc":
         parts.new(Path(sys.argv[1], name)).write_text(name)
     print("written", flush=True)
@@ -191,7 +190,6 @@ def test_what_a_killed_run_left_is_removed_by_the_next(writer, tmp_path):
 def test_a_run_that_goes_on_is_left_alone(writer, tmp_path):
     before = contents(tmp_path)
     write_files({tmp_path / "a.csv": "new"})
-    sweep(tmp_path)
     assert contents(tmp_path) == {**before, "a.csv": b"new"}
 
 

@@ -10,6 +10,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.recording import bake
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import all_sensors, simulated
+from ..sensor_logic.wording import plural
 from .polls import cancelled, needs
 from .recording import has_fresh_recording, is_still_fresh
 
@@ -69,7 +70,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
             self.report({"WARNING"}, note)
         if not unbaked.count:
             return cancelled(self, "No selected sensor has baked keys that can be removed")
-        many = f"{unbaked.count} sensors" if unbaked.count != 1 else "1 sensor"
+        many = plural(unbaked.count, "sensor")
         self.report({"INFO"}, f"Keys of {many} removed: drivers read recorded or live values")
         return {"FINISHED"}
 

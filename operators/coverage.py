@@ -22,6 +22,7 @@ from ..angen_addon.scene.sensors import SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.files import OutputError, check_folder
+from ..sensor_logic.wording import plural
 from .polls import can_look, cancelled, needs
 
 # s: work between two checks of the window's events.
@@ -185,7 +186,7 @@ class ANGEN_OT_coverage_clear(Operator):
     def execute(self, context: Context) -> set[str]:
         count = mesh.remove(context.scene)
         kept.forget(context.scene)
-        self.report({"INFO"}, f"Removed {count} coverage map{'s' if count != 1 else ''}")
+        self.report({"INFO"}, f"Removed {plural(count, 'coverage map')}")
         return {"FINISHED"}
 
 

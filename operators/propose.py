@@ -17,6 +17,7 @@ from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.scene.rooms import room_of
 from ..angen_addon.scene.sensors import Sensor, SensorError, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
+from ..sensor_logic.wording import plural
 from .coverage import Staged
 from .polls import can_look, cancelled, has_editable_collection, needs
 
@@ -132,7 +133,7 @@ class ANGEN_OT_place_discard(Operator):
 
     def execute(self, context: Context) -> set[str]:
         count = ghosts.discard(context.scene)
-        self.report({"INFO"}, f"Discarded {count} proposed place{'s' if count != 1 else ''}")
+        self.report({"INFO"}, f"Discarded {plural(count, 'proposed place')}")
         return {"FINISHED"}
 
 

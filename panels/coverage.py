@@ -8,6 +8,7 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.coverage import ghosts, kept
 from ..operators.propose import pattern_of
+from ..sensor_logic.wording import plural
 from .lines import ClosedSidebar, draw_property
 
 ROOMS_SHOWN = 12
@@ -37,7 +38,7 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
     def _rooms(self, found: dict) -> None:
         box = self.layout.box().column(align=True)
         count = found["sensors"]
-        box.label(text=f"{found['motion']}, {count} detector{'s' if count != 1 else ''}")
+        box.label(text=f"{found['motion']}, {plural(count, 'detector')}")
         rooms = found["rooms"]
         shown = rooms if len(rooms) <= ROOMS_SHOWN else [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
         lines = [("Room", "Covered", "Dead m²")]

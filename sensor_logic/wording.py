@@ -45,6 +45,22 @@ def listed(texts: list[str], most: int = MOST_NAMES) -> str:
     return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
 
 
+def plural(count: int, noun: str) -> str:
+    """A count and its noun, such as 1 run or 3 runs."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def part_is(part: int, whole: int, noun: str) -> str:
+    """The begin of a sentence, such as 1 of 1 run is, or 2 of 3 runs are."""
+    return f"{part} of {plural(whole, noun)} {'is' if whole == 1 else 'are'}"
+
+
+def shown_duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
 def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
     """The lines of a text table: the first `left` columns aligned to the left, the others right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -11,11 +11,14 @@ from zoneinfo import ZoneInfo
 from ...sensor_logic.faults import undo
 from ...sensor_logic.files import OutputError, write_files
 from ...sensor_logic.formats import FORMATS, DateError, FormatError, Log
-from ...sensor_logic.formats.log import DEFAULT_START, SensorFacts
+from ...sensor_logic.formats.log import DEFAULT_START, LoggedActivity
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import (
+    HomeFile,
     SourceError,
+    format_labels,
+    home_beside,
     read_activities,
     read_home,
     start_of,
@@ -62,13 +65,9 @@ def main(arguments: list[str], program: str) -> int:
 def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     """The log that the options name, with its start, and the names of all known sensors. Raises
     SourceError, OSError."""
-    sensors: dict[str, SensorFacts] = {}
-    start: datetime | None = None
-    about: dict[str, str] = {}
-    if options.home:
-        sensors, start, about = read_home(options.home)
-    if options.start:
-        start = start_of(options.start)
+    home = read_home(options.home) if options.home else home_beside(options.events)
+    sensors = home.sensors
+    start = start_of(options.start) if options.start else home.start
     zone = _zone(options.timezone) if options.timezone else None
     if start and zone:
         start = start.replace(tzinfo=zone)
@@ -90,9 +89,21 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         note(f"the log begins at {start.isoformat()}: --start says when it did")
     if zone:
         start = start.astimezone(zone) if start.tzinfo else start.replace(tzinfo=zone)
-    activities = read_activities(options.activities, start) if options.activities else []
-    log = source.log(sensors, start, activities, about)
+    activities = _activities(options, start, home)
+    log = source.log(sensors, start, activities, home.about)
     return log, sensors.keys() | {sensor.name for sensor in log.sensors}
+
+
+def _activities(
+    options: argparse.Namespace, start: datetime, home: HomeFile
+) -> list[LoggedActivity]:
+    """The activities that the options name, or those of a folder of days, as the format calls
+    them. Raises SourceError, OSError."""
+    beside = options.events / "activities.csv"
+    found = options.activities or (beside if home.days and beside.is_file() else None)
+    if found is None:
+        return []
+    return read_activities(found, start, format_labels(options.format, home.labels))
 
 
 def _zone(name: str) -> ZoneInfo:

@@ -15,7 +15,7 @@ from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages,
 from ...sensor_logic.formats.local_time import since
 from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, Value
 from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.source import SourceError, read_home, start_of
+from ...sensor_logic.formats.source import SourceError, home_beside, read_home, start_of
 from ..output.mqtt.address import AT_ONCE, Address, AddressError, add_options, address_of
 from ..output.mqtt.link import Link, MqttError
 from ..output.mqtt.player import Player, clear, found
@@ -91,13 +91,11 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
     """A log with its rooms, and its start, or None without dates. Raises SourceError, OSError."""
-    beside = events / "home.toml"
-    home = home or (beside if beside.is_file() else None)
-    sensors, start, _ = read_home(home) if home else ({}, None, {})
-    source = read_log(events, start)
+    about = read_home(home) if home else home_beside(events)
+    source = read_log(events, about.start)
     for text in source.notes:
         note(text)
-    return source.log(sensors, source.start or DEFAULT_START), source.start
+    return source.log(about.sensors, source.start or DEFAULT_START), source.start
 
 
 class Stretch:

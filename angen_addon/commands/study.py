@@ -14,6 +14,7 @@ from typing import Any
 
 from ...sensor_logic.study import study as studies
 from ...sensor_logic.study.study import StudyError
+from ...sensor_logic.wording import part_is, plural, shown_duration
 from .console import BAD_INPUT, DONE, FAILED, note, tell
 from .parser import Parser, path
 
@@ -51,23 +52,24 @@ def _run(options: argparse.Namespace) -> int:
             driver.run(line.show)
         except StudyError as error:
             line.end()
-            note(f"{driver.kept()} of {driver.total} runs are done: {error}")
+            note(f"{part_is(driver.kept(), driver.total, 'run')} done: {error}")
             driver.write_tables()
             return FAILED
         except KeyboardInterrupt:
             line.end()
             note(
-                f"interrupted: {driver.kept()} of {driver.total} runs are done and kept; the same "
-                "command goes on from there"
+                f"interrupted: {part_is(driver.kept(), driver.total, 'run')} done and kept; the "
+                "same command goes on from there"
             )
             driver.write_tables()
             return FAILED
         line.end()
         driver.write_tables()
-    note(f"{line.done} of {driver.total} runs are in {options.out}; see `study report`")
+    note(f"{part_is(line.done, driver.total, 'run')} in {options.out}; see `study report`")
     if line.failed:
         note(
-            f"{line.failed} of {driver.total} runs failed: the column error of results.csv says why"
+            f"{line.failed} of {plural(driver.total, 'run')} failed: the column error of "
+            "results.csv says why"
         )
     return FAILED if line.failed else DONE
 
@@ -91,28 +93,22 @@ class _Line:
         if not self._started:
             self._started, self._first = True, done
             self._begin = self._shown = time.monotonic()
-            runs = "1 run" if total == 1 else f"{total} runs"
-            note(f"{done} of {runs} are there already" if done else runs)
+            runs = plural(total, "run")
+            note(f"{part_is(done, total, 'run')} there already" if done else runs)
         self.done, self.failed = done, failed
         now = time.monotonic()
         if now - self._shown < (0.2 if self._terminal else 10.0):
             return
         self._shown = now
         rate = (done - self._first) / max(now - self._begin, 1e-9)
-        left = f", {_span((total - done) / rate)} left" if rate else ""
+        left = f", {shown_duration((total - done) / rate)} left" if rate else ""
         bad = f", {failed} failed" if failed else ""
-        text = f"{done} of {total} runs, {rate:.1f} a second{left}{bad}"
+        text = f"{done} of {plural(total, 'run')}, {rate:.1f} a second{left}{bad}"
         tell(f"\r{text:<70}" if self._terminal else f"{text}\n")
 
     def end(self) -> None:
         if self._terminal:
             tell("\r" + " " * 70 + "\r")
-
-
-def _span(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def _jobs(text: str) -> int:

@@ -20,6 +20,7 @@ from ...sensor_logic.days.times import LEAD_S, hours_minutes
 from ...sensor_logic.days.truth import DAY_S
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.formats import FORMATS, DateError
+from ...sensor_logic.wording import part_is
 from ..commands.console import note
 from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
@@ -169,7 +170,7 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
         whole, notes = folder.finish(options.days)
         for text in notes:
             note(text)
-        kept = f"{whole} of {options.days} days are in {options.out}"
+        kept = f"{part_is(whole, options.days, 'day')} in {options.out}"
         if 0 < whole < options.days:
             note(f"{kept}; the same command goes on with the next")
     if not options.quiet:

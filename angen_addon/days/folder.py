@@ -17,6 +17,7 @@ from ...sensor_logic.days.rows import Day, DayRows, toml
 from ...sensor_logic.files import OutputError, check_folder, write_files
 from ...sensor_logic.formats import FORMATS, FormatError
 from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
+from ...sensor_logic.formats.source import format_labels
 from ..authoring.presets import is_applied
 from ..output.describe import parameters_of
 from ..output.run_log import about, sensor_facts
@@ -167,9 +168,10 @@ class Folder:
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
         notes = []
         sensors = {s.name: sensor_facts(s) for s in self._household.sensors}
+        labels = self._labels()
         for target in self._formats:
             out = self._path / f"{target.name}{target.extension}"
-            log = whole.log(sensors, self._about(), self._labels(target.name))
+            log = whole.log(sensors, self._about(), format_labels(target.name, labels))
             try:
                 written = target.write(log)
             except FormatError as error:
@@ -180,15 +182,12 @@ class Folder:
             notes += [f"{target.name}: {text}" for text in written.notes]
         return notes
 
-    def _labels(self, vocabulary: str) -> dict[str, str]:
-        """What a format calls the activities, where the routine says so: `casas-csv` is of the
-        vocabulary `casas` too."""
-        names = vocabulary, vocabulary.partition("-")[0]
-        found = {}
+    def _labels(self) -> dict[str, dict[str, str]]:
+        """What other vocabularies call the routine's activities, by vocabulary and activity."""
+        found: dict[str, dict[str, str]] = {}
         for activity in self._household.plan.routine.activities.values():
-            label = next((activity.labels[n] for n in names if n in activity.labels), None)
-            if label is not None:
-                found[activity.name] = label
+            for vocabulary, label in activity.labels.items():
+                found.setdefault(vocabulary, {})[activity.name] = label
         return found
 
     def _about(self) -> dict[str, str]:
@@ -209,6 +208,8 @@ class Folder:
             (versions if table else found)[name] = value
         found["seed"] = house.seed
         found["versions"] = versions
+        if labels := self._labels():
+            found["labels"] = labels
         return toml(found, map(_sensor, sorted(house.sensors, key=lambda s: s.name)))
 
 

@@ -7,6 +7,7 @@ import json
 
 import bpy
 
+from ...sensor_logic.wording import plural
 from . import Finding, examine
 
 
@@ -25,5 +26,4 @@ def as_text(found: list[Finding], as_json: bool) -> str:
 
 
 def count(found: list[Finding]) -> str:
-    things = "thing" if len(found) == 1 else "things"
-    return f"{len(found)} {things} to mend" if found else "nothing to mend was found"
+    return f"{plural(len(found), 'thing')} to mend" if found else "nothing to mend was found"

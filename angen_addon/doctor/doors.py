@@ -62,7 +62,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
 
 
 def standing_still(home: Examined) -> Iterator[Found]:
-    """Reports doors with switches if none of them ever moves."""
+    """Reports doors with switches if none of them ever moves, nor is marked for residents."""
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
         for s in home.sensors
@@ -73,7 +73,8 @@ def standing_still(home: Examined) -> Iterator[Found]:
         for leaf, lo, hi in leaves(home)
         if any(((at >= lo - NEAR) & (at <= hi + NEAR)).all() for at in switches)
     ]
-    if watched and not any(any(motion_paths(part)) for leaf in watched for part in chain(leaf)):
+    parts = [part for leaf in watched for part in chain(leaf)]
+    if watched and not any(part in home.lived or any(motion_paths(part)) for part in parts):
         yield (
             f"No door with a switch is animated: {named(sorted(leaf.name for leaf in watched))}",
             "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",

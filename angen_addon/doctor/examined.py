@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...sensor_logic.model import Array
+from ..residents.places.marks import marked
+from ..residents.settings import residents_in
 from ..scene.home import EvaluatedHome
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_scale
@@ -54,6 +56,12 @@ class Examined:
     def home(self) -> EvaluatedHome:
         """The surfaces of the home, for rays."""
         return EvaluatedHome(self.depsgraph)
+
+    @cached_property
+    def lived(self) -> list[Any]:
+        """The objects that are marked as places of residents; none without a resident, who moves by
+        a routine (`angen day`)."""
+        return marked(self.view_layer) if residents_in(self.scene) else []
 
     @property
     def metres(self) -> float:

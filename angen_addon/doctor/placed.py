@@ -41,13 +41,14 @@ BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE",
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
-    """Reports detectors of movement in a scene where nothing moves."""
+    """Reports detectors of movement in a scene where nothing moves, and nobody by a routine."""
     sensors = home.requiring(RAYS, WARMTH, POSES)
-    if sensors and not _moves(home):
+    if sensors and not home.lived and not _moves(home):
         yield (
             f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
             "nothing but their first reading",
-            "Key a person's or a door's place (I in the 3D view), or bring in a walk cycle",
+            "Key a person's or a door's place (I in the 3D view), bring in a walk cycle, or add a "
+            "resident, mark places, and let `angen day` run a routine",
             tuple(s.name for s in sensors),
         )
 

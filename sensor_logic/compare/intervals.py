@@ -28,14 +28,20 @@ class SensorIntervals:
 
 @dataclass
 class HomeIntervals:
-    """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0. `notes`: a
-    sentence for each thing that was mended or left out when the log was read."""
+    """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0: a folder of
+    days ends at midnight, any other log with its last change. `notes`: a sentence for each thing
+    that was mended or left out when the log was read."""
 
     name: str
     begin: float
     end: float
     sensors: dict[str, SensorIntervals]
     notes: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """How long the log is, in seconds; more than 0."""
+        return max(self.end - self.begin, 1e-6)
 
 
 def read(path: Path) -> HomeIntervals:
@@ -45,7 +51,9 @@ def read(path: Path) -> HomeIntervals:
     """
     source = read_log(path)
     log = source.log(start=source.start or DEFAULT_START)
-    return replace(_home(path, _log_changes(log), source.has_states), notes=source.notes)
+    home = _home(path, _log_changes(log), source.has_states)
+    end = home.end if source.end is None else source.end
+    return replace(home, end=end, notes=source.notes)
 
 
 Row = tuple[float, str, str, bool]

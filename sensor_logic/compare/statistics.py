@@ -17,6 +17,8 @@ import numpy.typing as npt
 from .intervals import DAY_S, HomeIntervals, SensorIntervals
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+# Fewer values tell no difference: the usual level of a test.
+CHANCE = 0.05
 Values = npt.NDArray[np.float64]
 
 
@@ -31,8 +33,15 @@ class Measure:
 
     @property
     def distance(self) -> float:
-        """The Kolmogorov-Smirnov distance; NaN where a home has no values."""
-        return ks_distance(*self.values)
+        """The Kolmogorov-Smirnov distance; NaN where a home has too few values."""
+        return ks_distance(*self.values) if self.has_enough_values else math.nan
+
+    @property
+    def has_enough_values(self) -> bool:
+        """Whether a distance means something: both homes have more than one value, and two alike
+        are at the largest distance, 1, in at most CHANCE of all cases."""
+        n, m = map(len, self.values)
+        return min(n, m) > 1 and 2 / math.comb(n + m, n) <= CHANCE
 
 
 def ks_distance(a: Values, b: Values) -> float:
@@ -111,8 +120,7 @@ def shares(home: HomeIntervals, group: str) -> Values:
 def _days(home: HomeIntervals) -> tuple[Values, float]:
     """The edges (s) of the log's days, 24 hours each from its begin, and the factor for counts.
     Time after the last whole day is ignored; a log of less than a day is scaled to one."""
-    whole = int((home.end - home.begin) // DAY_S)
+    whole = int(home.length // DAY_S)
     if whole:
         return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0
-    length = max(home.end - home.begin, 1e-6)
-    return np.array([home.begin, home.end]), DAY_S / length
+    return np.array([home.begin, home.end]), DAY_S / home.length

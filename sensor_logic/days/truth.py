@@ -123,18 +123,23 @@ def _looks(first: float, end: float, moving: Array) -> Array:
 
 def joined(parts: Iterable[Iterable[LoggedActivity]]) -> list[LoggedActivity]:
     """The activities of days one after the other, in time since the first midnight: what goes on
-    over midnight is one."""
+    over midnight is one, in the room of its longest part."""
     found: list[LoggedActivity] = []
-    open_: dict[tuple[str, str, str], int] = {}
+    # By person and activity, the place of the last one in `found`, and the length of the part that
+    # gave it its room.
+    open_: dict[tuple[str, str], tuple[int, int]] = {}
     for number, part in enumerate(parts):
         shift = round(number * DAY_S) * US
         for a in part:
-            key = a.person, a.activity, a.room
-            start, end = a.start + shift, a.end + shift
-            before = open_.get(key)
-            if before is not None and start == shift and found[before].end == start:
-                found[before] = LoggedActivity(found[before].start, end, *key)
-            else:
-                open_[key] = len(found)
-                found.append(LoggedActivity(start, end, *key))
+            key, lasts = (a.person, a.activity), a.end - a.start
+            now = LoggedActivity(a.start + shift, a.end + shift, *key, a.room)
+            index, longest = open_.get(key, (0, 0))
+            before = found[index] if longest else None
+            if before is None or now.start != shift or before.end != shift:
+                open_[key] = len(found), lasts
+                found.append(now)
+                continue
+            room = now.room if lasts > longest else before.room
+            open_[key] = index, max(lasts, longest)
+            found[index] = LoggedActivity(before.start, now.end, *key, room)
     return sorted(found)

@@ -34,7 +34,8 @@ class ParsedLog:
     field is its initial state. `has_activities`: the file also has activities, which readers
     ignore. `in_utc`: times without a zone are UTC, not the home's. `undated`: how many changes at
     the begin are initial states that have the time of the first row. `notes`: a sentence for each
-    thing that was mended or left out."""
+    thing that was mended or left out. `end`: the local time until which the sensors were watched;
+    None: unknown."""
 
     changes: list[DatedChange]
     rooms: dict[str, str] = field(default_factory=dict)
@@ -43,6 +44,7 @@ class ParsedLog:
     in_utc: bool = False
     undated: int = 0
     notes: list[str] = field(default_factory=list)
+    end: datetime | None = None
 
     def sort(self) -> None:
         """Sorts the changes as `sort_rows` does."""

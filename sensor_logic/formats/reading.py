@@ -13,7 +13,7 @@ from xml.etree.ElementTree import ParseError
 
 from ..log.event_log import HEADER, Event
 from . import FORMATS, Format
-from .local_time import count_left_out
+from .local_time import count_left_out, since
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts
 from .read import ParsedLog, events_of, sort_rows
 from .source import SourceError, make_log, read_log_events
@@ -28,7 +28,8 @@ class LoadedLog:
     sensors. `has_states`: the first event of each field is its initial state. `has_activities`: the
     file has activities, which were not read. `left_out`: how many changes have a local time that
     the home's clocks went past in spring; they count as at the moment at which these did. `notes`:
-    a sentence for each thing that was mended or left out."""
+    a sentence for each thing that was mended or left out. `end`: the second until which the sensors
+    were watched; None: unknown."""
 
     path: Path
     events: list[Event]
@@ -38,6 +39,7 @@ class LoadedLog:
     has_activities: bool = False
     left_out: int = 0
     notes: tuple[str, ...] = ()
+    end: float | None = None
 
     def log(
         self,
@@ -111,9 +113,9 @@ def _loaded(
     kinds = {event.sensor: event.kind for event in events}
     rooms = read.rooms
     sensors = {s: SensorFacts(s, kind, rooms.get(s, "")) for s, kind in kinds.items()}
-    return LoadedLog(
-        path, events, begin, sensors, read.has_states, read.has_activities, left_out, notes
-    )
+    end = since(begin, read.end) / 1e6 if begin and read.end else None
+    has = read.has_states, read.has_activities
+    return LoadedLog(path, events, begin, sensors, *has, left_out, notes, end)
 
 
 def _format_of(path: Path) -> Format | None:

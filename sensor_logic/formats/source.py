@@ -8,6 +8,7 @@ import json
 import math
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -117,7 +118,7 @@ def read_log_events(
             rows = csv.reader(file)
             header = tuple(next(rows, ()))
             if header == DAY_HEADER:
-                return ParsedLog(list(_dated_changes(path, rows)))
+                return ParsedLog(list(_dated_changes(path, rows)), end=_end_of_days(path.parent))
             if header == (*HEADER, COLUMN) and start is None:
                 start = _start_by_row(next(rows, []))
             return read_events(path), start
@@ -125,6 +126,12 @@ def read_log_events(
         raise SourceError(f"{path} is not a text file in UTF-8") from None
     except ValueError as error:
         raise SourceError(f"{error}; {','.join(HEADER)} is what `angen simulate` writes") from None
+
+
+def _end_of_days(folder: Path) -> datetime | None:
+    """The midnight at which a folder of days ends; None if it does not say so."""
+    home = home_beside(folder)
+    return home.start + timedelta(days=home.days) if home.start and home.days else None
 
 
 def _start_by_row(row: Sequence[str]) -> datetime | None:
@@ -146,8 +153,26 @@ def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[DatedChang
         yield DatedChange(time, sensor, kind, name, value, number)
 
 
-def read_home(path: Path) -> tuple[dict[str, SensorFacts], datetime | None, dict[str, str]]:
-    """Sensors, start and further facts from `home.toml`, or from `angen list --json`.
+@dataclass(frozen=True)
+class HomeFile:
+    """The facts in a `home.toml`. `days`: how many the folder beside it has; 0: unknown. `labels`:
+    what other vocabularies call activities, by vocabulary and activity."""
+
+    sensors: dict[str, SensorFacts] = field(default_factory=dict)
+    start: datetime | None = None
+    about: dict[str, str] = field(default_factory=dict)
+    days: int = 0
+    labels: dict[str, dict[str, str]] = field(default_factory=dict)
+
+
+def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """What the format `name` calls activities, where `labels` say so by vocabulary and activity:
+    `casas-csv` is of the vocabulary `casas` too."""
+    return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
+
+
+def read_home(path: Path) -> HomeFile:
+    """Reads a `home.toml`, or the sensors that `angen list --json` printed.
 
     Raises SourceError, OSError.
     """
@@ -173,7 +198,25 @@ def read_home(path: Path) -> tuple[dict[str, SensorFacts], datetime | None, dict
     start = home.get("start")
     if start is not None and not isinstance(start, datetime):
         start = start_of(str(start))
-    return sensors, start, _about(home)
+    days = home.get("days")
+    count = days if isinstance(days, int) and days > 0 else 0
+    return HomeFile(sensors, start, _about(home), count, _labels(home.get("labels")))
+
+
+def home_beside(events: Path) -> HomeFile:
+    """The facts in a folder of days; none of any other log. Raises SourceError, OSError."""
+    path = events / "home.toml"
+    return read_home(path) if path.is_file() else HomeFile()
+
+
+def _labels(found: Any) -> dict[str, dict[str, str]]:
+    """The tables of labels; without what is no such table."""
+    tables = found.items() if isinstance(found, dict) else ()
+    return {
+        vocabulary: {activity: str(label) for activity, label in table.items()}
+        for vocabulary, table in tables
+        if isinstance(table, dict)
+    }
 
 
 def _sensor_facts(path: Path, entry: Any) -> SensorFacts:
@@ -193,6 +236,8 @@ def _about(home: Mapping[str, Any]) -> dict[str, str]:
     """The facts about the home itself, those in tables as `table.name`."""
     found: dict[str, str] = {}
     for key, value in home.items():
+        if key == "labels":
+            continue
         if isinstance(value, Mapping):
             found |= {f"{key}.{name}": str(text) for name, text in value.items()}
         elif key not in {"sensors", "start"}:
@@ -208,8 +253,11 @@ def start_of(text: str) -> datetime | None:
         raise SourceError(str(error)) from None
 
 
-def read_activities(path: Path, start: datetime) -> list[LoggedActivity]:
-    """The rows of an `activities.csv`: start, end, person, activity, room.
+def read_activities(
+    path: Path, start: datetime, labels: Mapping[str, str] | None = None
+) -> list[LoggedActivity]:
+    """The rows of an `activities.csv`: start, end, person, activity, room; `labels`: the names that
+    activities get instead.
 
     Raises SourceError, OSError.
     """
@@ -219,13 +267,18 @@ def read_activities(path: Path, start: datetime) -> list[LoggedActivity]:
             rows = csv.reader(file)
             if tuple(next(rows, ())) != ACTIVITY_HEADER:
                 raise SourceError(f"{path}: line 1 is not {','.join(ACTIVITY_HEADER)}")
-            found = [_activity(path, number, row, start) for number, row in enumerate(rows, 2)]
+            found = [
+                _activity(path, number, row, start, labels or {})
+                for number, row in enumerate(rows, 2)
+            ]
         except UnicodeDecodeError:
             raise SourceError(f"{path} is not a text file in UTF-8") from None
     return sorted(found)
 
 
-def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> LoggedActivity:
+def _activity(
+    path: Path, number: int, row: Sequence[str], start: datetime, labels: Mapping[str, str]
+) -> LoggedActivity:
     try:
         begin, end, person, activity, room = row
         first, last = (since(start, datetime.fromisoformat(text)) for text in (begin, end))
@@ -233,4 +286,4 @@ def _activity(path: Path, number: int, row: Sequence[str], start: datetime) -> L
         raise SourceError(f"{path}: line {number} is not an activity") from None
     if last < first:
         raise SourceError(f"{path}: line {number}: '{activity}' ends before it begins")
-    return LoggedActivity(first, last, person, activity, room)
+    return LoggedActivity(first, last, person, labels.get(activity, activity), room)

@@ -417,6 +417,15 @@ def test_nothing_is_wrong_with_a_good_home_in_an_instance(home, examine):
     )
 
 
+def test_residents_that_live_by_a_routine_move(lived_home, examine):
+    checks = {"movement", "still_doors"}
+    assert not checks & {finding.check for finding in examine()}
+    for obj in bpy.data.objects:
+        obj.angen_place.use = "NONE"
+    # Without places nobody can live there.
+    assert checks <= {finding.check for finding in examine()}
+
+
 def mute_track():
     for name in ("Person", "Door"):
         data = bpy.data.objects[name].animation_data

@@ -186,7 +186,7 @@ def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None
     assert len(workers) == 1
     (log,) = (folder / "out" / "logs").iterdir()
     assert log.read_bytes().decode() == command("simulate", "--quiet")[1]
-    assert "1 of 1 run are there already" in run(folder, "--jobs", "1")
+    assert "1 of 1 run is there already" in run(folder, "--jobs", "1")
 
 
 @pytest.mark.slow

@@ -70,6 +70,62 @@ def test_a_log_of_minutes_tells_its_rate_a_day(tmp_path) -> None:
     assert list(shares(home, "motion")) == pytest.approx([100 * 10 / 864])
 
 
+DAYS = "time,sensor,kind,field,value,person,because\n"
+
+
+def folder_of_days(tmp_path: Path, days: int) -> Path:
+    """As `angen day` writes it: somebody comes by at 8 and at 9 o'clock each day."""
+    (tmp_path / "home.toml").write_text(
+        f"start = 2026-03-02T00:00:00\ndays = {days}\nsensors = []\n"
+    )
+    rows = ["2026-03-02T00:00:00.000,A,PIR,moved,0,,\n"]
+    for day in range(2, 2 + days):
+        for hour in (8, 9):
+            rows.append(f"2026-03-{day:02}T{hour:02}:00:00.000,A,PIR,moved,1,anna,Body\n")
+            rows.append(f"2026-03-{day:02}T{hour:02}:00:05.000,A,PIR,moved,0,anna,\n")
+    (tmp_path / "events.csv").write_text(DAYS + "".join(rows))
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["", "events.csv"])
+def test_a_folder_of_days_lasts_until_its_last_midnight(tmp_path, name) -> None:
+    home = read(folder_of_days(tmp_path, 3) / name)
+    assert list(counts(home, "motion")) == [2.0, 2.0, 2.0]
+    assert list(shares(home, "motion")) == pytest.approx([100 * 10 / DAY] * 3)
+    assert home.length == 3 * DAY
+
+
+def test_a_log_of_minutes_tells_that_its_rates_are_scaled_up(tmp_path, compare) -> None:
+    short = log(tmp_path, [(0, "A", 0), (10, "A", 1), (20, "A", 0), (864, "A", 1)], "short.csv")
+    folder = tmp_path / "days"
+    folder.mkdir()
+    folder_of_days(folder, 1)
+    status, out, _ = compare(short, folder)
+    assert status == 0
+    assert "short.csv lasts 14 min: its times and % of a day are scaled up" in out
+    assert "days lasts" not in out
+    days = json.loads(compare(short, folder, "--json")[1])["days"]
+    assert days == pytest.approx([0.01, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "enough"), [(1, 1000, False), (3, 3, False), (4, 4, True), (2, 8, True)]
+)
+def test_a_distance_of_few_values_is_not_told(tmp_path, compare, one, two, enough) -> None:
+    """Two like homes of 3 values each are at 1.000 in a tenth of all cases."""
+    paths = []
+    for name, count, lasts in (("one", one, 1.0), ("two", two, 3.0)):
+        rows = [(0.0, "A", 0)]
+        for number in range(count):
+            rows += [(10.0 * number + 1, "A", 1), (10.0 * number + 1 + lasts, "A", 0)]
+        paths.append(log(tmp_path, rows, name))
+    told = "distance 1.000" if enough else "too few values for a distance"
+    assert f"motion: on for (s): {told}\n" in compare(*paths, "--picture", tmp_path / "it.svg")[1]
+    found = json.loads(compare(*paths, "--json")[1])["measures"][0]
+    assert found["ks_distance"] == (1.0 if enough else None)
+    assert ("on for (s), distance" in (tmp_path / "it.svg").read_text()) == enough
+
+
 some = st.lists(st.floats(0, 1e6) | st.integers(0, 5).map(float), min_size=1, max_size=60)
 
 
@@ -125,7 +181,7 @@ def test_the_table_and_the_picture_tell_both(tmp_path, compare) -> None:
     two = log(tmp_path, [(0, "A", 0), (1, "A", 1), (9, "A", 0), (10, "A", 1)], "two.csv")
     status, out, _ = compare(one, two, "--picture", tmp_path / "both.svg")
     assert status == 0
-    assert "motion: on for (s): distance 1.000" in out
+    assert "motion: on for (s): too few values for a distance" in out
     rows = [line.split() for line in out.splitlines() if line.startswith(("one.csv", "two.csv"))]
     assert rows[0][:5] == ["one.csv", "1", "2", "2", "2"]
     assert rows[1][:5] == ["two.csv", "1", "8", "8", "8"]

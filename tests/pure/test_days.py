@@ -7,6 +7,7 @@ import csv
 import io
 import math
 import tomllib
+from dataclasses import replace
 from datetime import date, datetime
 from typing import Any
 
@@ -210,6 +211,18 @@ def test_days_become_tables_without_a_seam_at_midnight() -> None:
     ]
     assert Day.of_json(DAYS[0].as_json("run 1"), "run 1") == DAYS[0]
     assert Day.of_json(DAYS[0].as_json("run 1"), "run 2") is None
+
+
+def test_what_goes_on_over_midnight_is_one_also_from_room_to_room() -> None:
+    """As a filler that is drawn before midnight and again after it."""
+    late = LoggedActivity(DAY_US - 10, DAY_US, "anna", "Clean", "bedroom")
+    early = LoggedActivity(0, 20, "anna", "Clean", "hall")
+    again = LoggedActivity(30, 40, "anna", "Clean", "hall")
+    days = [replace(DAYS[0], activities=(late,)), replace(DAYS[1], activities=(early, again))]
+    assert DayRows.of(days).activities == (
+        LoggedActivity(DAY_US - 10, DAY_US + 20, "anna", "Clean", "hall"),
+        LoggedActivity(DAY_US + 30, DAY_US + 40, "anna", "Clean", "hall"),
+    )
 
 
 def test_labels_go_into_the_log_of_other_formats() -> None:

@@ -84,9 +84,10 @@ def test_who_is_where_the_next_activity_is_does_not_move(play) -> None:
     assert [d.start for d in day.acted.activities] == [0, 600, 1200, 1800]
 
 
-def test_a_diary_with_gaps(home, ground) -> None:
+def test_a_diary_with_gaps_and_a_row_that_goes_on_with_the_one_before(home, ground) -> None:
     rows = """start,end,person,activity
-2026-03-02 07:00,2026-03-02 07:30,anna,Relax
+2026-03-02 07:00,2026-03-02 07:20,anna,Relax
+2026-03-02 07:20,2026-03-02 07:30,anna,Relax
 2026-03-02 08:00,2026-03-02 08:05,anna,Toilet
 2026-03-02 22:00,2026-03-03 07:00,anna,Sleep
 """

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Processes that make days of the same command, each its share of them, and a stretch of each of
-those that are left over."""
+"""Processes that make days of the same command, each its share of them."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
@@ -21,10 +20,9 @@ _START = (
 )
 
 
-def command_of(part: int, parts: int, cut: Sequence[int]) -> list[str]:
-    """This process's own command, for a share of its days and a stretch of those that are `cut`."""
+def command_of(part: int, parts: int) -> list[str]:
+    """This process's own command, for a share of its days."""
     share = ["--day-share", f"{part}/{parts}", "--quiet"]
-    share += ["--cut-days", ",".join(map(str, cut))] if cut else []
     if bpy.app.binary_path:
         # Threads that wait for each other at each frame cost more than they give.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], *share]
@@ -33,17 +31,17 @@ def command_of(part: int, parts: int, cut: Sequence[int]) -> list[str]:
 
 
 class Workers:
-    """As a context: all processes but this one, each with its share of the days and a stretch of
-    those that are `cut`, ended with it. `good`: whether those that are over did their work."""
+    """As a context: all processes but this one, each with its share of the days, ended with it.
+    `good`: whether those that are over did their work."""
 
-    def __init__(self, parts: int, cut: Sequence[int]) -> None:
-        self._parts, self._cut = parts, cut
+    def __init__(self, parts: int) -> None:
+        self._parts = parts
         self._running: list[subprocess.Popen[bytes]] = []
         self.good = True
 
     def __enter__(self) -> Workers:
         for part in range(1, self._parts):
-            command = command_of(part, self._parts, self._cut)
+            command = command_of(part, self._parts)
             self._running.append(
                 subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
             )

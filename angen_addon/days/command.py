@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from datetime import date, datetime
 from pathlib import Path
 from typing import Any
@@ -20,13 +20,11 @@ from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
 from .folder import Folder
-from .jobs import Workers
+from .jobs import WORKER, SharedDays, days_of_worker
 from .progress import DayLine
 from .run import DayError, Household, Plan, run_days
 
 MOST_DAYS = 10_000
-# One process makes all.
-WHOLE = 0, 1
 
 
 def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
@@ -67,8 +65,8 @@ def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentPa
         help="processes at once (default 1), each of which runs whole days",
     )
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
-    # Which process this is of several that share the days.
-    verb.add_argument("--day-share", type=_part, default=WHOLE, help=argparse.SUPPRESS)
+    # The process is one of those that `--jobs` started.
+    verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
 
 
 def _date(text: str) -> date:
@@ -96,11 +94,6 @@ def _seed(text: str) -> int:
     return _whole(text, 0, 0x7FFFFFFF)
 
 
-def _part(text: str) -> tuple[int, int]:
-    first, _, count = text.partition("/")
-    return int(first), int(count)
-
-
 def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     """Runs what the options ask for; whether all days are whole. Raises DayError, OutputError,
     SensorError, NoSuchSensor; KeyboardInterrupt, when the whole days were kept."""
@@ -112,15 +105,13 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
     household = Household(scene, told, plan, options.start, options.seed)
+    if options.worker:
+        # Never returns: the process ends with the one that started it, which makes the tables.
+        folder = Folder(options.out, household, options.format)
+        _make(household, folder, days_of_worker(), lambda *_: None)
     # What cannot be acted is told before anything is written.
     household.acted(0)
-    folder = Folder(options.out, household, options.format)
-    if options.day_share != WHOLE:
-        # One of several processes, the first of which makes the tables.
-        for _ in _made(household, folder, options, lambda *_: None):
-            pass
-        return True
-    return _all(household, folder, options)
+    return _all(household, Folder(options.out, household, options.format), options)
 
 
 def _check_dates(options: argparse.Namespace) -> None:
@@ -136,46 +127,42 @@ def _check_dates(options: argparse.Namespace) -> None:
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
     line = DayLine(sys.stderr, options.quiet, options.days, folder)
     left = [n for n in range(options.days) if not folder.has(n)]
-    jobs = min(options.jobs, max(len(left), 1))
-    options.day_share = 0, jobs
+    workers = max(min(options.jobs, len(left)) - 1, 0)
+
+    def waiting() -> None:
+        options.interrupt.check()
+        line.show()
+
     try:
-        with Workers(jobs) as workers:
-            for _ in _made(household, folder, options, line.show):
-                pass
-            for _ in workers.wait():
+        with SharedDays(folder, left, workers) as shared:
+
+            def progress(number: int, step: Progress) -> None:
                 options.interrupt.check()
-                line.show()
-            good = workers.good
+                shared.look()
+                line.show(step, household.acted(number))
+
+            _make(household, folder, shared.own(waiting), progress)
     finally:
         line.clear()
         whole, notes = folder.finish(options.days)
         for text in notes:
             note(text)
         kept = f"{whole} of {options.days} days are in {options.out}"
-        if 0 < whole < options.days:
-            note(f"{kept}; the same command goes on with the next")
-    if not options.quiet:
+        if whole < options.days and (whole or options.interrupt.came):
+            note(f"{kept}; the same command goes on with the {'next' if whole else 'first'}")
+    if whole == options.days and not options.quiet:
         note(f"{kept}{line.summary()}")
-    return good and whole == options.days
+    return whole == options.days
 
 
-def _made(
+def _make(
     household: Household,
     folder: Folder,
-    options: argparse.Namespace,
-    show: Callable[..., None],
-) -> Iterator[None]:
-    """This process's share of the days that are not there yet, one after the other."""
-    part, parts = options.day_share
-
-    def progress(number: int, step: Progress) -> None:
-        options.interrupt.check()
-        show(step, household.acted(number))
-
-    left = [n for n in range(part, options.days, parts) if not folder.has(n)]
-    for number, made in zip(left, run_days(household, left, progress), strict=False):
-        folder.keep(number, made)
-        yield
+    numbers: Iterable[int],
+    progress: Callable[[int, Progress], object],
+) -> None:
+    for day in run_days(household, numbers, progress):
+        folder.keep(day)
 
 
 __all__ = ["DayError", "OutputError", "add_verb", "day"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from datetime import datetime, time
+from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
@@ -60,15 +60,18 @@ class Folder:
                 "version differ; give a new folder, or remove it"
             )
 
-    def _file(self, number: int) -> Path:
-        return self._path / DAYS / f"{self._household.date_of(number).isoformat()}.json"
+    def date_of(self, number: int) -> date:
+        return self._household.date_of(number)
+
+    def _file(self, on: date) -> Path:
+        return self._path / DAYS / f"{on.isoformat()}.json"
 
     def has(self, number: int) -> bool:
-        return self._file(number).is_file()
+        return self._file(self.date_of(number)).is_file()
 
     def read(self, number: int) -> Day | None:
         """A day that is kept; None where it is not. Raises OutputError."""
-        path = self._file(number)
+        path = self._file(self.date_of(number))
         try:
             return Day.of_json(path.read_text(encoding="utf-8"), self._digest)
         except FileNotFoundError:
@@ -76,9 +79,9 @@ class Folder:
         except (OSError, ValueError) as error:
             raise OutputError(f"cannot read {path}: {error}; remove it to have it anew") from None
 
-    def keep(self, number: int, day: Day) -> None:
+    def keep(self, day: Day) -> None:
         """Raises OutputError, and keeps nothing then."""
-        write_files({self._file(number): day.as_json(self._digest)})
+        write_files({self._file(day.date): day.as_json(self._digest)})
 
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Writes the tables of the whole days from the first on, `days` at most; how many there

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
@@ -235,7 +235,7 @@ def resident_of(person: Person) -> Any:
 
 def run_days(
     household: Household,
-    numbers: Sequence[int],
+    numbers: Iterable[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
 ) -> Iterator[Day]:
     """The days of these numbers, counted from 0. Raises DayError, SensorError."""

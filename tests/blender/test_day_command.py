@@ -6,7 +6,9 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import subprocess
 import sys
+import time
 import tomllib
 from collections.abc import Callable
 from datetime import datetime
@@ -215,6 +217,120 @@ def test_processes_write_the_same_bytes(
     assert status == 0, told
     assert "2 of 2 days are in" in told
     assert content(home.parent / "both") == LIVED[2]
+
+
+@pytest.fixture
+def workers_do(monkeypatch: Any, addon_part: Callable[[str], Any]) -> Callable[[str], None]:
+    """Processes of `--jobs` run this Python instead."""
+
+    def do(code: str) -> None:
+        command = [sys.executable, "-c", f"import os, signal, sys\n{code}"]
+        monkeypatch.setattr(addon_part("angen_addon.days.jobs"), "worker_command", lambda: command)
+
+    return do
+
+
+def test_the_day_of_a_process_that_is_killed_is_made_by_another(
+    day: Any, home: Path, lived: Callable[..., Path], workers_do: Any
+) -> None:
+    lived(2)
+    workers_do("os.kill(os.getpid(), signal.SIGKILL)")
+    status, told = day("--jobs", 2, out="both")
+    first, *_, last = told.splitlines()
+    assert first == (
+        "angen: a process of --jobs was ended by SIGKILL; another one makes 2026-03-03"
+    )
+    assert status == 0 and "2 of 2 days are in" in last and "2 made in" in last
+    assert content(home.parent / "both") == LIVED[2]
+
+
+def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(
+    day: Any, home: Path, workers_do: Any
+) -> None:
+    workers_do("sys.exit(1)")
+    status, told = day("--jobs", 2, out="both", days=3)
+    assert status == 1
+    kept = f"1 of 3 days are in {home.parent / 'both'}"
+    assert told.endswith(f"angen: {kept}; the same command goes on with the next\n")
+
+
+def started(home: Path, days: int) -> subprocess.Popen[str]:
+    """`angen day --jobs 2` in processes of their own, at its second day at the earliest."""
+    words = words_of(home, "--jobs", 2, out="both", days=days)
+    command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
+    run = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    while run.poll() is None and not [*(home.parent / "both" / "days").glob("*.json")]:
+        time.sleep(0.05)
+    return run
+
+
+def workers_of(process: int) -> list[int]:
+    return [int(n) for n in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+@pytest.mark.slow
+def test_workers_end_with_the_process_that_is_killed(
+    day: Any, home: Path, lived: Callable[..., Path]
+) -> None:
+    """And the same command makes the rest, to the same bytes."""
+    assert day(days=4)[0] == 0
+    with started(home, 4) as run:
+        (worker,) = workers_of(run.pid)
+        run.kill()
+        until = time.monotonic() + 10.0
+        while Path(f"/proc/{worker}").exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        assert not Path(f"/proc/{worker}").exists()
+    assert len([*(home.parent / "both" / "days").glob("*.json")]) < 4
+    assert day(out="both", days=4)[0] == 0
+    assert content(home.parent / "both") == content(home.parent / "out")
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_amid_its_day_is_told_and_no_day_is_missing(
+    day: Any, home: Path
+) -> None:
+    assert day(days=4)[0] == 0
+    with started(home, 4) as run:
+        (worker,) = workers_of(run.pid)
+        os.kill(worker, signal.SIGKILL)
+        told = run.communicate()[1].splitlines()
+    assert run.returncode == 0
+    assert "a process of --jobs was ended by SIGKILL; another one makes 2026-03-0" in told[0]
+    assert "4 of 4 days are in" in told[-1] and "; 4 made in" in told[-1]
+    assert content(home.parent / "both") == content(home.parent / "out")
+
+
+@pytest.mark.slow
+def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> None:
+    words = words_of(home, "--jobs", 2, days=4)
+    command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as run:
+        while not (workers := workers_of(run.pid)):
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        told = run.communicate()[1]
+    assert run.returncode == 1
+    kept = f"0 of 4 days are in {home.parent / 'out'}"
+    assert told == f"angen: {kept}; the same command goes on with the first\n"
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+
+
+def test_ctrl_c_in_the_first_day_tells_how_to_go_on(
+    day: Any, home: Path, addon_part: Any, monkeypatch: Any
+) -> None:
+    household = addon_part("angen_addon.days.run").Household
+
+    def interrupted(self: Any, number: int, keys: Any) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        yield addon_part("angen_addon.runtime.simulation").Progress(1.0, 2.0, 1.0)
+        raise AssertionError("Ctrl-C was not heard")
+
+    monkeypatch.setattr(household, "run", interrupted)
+    status, told = day()
+    out = home.parent / "out"
+    assert status == 1
+    assert told == f"angen: 0 of 2 days are in {out}; the same command goes on with the first\n"
 
 
 @pytest.mark.parametrize(

@@ -233,12 +233,6 @@ class Model:
     """Computes the readings of one sensor and holds its state. A kind overrides `update` (one at a
     time) or `sense` (many updates at once, in numpy)."""
 
-    def state(self, parameters: Any, time: float) -> Any:
-        """What readings after `time` (s), that of the last update, depend on beside the scene, with
-        these parameters: plain values, arrays, and tuples of them. Two models with the same state
-        read the same from then on. None: it cannot be told."""
-        return None
-
     def sense(self, parameters: Any, updates: Updates) -> Readings:
         """The readings at the updates that are due."""
         due = np.flatnonzero(updates.due).tolist()

@@ -50,10 +50,6 @@ class Causes:
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
         self._left: list[Event] = []
-        # Sensors whose events are told in the end, and the first update of those; who and what made
-        # what seem to be their events until then, by sensor and frame.
-        self._held: dict[str, int] = {}
-        self._made: dict[tuple[str, float], tuple[str, str]] = {}
         self.notes = Notes(self._note) if wanted else None
         self.told: list[tuple[Event, str, str]] = []
 
@@ -80,7 +76,7 @@ class Causes:
         """The events that are left, while the keys of their time are in the home and nothing is
         sensed."""
         if self.notes is None:
-            taken = (self.new.take_of(name) for name in self._sensors if name not in self._held)
+            taken = (self.new.take_of(name) for name in self._sensors)
             self.told += [(event, "", "") for events in taken for event in events]
             return
         was_running, state.CACHE.running = state.CACHE.running, True
@@ -98,43 +94,6 @@ class Causes:
             state.CACHE.running = was_running
             self._left = []
 
-    def begin_here(self) -> None:
-        """Forgets what was told. From now on sensors whose events are told by a step are held until
-        their last events before this are known."""
-        self.take_left()
-        self.told.clear()
-        tracks = self._recording.tracks
-        self._held = {name: len(tracks[name]) for name in tracks if self.new.has_steps(name)}
-
-    @property
-    def holds(self) -> bool:
-        return bool(self._held)
-
-    def held_events(self, last: Mapping[str, Mapping[str, Any]]) -> list[Event]:
-        """Tells those of the sensors that were held; by sensor and field, what was `last`. Those
-        that nobody foresaw come back, by time, for `tell_held`."""
-        held, self._held = self._held, {}
-        for name, index in held.items():
-            self.new.begin_at(name, index, last[name])
-        events = sorted(event for name in held for event in self.new.take_of(name))
-        made = [(event, self._made.get((event.sensor, event.frame))) for event in events]
-        self.told += [(event, *known) for event, known in made if known is not None]
-        return [event for event, known in made if known is None]
-
-    def tell_held(self, events: Sequence[Event]) -> None:
-        """Tells some of those, while the keys of their time are in the home."""
-        self._left = list(events)
-        if self.notes is None:
-            self.told += [(event, "", "") for event in events]
-        else:
-            self.take_left()
-
-    @property
-    def last(self) -> dict[str, dict[str, Any]]:
-        """By sensor whose events are told by a step, the values of its last ones by field."""
-        tracks = self._recording.tracks
-        return {name: self.new.last_of(name) for name in tracks if self.new.has_steps(name)}
-
     def _because(self, replay: Replay, event: Event) -> str:
         kind, track = replay.sensor.kind, replay.track
         index = track.at(event.frame)
@@ -145,10 +104,7 @@ class Causes:
 
     def _tell(self, event: Event, because: str) -> None:
         person = self.person_of(because, event.time - self._midnight) if because else ""
-        if event.sensor in self._held:
-            self._made[event.sensor, event.frame] = person, because
-        else:
-            self.told.append((event, person, because))
+        self.told.append((event, person, because))
 
     def person_of(self, name: str, time: float) -> str:
         """Whose body an object is part of, who moves it at a time, or who is on it, as on the

@@ -4,10 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import re
 from collections.abc import Mapping, Sequence
-from datetime import datetime, time
+from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +23,9 @@ from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, decimal, unit_scale
 from .daylight import site_of
 from .run import Household
-from .stretch import Last, State
 
 # The folder of whole days in that of a run, and the file that says which run that is.
 DAYS, MARK = "days", "days/run.txt"
-# What the name of a file of some stretches of a day ends with: from, to, of how many.
-PART = re.compile(r"\.(\d+)-to-(\d+)-of-(\d+)\.json$")
 
 
 class Folder:
@@ -66,17 +61,18 @@ class Folder:
                 "version differ; give a new folder, or remove it"
             )
 
-    def _file(self, number: int) -> Path:
-        return self._path / DAYS / f"{self._household.date_of(number).isoformat()}.json"
+    def date_of(self, number: int) -> date:
+        return self._household.date_of(number)
+
+    def _file(self, on: date) -> Path:
+        return self._path / DAYS / f"{on.isoformat()}.json"
 
     def has(self, number: int) -> bool:
-        return self._file(number).is_file()
+        return self._file(self.date_of(number)).is_file()
 
     def read(self, number: int) -> Day | None:
         """A day that is kept; None where it is not. Raises OutputError."""
-        return self._read(self._file(number))
-
-    def _read(self, path: Path) -> Day | None:
+        path = self._file(self.date_of(number))
         try:
             return Day.of_json(path.read_text(encoding="utf-8"), self._digest)
         except FileNotFoundError:
@@ -84,71 +80,9 @@ class Folder:
         except (OSError, ValueError) as error:
             raise OutputError(f"cannot read {path}: {error}; remove it to have it anew") from None
 
-    def keep(self, number: int, day: Day) -> None:
+    def keep(self, day: Day) -> None:
         """Raises OutputError, and keeps nothing then."""
-        path = self._file(number)
-        write_files({path: day.as_json(self._digest)})
-        for part in path.parent.glob(f"{path.stem}.*-of-*.json"):
-            part.unlink()
-
-    def _beside(self, number: int, end: str) -> Path:
-        path = self._file(number)
-        return path.with_name(f"{path.stem}.{end}.json")
-
-    def keep_part(self, number: int, first: int, until: int, count: int, day: Day) -> None:
-        """What one process made of a day that is cut into `count` stretches: those from `first` to
-        before `until`. Raises OutputError, and keeps nothing then."""
-        path = self._beside(number, f"{first + 1}-to-{until}-of-{count}")
-        write_files({path: day.as_json(self._digest)})
-
-    def parts(self, number: int) -> dict[tuple[int, int], tuple[int, Path]]:
-        """What is kept of a day that is not whole: by the first stretch and their count, where the
-        process went until, and the file."""
-        found = {}
-        for path in sorted(
-            self._file(number).parent.glob(f"{self._household.date_of(number)}.*.json")
-        ):
-            name = PART.search(path.name)
-            if name is not None:
-                first, until, count = map(int, name.groups())
-                found[first - 1, count] = until, path
-        return found
-
-    def keep_state(self, number: int, first: int, count: int, state: State) -> None:
-        """In which stretch `first` of a day is begun. Raises OutputError."""
-        write_files({self._beside(number, f"{first + 1}-of-{count}"): json.dumps(state)})
-
-    def state(self, number: int, first: int, count: int) -> State | None:
-        """None where that is not known yet."""
-        return _json_of(self._beside(number, f"{first + 1}-of-{count}"))
-
-    def keep_last(self, number: int, count: int, before: int, last: Last) -> None:
-        """The last events before stretch `before` of a day. Raises OutputError."""
-        path = self._beside(number, f"last-before-{before + 1}-of-{count}")
-        write_files({path: json.dumps(last)})
-
-    def last(self, number: int, count: int, before: int) -> Last | None:
-        """None where that is not known yet."""
-        return _json_of(self._beside(number, f"last-before-{before + 1}-of-{count}"))
-
-    def chain(self, number: int) -> list[Path]:
-        """The files of a day's stretches, each of which goes on where the one before it ends, until
-        the end of the day; none as long as one is missing."""
-        parts = self.parts(number)
-        for count in sorted({count for _, count in parts}):
-            found, at = [], 0
-            while (at, count) in parts:
-                at, path = parts[at, count]
-                found.append(path)
-            if at == count:
-                return found
-        return []
-
-    def join(self, number: int) -> None:
-        """Makes a day whole of its stretches, once all are there. Raises OutputError."""
-        days = [day for path in self.chain(number) if (day := self._read(path)) is not None]
-        if days and len(days) == len(self.chain(number)):
-            self.keep(number, Day.joined(days))
+        write_files({self._file(day.date): day.as_json(self._digest)})
 
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Writes the tables of the whole days from the first on, `days` at most; how many there
@@ -239,14 +173,6 @@ def digest_of(household: Household) -> str:
     files = sorted(path for path in bpy.utils.blend_paths(absolute=True) if Path(path).is_file())
     parts += [_sha(Path(path).read_bytes()) for path in files]
     return f"sha256:{_sha((repr(parts) + house.plan.text).encode())}"
-
-
-def _json_of(path: Path) -> Any:
-    """What a file holds; None where it is not there, or not whole."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
 
 
 def _sha(content: bytes) -> str:

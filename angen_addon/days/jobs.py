@@ -1,19 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Processes that make days of the same command, each its share of them, and a stretch of each of
-those that are left over."""
+"""Shares the days of `angen day --jobs` among several processes.
+
+This process hands each worker one day at a time, by its number, over the worker's standard input.
+The system closes that pipe when this process ends, however it ends, and the worker ends with it.
+"""
 
 from __future__ import annotations
 
+import queue
+import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
 
+from ..commands.console import DONE, note
+from ..commands.interrupt import SIGNALS
+from ..commands.leaving import leave_hard
+from .folder import Folder
+
 # s
-LOOK_EVERY = 0.2
+LOOK_EVERY, PATIENCE_S = 0.2, 2.0
+# The option of the command that makes its process a worker.
+WORKER = "--worker"
 # Runs the command line of this very package in another Python.
 _START = (
     "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
@@ -21,46 +37,132 @@ _START = (
 )
 
 
-def command_of(part: int, parts: int, cut: Sequence[int]) -> list[str]:
-    """This process's own command, for a share of its days and a stretch of those that are `cut`."""
-    share = ["--day-share", f"{part}/{parts}", "--quiet"]
-    share += ["--cut-days", ",".join(map(str, cut))] if cut else []
+def worker_command() -> list[str]:
+    """Return this process's own command, as that of a worker."""
     if bpy.app.binary_path:
         # Threads that wait for each other at each frame cost more than they give.
-        return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], *share]
+        return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
     root = Path(__file__).resolve().parents[2]
-    return [sys.executable, "-c", _START, str(root), *sys.argv[1:], *share]
+    return [sys.executable, "-c", _START, str(root), *sys.argv[1:], "--quiet", WORKER]
 
 
-class Workers:
-    """As a context: all processes but this one, each with its share of the days and a stretch of
-    those that are `cut`, ended with it. `good`: whether those that are over did their work."""
+def days_of_worker() -> Iterator[int]:
+    """Yield the days that a worker is handed, until the process that started it closes the pipe or
+    ends: then the worker ends at once, also amid a day."""
+    for number in SIGNALS:
+        # Whoever ends a worker by a signal is to be told of as such.
+        signal.signal(number, signal.SIG_DFL)
+    handed: queue.SimpleQueue[int] = queue.SimpleQueue()
 
-    def __init__(self, parts: int, cut: Sequence[int]) -> None:
-        self._parts, self._cut = parts, cut
-        self._running: list[subprocess.Popen[bytes]] = []
-        self.good = True
+    def read() -> None:
+        for text in sys.stdin:
+            handed.put(int(text))
+        leave_hard(DONE)
 
-    def __enter__(self) -> Workers:
-        for part in range(1, self._parts):
-            command = command_of(part, self._parts, self._cut)
-            self._running.append(
-                subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        yield handed.get()
+
+
+@dataclass
+class _Worker:
+    process: subprocess.Popen[bytes]
+    day: int | None = None
+
+
+class SharedDays:
+    """The days `left` to be made into a folder by this process and `workers` others, which run
+    within the context."""
+
+    def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
+        self._folder, self._left, self._count = folder, deque(left), workers
+        self._workers: list[_Worker] = []
+        self._looked = 0.0
+
+    def __enter__(self) -> SharedDays:
+        for _ in range(self._count):
+            # In a session of its own: Ctrl-C in a terminal is for this process alone.
+            process = subprocess.Popen(
+                worker_command(),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,
             )
+            self._workers.append(_Worker(process))
+        # The first day is this process's own.
+        for worker, day in zip(self._workers, list(self._left)[1:], strict=False):
+            self._hand(worker, day)
         return self
 
     def __exit__(self, *_: object) -> None:
-        for process in self._running:
-            process.terminate()
-        for process in self._running:
-            process.wait()
+        for worker in self._workers:
+            _close(worker.process)
+        until = time.monotonic() + PATIENCE_S
+        for worker in self._workers:
+            with suppress(subprocess.TimeoutExpired):
+                worker.process.wait(max(until - time.monotonic(), 0.0))
+            worker.process.kill()
+            worker.process.wait()
 
-    def wait(self) -> Iterator[None]:
-        """Until all are over, with a look now and then."""
-        while self._running:
-            for process in list(self._running):
-                if process.poll() is not None:
-                    self.good &= process.returncode == 0
-                    self._running.remove(process)
-            yield
-            time.sleep(LOOK_EVERY if self._running else 0.0)
+    def own(self, waiting: Callable[[], object]) -> Iterator[int]:
+        """Yield the days that this process makes, until all are made or a worker has failed.
+        `waiting` is called now and then while there is none, but workers are at theirs."""
+        while True:
+            self.look()
+            if self._left:
+                yield self._left.popleft()
+            elif any(worker.day is not None for worker in self._workers):
+                waiting()
+                time.sleep(LOOK_EVERY)
+            else:
+                return
+
+    def look(self) -> None:
+        """Hand each worker that has made its day the next one, and take back the days of workers
+        that have ended. To be called often."""
+        if time.monotonic() - self._looked < LOOK_EVERY:
+            return
+        self._looked = time.monotonic()
+        for worker in list(self._workers):
+            status = worker.process.poll()
+            if worker.day is not None and self._folder.has(worker.day):
+                worker.day = None
+            if status is not None:
+                self._workers.remove(worker)
+                self._lose(worker, status)
+            elif worker.day is None and self._left:
+                self._hand(worker, self._left[0])
+
+    def _hand(self, worker: _Worker, day: int) -> None:
+        self._left.remove(day)
+        worker.day = day
+        assert worker.process.stdin is not None
+        with suppress(OSError):
+            # Where it has ended, `look` takes the day back.
+            worker.process.stdin.write(b"%d\n" % day)
+            worker.process.stdin.flush()
+
+    def _lose(self, worker: _Worker, status: int) -> None:
+        _close(worker.process)
+        if status > 0:
+            # It has told what is wrong; those at a day still end it.
+            self._left.clear()
+            return
+        text = f"a process of --jobs was ended by {_name_of(-status)}"
+        if worker.day is not None:
+            self._left.appendleft(worker.day)
+            text += f"; another one makes {self._folder.date_of(worker.day)}"
+        note(text)
+
+
+def _close(process: subprocess.Popen[bytes]) -> None:
+    assert process.stdin is not None
+    with suppress(OSError):
+        process.stdin.close()
+
+
+def _name_of(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
@@ -35,7 +35,6 @@ from ..scene.sensors import Sensor
 from .aside import put_aside
 from .daylight import Daylight
 from .living import DayRun
-from .stretch import DayStretch
 
 LARGEST_SEED = 0x7FFFFFFF
 
@@ -162,19 +161,16 @@ class Household:
         number: int,
         keys: Any,
         between: tuple[float, float] | None = None,
-        stretch: DayStretch | None = None,
     ) -> Generator[Progress, None, Day]:
-        """Day `number`, or the s `between` of it, or a `stretch`, of which the first has the truth;
-        with the keys of `keyed`. Raises DayError, SensorError."""
+        """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises DayError,
+        SensorError."""
         acted, sensors = self.acted(number), self.sensors
         calendar = calendar_number(self.start) + number
-        what = acted, self.residents, keys, calendar, between, self.causes, stretch
+        what = acted, self.residents, keys, calendar, between, self.causes
         day = DayRun(self.scene, sensors, *what)
         on = self.date_of(number)
         with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
-        if stretch is not None and stretch.number:
-            return Day(on, day.events, (), ())
         where = people(acted, self._room_at, self.places.room_of)
         done = activities(acted, self.places.room_of, where)
         return Day(on, day.events, tuple(done), tuple(where))
@@ -239,15 +235,13 @@ def resident_of(person: Person) -> Any:
 
 def run_days(
     household: Household,
-    numbers: Sequence[int],
+    numbers: Iterable[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
-    stretch: DayStretch | None = None,
 ) -> Iterator[Day]:
-    """The days of these numbers, counted from 0, or a `stretch` of one. Raises DayError,
-    SensorError."""
+    """The days of these numbers, counted from 0. Raises DayError, SensorError."""
     with household.keyed() as keys:
         for number in numbers:
-            run = household.run(number, keys, stretch=stretch)
+            run = household.run(number, keys)
             while True:
                 try:
                     step = next(run)

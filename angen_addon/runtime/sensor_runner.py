@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -135,21 +134,9 @@ class SensorRunner:
         self.model = self.sensor.kind.model()
         self._pose: tuple[Any, float, Pose] | None = None
         self._read: Read | None = None
-        # s: of the last step at which it looked at the scene.
-        self.time = -math.inf
         # Where its beam was swept to last, for `answers.crossings`.
         self.swept: Any = None
         self.rays.forget()
-
-    @property
-    def state(self) -> Any:
-        """What its readings to come depend on beside the scene and its parameters, which must stay;
-        None where it cannot be told."""
-        known, met = self._read, None if self.swept is None else self.swept.step
-        if known is None:
-            return ("off",)
-        state = self.model.state(known.parameters, self.time)
-        return None if state is None else (self.time, state, met)
 
     def read(self, depsgraph: Any, edits: int) -> Read | None:
         """The parameters and the pose after so many `edits` of the scene; None while the sensor is
@@ -250,6 +237,5 @@ class SensorRunner:
             request = light_request(
                 self.sensor, read.parameters, read.pose, read.metres, self.steady
             )
-        self.time = float(updates.times[-1])
         due = dates.steps[dates.due].tolist()
         return PendingUpdates(self, due, read.parameters, updates, request)

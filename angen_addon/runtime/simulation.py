@@ -48,12 +48,10 @@ class Progress:
 @dataclass(frozen=True)
 class Exchange:
     """Before the whole frame `frame` of a run, `put` exchanges keys of the scene for others, with
-    which it stands at the frame before as it did with those. `ends` is asked first whether the run
-    is over there, of sensors in the state that they are left in by all that was read before."""
+    which it stands at the frame before as it did with those."""
 
     frame: int
     put: Callable[[], object]
-    ends: Callable[[Sequence[SensorRunner]], bool] = lambda runners: False
 
 
 def simulate(
@@ -113,7 +111,7 @@ class _Run:
         self._moving_scene: MovingScene | None = None
         self._kept: set[str] = set()
         self._steps = self._evaluated = 0
-        self._moving, self._ended = "", False
+        self._moving = ""
 
     def progress(self) -> Iterator[Progress]:
         """Does it."""
@@ -138,8 +136,7 @@ class _Run:
                         stage.close()
                 finally:
                     self._leave_moving_scene()
-            if not self._ended:
-                self._recording.frame_end = self._frame_end
+            self._recording.frame_end = self._frame_end
         except ReferenceError as error:
             raise SensorError(
                 f"something that the run needs was removed during it: {error}"
@@ -183,9 +180,6 @@ class _Run:
         for window in agenda.windows(self._exchanges):
             exchange = self._exchanges.get(window.begin)
             if exchange is not None:
-                self._ended = exchange.ends(self._runners)
-                if self._ended:
-                    return
                 self._exchange(exchange, stage, alone, batches)
             fresh = agenda.fresh(window, self._still)
             try:

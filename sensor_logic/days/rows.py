@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from typing import Any, NamedTuple
 
@@ -41,13 +41,6 @@ class Day:
     events: tuple[Happening, ...]
     activities: tuple[LoggedActivity, ...]
     people: tuple[Whereabouts, ...]
-
-    @classmethod
-    def joined(cls, parts: Sequence[Day]) -> Day:
-        """One day of stretches that follow each other, the first with the truth: their events are
-        not `attributed` yet."""
-        events = [event for part in parts for event in part.events]
-        return replace(parts[0], events=attributed(events))
 
     def as_json(self, digest: str) -> str:
         """To be kept; `digest` tells the run that it is of."""

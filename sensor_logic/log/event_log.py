@@ -8,7 +8,7 @@ import dataclasses
 import io
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -101,19 +101,6 @@ class NewEvents:
         self._recording = recording
         self._begin: dict[str, int] = {}
         self._last: dict[tuple[str, str], Any] = {}
-
-    def has_steps(self, sensor: str) -> bool:
-        """Whether a field of it is told only when it changed by a step since its last event."""
-        return any(step > 0.0 for step in self._recording.tracks[sensor].steps.values())
-
-    def last_of(self, sensor: str) -> dict[str, Any]:
-        """The values of a sensor's last events by field: those to come are told from these."""
-        return {field: value for (name, field), value in self._last.items() if name == sensor}
-
-    def begin_at(self, sensor: str, index: int, last: Mapping[str, Any]) -> None:
-        """The next events are those from update `index` on, after these last values."""
-        self._begin[sensor] = index
-        self._last |= {(sensor, field): value for field, value in last.items()}
 
     def take(self) -> list[Event]:
         """The events of the updates since the last call, in log order."""

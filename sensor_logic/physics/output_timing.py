@@ -9,7 +9,6 @@ triggers are ignored for the blocking time. During warm-up the output stays low.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,12 +61,6 @@ class OutputTiming:
             self.active = False
             self._fell = time
         return self.active
-
-    def state(self, time: float, blocking: float) -> tuple[Any, ...]:
-        """What the output after `time` depends on, with this blocking time."""
-        if self.active:
-            return True, self._last_trigger, self._seen
-        return False, self._fell if time - self._fell < blocking else -math.inf, self._seen
 
     def run(
         self,

@@ -5,7 +5,6 @@ and its truth does not contradict them."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import day_home
@@ -26,11 +25,11 @@ def short_days(
     return seconds
 
 
-def run(world: Any, acted: Any, number: int = 0, keys: Any = None, stretch: Any = None) -> Any:
+def run(world: Any, acted: Any, number: int = 0, keys: Any = None) -> Any:
     living = day_home.part("angen_addon.days.living")
     residents = {"anna": world.bpy.data.objects["anna"]}
     keys = keys or day_home.BoxKeys()
-    what = acted, residents, keys, number, None, True, stretch
+    what = acted, residents, keys, number
     day = living.DayRun(world.scene, world.sensors(), *what)
     *_, last = day.progress()
     day.steps = last
@@ -61,59 +60,6 @@ def test_a_day_reads_what_every_frame_of_it_does(
     assert plain.recording.tracks == found.recording.tracks
     assert plain.events == found.events
     assert {e.sensor for e in found.events if e.time} == set(found.recording.tracks)
-
-
-# With drivers every frame is evaluated.
-@pytest.mark.parametrize(
-    ("hold", "driven", "short_days"),
-    [(100.0, False, 400.0), pytest.param(0.0, True, 200.0, marks=pytest.mark.slow)],
-    ids=["held", "driven"],
-    indirect=["short_days"],
-)
-def test_a_day_in_stretches_tells_the_same(
-    world: Any, hold: float, driven: bool, short_days: float, addon_part: Any, monkeypatch: Any
-) -> None:
-    """Each process begins amid it; one goes on where a sensor of the next had not settled."""
-    for name in ("sensor_logic.days.times", "angen_addon.days.living"):
-        monkeypatch.setattr(addon_part(name), "LEAD_S", 12.0)
-    day_home.build(world)
-    for name in ("lux", "warm"):
-        # A filter that swings for long.
-        world.bpy.data.objects[name].angen_sensor.enabled = False
-    world.bpy.data.objects["scan"].angen_sensor.pir.hold_time = hold
-    # Told by a step, its events would wait for those before the cut, which is lived later here.
-    world.bpy.data.objects["pad"].angen_sensor.pressure.report_step = 0.0
-    if driven:
-        # A thing in sight of a detector stands elsewhere while somebody is on the pad.
-        driver = world.bpy.data.objects["thing"].driver_add("location", 2).driver
-        driver.type, variable = "SUM", driver.variables.new()
-        variable.targets[0].id = world.bpy.data.objects["pad"]
-        variable.targets[0].data_path = "angen_sensor.active"
-    ways = int(short_days // 33)
-    acted = day_home.acted(5, ways, short_days)
-    spans = acted.spans(0.0, short_days)
-    cuts = tuple((spans[[5 * ways // 12, 2 * ways // 3], 0] - 1.0).tolist())
-    plain = run(world, acted, 2)
-    of, states, made = addon_part("angen_addon.days.stretch"), {}, {}
-    waiting: set[str] = set()
-
-    def meets(number: int, state: Any) -> bool:
-        names = of.differing(state, states[number])
-        waiting.update(names)
-        return not names
-
-    for number in (2, 1, 0):
-        tell = partial(states.__setitem__, number)
-        stretch = of.DayStretch(number, cuts, tell, meets, dict, lambda *_: None)
-        made[number] = stretch, run(world, acted, 2, None, stretch)
-    told, at = [], 0
-    while at < 3:
-        stretch, part = made[at]
-        told += part.events
-        at = stretch.until or 3
-    assert waiting == ({"scan"} if hold else set())
-    assert addon_part("sensor_logic.days.rows").attributed(told) == plain.events
-    assert len(states) == 2 and all(len(part.events) > 4 for _, part in made.values())
 
 
 @pytest.mark.parametrize(

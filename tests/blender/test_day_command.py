@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 import errno
-import json
-import math
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 from collections.abc import Callable
 from datetime import datetime
@@ -224,128 +223,133 @@ def test_a_script_gets_the_same_days(
         list(opened.days(routine, "March"))
 
 
-@pytest.mark.parametrize(("days", "jobs"), mostly_slow([(2, 2), (1, 2), (2, 3)], (1, 2)))
+@pytest.mark.parametrize("jobs", mostly_slow([2, 3], 2))
 def test_processes_write_the_same_bytes(
-    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: Any, days: int, jobs: int
+    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: Any, jobs: int
 ) -> None:
-    """They share the days and, of those left over, the hours; this process is the first."""
-    lived(days)
+    """They share the days; this process is the first."""
+    lived(2)
     more = ("--jobs", jobs)
     monkeypatch.setattr(sys, "argv", ["angen", "day", str(home), *words_of(
-        home, *more, out="both", days=days)])  # fmt: skip
-    status, told = day(*more, out="both", days=days)
+        home, *more, out="both")])  # fmt: skip
+    status, told = day(*more, out="both")
     assert status == 0, told
-    assert re.search(f"{days} of {days} days? (is|are) in", told)
-    assert content(home.parent / "both") == LIVED[days]
-
-
-@pytest.mark.slow
-def test_what_is_told_by_a_step_goes_on_from_the_last_event_before_a_cut(
-    day: Any, home: Path, world: Any
-) -> None:
-    sensor = world.sensor("DISTANCE", "Range", update_rate=1.0)
-    sensor.location, sensor.rotation_euler = (0.06, 2.4, 1.2), (math.radians(90), 0, -math.pi / 2)
-    # Noise that hardly ever reaches a step: which readings do depends on all of them before.
-    sensor.angen_sensor.distance.noise_sigma = 0.01
-    sensor.angen_sensor.distance.report_step = 0.03
-    bpy.ops.wm.save_mainfile()
-    assert day(days=1)[0] == 0
-    words = words_of(home, "--jobs", 2, out="both", days=1)
-    command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert content(home.parent / "both") == content(home.parent / "out")
-    told = [r for r in rows(home.parent / "out" / "events.csv") if r["field"] == "distance_m"]
-    assert len(told) > 1000
-
-
-SECOND = ("--day-share", "1/2", "--cut-days", "0")
-FIRST = ("--day-share", "0/2", "--cut-days", "0")
-
-
-@pytest.mark.slow
-def test_stretches_of_a_day_are_joined_to_the_same_bytes(
-    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: Any, addon_part: Any
-) -> None:
-    lived(1)
-    days = home.parent / "both" / "days"
-    state, second = "2026-03-02.2-of-2.json", "2026-03-02.2-to-2-of-2.json"
-    assert day(*SECOND, days=1, out="both")[0] == 0
-    assert sorted(path.name for path in days.glob("*.json")) == [state, second]
-    # It ends where the other began, and what is there is gone on with.
-    assert day(*FIRST, days=1, out="both") == (0, "")
-    names = ["2026-03-02.1-to-1-of-2.json", state, second]
-    assert sorted(path.name for path in days.glob("*.json")) == names
-    shared = [json.loads((days / name).read_text("utf-8"))["events"] for name in names[::2]]
-    assert all(len(events) > 1 for events in shared)
-    # Nothing is lived again.
-    monkeypatch.setattr(addon_part("angen_addon.days.run").Household, "run", None)
-    assert day(days=1, out="both")[0] == 0
-    assert content(home.parent / "both") == LIVED[1]
-
-
-@pytest.mark.slow
-def test_where_a_sensor_had_not_settled_one_process_goes_on(day: Any, home: Path) -> None:
-    # What moved in the morning is held until the night.
-    bpy.data.objects["PIR left"].angen_sensor.pir.hold_time = 14 * 3600.0
-    assert day(days=1)[0] == 0
-    days = home.parent / "both" / "days"
-    assert day(*SECOND, days=1, out="both")[0] == 0
-    second = json.loads((days / "2026-03-02.2-to-2-of-2.json").read_text("utf-8"))["events"]
-    whole = json.loads((home.parent / "out/days/2026-03-02.json").read_text("utf-8"))["events"]
-    # By itself the second process tells what never was.
-    assert {tuple(e[:5]) for e in second} - {tuple(e[:5]) for e in whole}
-    status, told = day(*FIRST, days=1, out="both")
-    assert status == 0 and "one process goes on, for PIR left had not settled there" in told
-    assert (days / "2026-03-02.1-to-2-of-2.json").is_file()
-    assert day(days=1, out="both")[0] == 0
-    assert content(home.parent / "both") == content(home.parent / "out")
+    assert "2 of 2 days are in" in told
+    assert content(home.parent / "both") == LIVED[2]
 
 
 @pytest.fixture
-def killed(monkeypatch: Any, addon_part: Any) -> None:
-    """Processes of `--jobs` are killed as they begin."""
-    command = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"]
-    monkeypatch.setattr(addon_part("angen_addon.days.jobs"), "command_of", lambda *_: command)
+def workers_do(monkeypatch: Any, addon_part: Callable[[str], Any]) -> Callable[[str], None]:
+    """Processes of `--jobs` run this Python instead."""
+
+    def do(code: str) -> None:
+        command = [sys.executable, "-c", f"import os, signal, sys\n{code}"]
+        monkeypatch.setattr(addon_part("angen_addon.days.jobs"), "worker_command", lambda: command)
+
+    return do
 
 
-def test_where_the_other_process_is_killed_at_once_this_one_makes_the_day(
-    day: Any, home: Path, lived: Callable[..., Path], killed: None
+def test_the_day_of_a_process_that_is_killed_is_made_by_another(
+    day: Any, home: Path, lived: Callable[..., Path], workers_do: Any
 ) -> None:
-    lived(1)
-    status, told = day("--jobs", 2, days=1, out="both")
-    assert status == 1 and "1 of 1 day is in" in told
-    assert day(days=1, out="both")[0] == 0
-    for name in ("events.csv", "activities.csv", "people.csv"):
-        assert content(home.parent / "both")[name] == LIVED[1][name]
+    lived(2)
+    workers_do("os.kill(os.getpid(), signal.SIGKILL)")
+    status, told = day("--jobs", 2, out="both")
+    first, *_, last = told.splitlines()
+    assert first == (
+        "angen: a process of --jobs was ended by SIGKILL; another one makes 2026-03-03"
+    )
+    assert status == 0 and "2 of 2 days are in" in last and "2 made in" in last
+    assert content(home.parent / "both") == LIVED[2]
+
+
+def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(
+    day: Any, home: Path, workers_do: Any
+) -> None:
+    workers_do("sys.exit(1)")
+    status, told = day("--jobs", 2, out="both", days=3)
+    assert status == 1
+    kept = f"1 of 3 days are in {home.parent / 'both'}"
+    assert told.endswith(f"angen: {kept}; the same command goes on with the next\n")
+
+
+def started(home: Path, days: int) -> subprocess.Popen[str]:
+    """`angen day --jobs 2` in processes of their own, at its second day at the earliest."""
+    words = words_of(home, "--jobs", 2, out="both", days=days)
+    command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
+    run = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    while run.poll() is None and not [*(home.parent / "both" / "days").glob("*.json")]:
+        time.sleep(0.05)
+    return run
+
+
+def workers_of(process: int) -> list[int]:
+    return [int(n) for n in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_loses_its_own_stretch_alone(
-    day: Any, home: Path, lived: Callable[..., Path], killed: None
+def test_workers_end_with_the_process_that_is_killed(
+    day: Any, home: Path, lived: Callable[..., Path]
 ) -> None:
-    """The stretch of this process stays; the other one's is made by whoever goes on."""
-    lived(1)
-    days = home.parent / "both" / "days"
-    assert day(*SECOND, days=1, out="both")[0] == 0
-    (days / "2026-03-02.2-to-2-of-2.json").unlink()
-    status, told = day("--jobs", 2, days=1, out="both")
-    assert status == 1 and "0 of 1 day is in" in told
-    first = days / "2026-03-02.1-to-1-of-2.json"
-    kept = first.read_bytes()
-    assert day(*SECOND, days=1, out="both")[0] == 0
-    assert first.read_bytes() == kept
-    assert day(days=1, out="both")[0] == 0
+    """And the same command makes the rest, to the same bytes."""
+    assert day(days=4)[0] == 0
+    with started(home, 4) as run:
+        (worker,) = workers_of(run.pid)
+        run.kill()
+        until = time.monotonic() + 10.0
+        while Path(f"/proc/{worker}").exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        assert not Path(f"/proc/{worker}").exists()
+    assert len([*(home.parent / "both" / "days").glob("*.json")]) < 4
+    assert day(out="both", days=4)[0] == 0
     assert content(home.parent / "both") == content(home.parent / "out")
 
 
-def test_what_goes_from_frame_to_frame_stays_in_one_process(
-    world: Any, addon_part: Callable[[str], Any]
+@pytest.mark.slow
+def test_a_worker_that_is_killed_amid_its_day_is_told_and_no_day_is_missing(
+    day: Any, home: Path
 ) -> None:
-    why = addon_part("angen_addon.days.stretch").why_whole
-    assert why(world.scene) == ""
-    world.box((1, 1, 1)).modifiers.new("Cloth", "CLOTH")
-    assert why(world.scene) == "physics go from frame to frame"
+    assert day(days=4)[0] == 0
+    with started(home, 4) as run:
+        (worker,) = workers_of(run.pid)
+        os.kill(worker, signal.SIGKILL)
+        told = run.communicate()[1].splitlines()
+    assert run.returncode == 0
+    assert "a process of --jobs was ended by SIGKILL; another one makes 2026-03-0" in told[0]
+    assert "4 of 4 days are in" in told[-1] and "; 4 made in" in told[-1]
+    assert content(home.parent / "both") == content(home.parent / "out")
+
+
+@pytest.mark.slow
+def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> None:
+    words = words_of(home, "--jobs", 2, days=4)
+    command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as run:
+        while not (workers := workers_of(run.pid)):
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        told = run.communicate()[1]
+    assert run.returncode == 1
+    kept = f"0 of 4 days are in {home.parent / 'out'}"
+    assert told == f"angen: {kept}; the same command goes on with the first\n"
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+
+
+def test_ctrl_c_in_the_first_day_tells_how_to_go_on(
+    day: Any, home: Path, addon_part: Any, monkeypatch: Any
+) -> None:
+    household = addon_part("angen_addon.days.run").Household
+
+    def interrupted(self: Any, number: int, keys: Any) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        yield addon_part("angen_addon.runtime.simulation").Progress(1.0, 2.0, 1.0)
+        raise AssertionError("Ctrl-C was not heard")
+
+    monkeypatch.setattr(household, "run", interrupted)
+    status, told = day()
+    out = home.parent / "out"
+    assert status == 1
+    assert told == f"angen: 0 of 2 days are in {out}; the same command goes on with the first\n"
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from two_stretches import two_stretches
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 START = date(2026, 3, 2)
@@ -37,7 +36,7 @@ def lived(
     empty_scene: Any,
     references: dict[Any, bytes],
 ) -> Callable[..., Any]:
-    """Readings of light by sensor and s, of a stretch of a day; with causes, its events."""
+    """Readings of light by sensor and s, of a stretch of a day."""
     bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live, scene.angen_light_reference = False, 1024
@@ -68,8 +67,6 @@ def lived(
         end: float = END,
         names: Sequence[str] = SENSORS,
         most: float = 1e9,
-        part: Any = None,
-        causes: bool = False,
     ) -> Any:
         monkeypatch.setattr(living, "MOST_MOVEMENT", most)
         sensors = [s for s in every if s.name in names]
@@ -80,11 +77,11 @@ def lived(
             household.keyed() as keys,
             addon_part("angen_addon.days.daylight").Daylight(scene, sensors, START),
         ):
-            what = acted, household.residents, keys, 0, (begin, end), causes, part
+            what = acted, household.residents, keys, 0, (begin, end), False
             day = living.DayRun(scene, sensors, *what)
             *_, _ = day.progress()
         assert "angen_light_begins" not in scene
-        return day.events if causes else readings(day.recording.tracks)
+        return readings(day.recording.tracks)
 
     return live
 
@@ -129,19 +126,3 @@ def test_a_run_that_begins_with_a_lamp_off_reads_what_one_does_in_which_it_was_o
     for name in SENSORS:
         assert len(later[name]) >= 8
         assert later[name].items() <= found[name].items(), name
-
-
-@pytest.mark.slow
-def test_stretches_of_a_day_tell_of_light_what_one_does(
-    lived: Any, addon_part: Callable[[str], Any]
-) -> None:
-    """What is told depends on what was told last, long before the cut."""
-    found = lived(causes=True)
-    told = [event for event in found if event.time > 0 and event.field == "luminance_percent"]
-    of = addon_part("angen_addon.days.stretch")
-    *stretches, states = two_stretches(of, NEXT - 9.0)
-    parts = [lived(part=part, causes=True, most=20.0) for part in stretches]
-    assert states[0] == states[1] and all(states[0].values())
-    assert all(any(event in part for event in told) for part in parts)
-    rows = addon_part("sensor_logic.days.rows")
-    assert rows.attributed((*parts[0], *parts[1])) == found

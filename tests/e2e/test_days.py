@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A day by two processes, in a real Blender."""
+"""Days by two processes, in a real Blender."""
 
 from __future__ import annotations
 
@@ -22,11 +22,10 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_a_day_tells_who_opened_the_entrance_when_somebody_left(
-    angen: Angen, tmp_path: Path
-) -> None:
+def test_days_tell_who_opened_the_entrance_when_somebody_left(angen: Angen, tmp_path: Path) -> None:
     routine = HOME.with_name("week.toml")
     options = ["--routine", str(routine), "--start", "2026-03-02", "--seed", "1", "--quiet"]
+    options += ["--days", "2"]
     options += ["--sensor", ENTRANCE, "--out", str(tmp_path / "day")]
     done = angen(HOME, "day", *options, "--jobs", "2")
     assert done.returncode == 0, done.stderr

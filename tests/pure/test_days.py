@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sensor_logic.days.cuts import shares, stretches
 from sensor_logic.days.rows import DAY_US, Day, DayRows, Happening, attributed, toml
 from sensor_logic.days.sun import Site, direction, position, skylight, sunlight
+from sensor_logic.days.times import stretches
 from sensor_logic.days.truth import Whereabouts, activities, people
 from sensor_logic.formats.log import LoggedActivity
 from sensor_logic.residents.acted import AWAY, SITTING, WALKING, Acted, ActedActivity, Stay
@@ -79,30 +79,6 @@ def test_a_day_is_cut_in_its_rests_if_it_has_any() -> None:
     ]
     assert max(part.sum() for part in moved) <= 100.0 + 1e-9
     assert stretches(np.zeros((0, 2)), -120.0, 1000.0, 100.0) == []
-
-
-def test_processes_get_as_much_movement_each_and_begin_at_the_end_of_long_rests() -> None:
-    starts = np.arange(100.0, 1000.0, 100.0)
-    spans = np.column_stack([starts, starts + 10.0])
-    assert shares(spans, 1100.0, 3, 60.0) == (399.0, 699.0)
-    # Of rests as long as the lead the best one; without any, the longest.
-    spans[4, 1] = 450.0 + 95.0
-    assert shares(spans, 1100.0, 2, 60.0) == (499.0,)
-    assert shares(spans[4:6], 1100.0, 2, 60.0) == (599.0,)
-    # Never in what is too short a rest, nor after all movement.
-    assert shares(spans[3:4], 1100.0, 2, 60.0) == ()
-    assert shares(np.array([[0.0, 5.0], [6.0, 9.0]]), 1100.0, 2, 60.0) == ()
-    assert len(shares(spans, 1100.0, 40, 60.0)) == 7
-
-
-def test_where_the_sun_goes_on_there_is_more_to_do() -> None:
-    starts = np.arange(100.0, 2100.0, 100.0)
-    spans = np.column_stack([starts, starts + 10.0])
-    assert shares(spans, 2200.0, 2, 60.0) == (1099.0,)
-    # 200 s of movement, and five changes that are worth 17 s each.
-    assert shares(spans, 2200.0, 2, 60.0, [150.0, 250.0, 350.0, 450.0, 550.0]) == (699.0,)
-    # Of those amid one rest but the last matters.
-    assert shares(spans, 2200.0, 2, 60.0, [110.0 + k for k in range(50)]) == (999.0,)
 
 
 def test_what_ends_is_of_who_began_it() -> None:

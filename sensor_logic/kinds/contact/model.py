@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -58,9 +57,6 @@ class DoorContact(Model):
 
     def __init__(self) -> None:
         self._closed = False
-
-    def state(self, parameters: ContactParameters, time: float) -> Any:
-        return (self._closed,)
 
     def update(self, parameters: ContactParameters, update: Update) -> Reading:
         magnet = update.ask(POSES, "magnet")

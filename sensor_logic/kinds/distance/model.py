@@ -10,7 +10,6 @@ targets with less than 1 are not detected. See docs/distance.md.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,9 +28,6 @@ class DistanceSensor(Model):
     def __init__(self) -> None:
         self._near = False
         self._rays = PerPose(zone_rays)
-
-    def state(self, parameters: DistanceParameters, time: float) -> Any:
-        return (self._near,)
 
     def update(self, parameters: DistanceParameters, update: Update) -> Reading:
         rays = self._rays(parameters, update.pose)

@@ -240,9 +240,6 @@ class LightSensor(Model):
         self._window: deque[tuple[float, float]] = deque()
         self._lit: bool | None = None
 
-    def state(self, parameters: LightParameters, time: float) -> Any:
-        return self._time, self._siemens, tuple(self._window), self._lit
-
     def update(self, parameters: LightParameters, update: Update) -> Reading:
         sample: LightSample = update.ask(LIGHT)
         dt = 0.0 if self._time is None else max(update.time - self._time, 0.0)

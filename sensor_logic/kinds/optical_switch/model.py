@@ -12,7 +12,6 @@ breaks its beam between two updates makes it read closed at the next one.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -148,12 +147,6 @@ class SlottedSwitch(Model):
         self._open: bool | None = None
         self._steps: list[BeamStep] = []
         self._rays = PerPose(beam)
-
-    def state(self, parameters: OpticalSwitchParameters, time: float) -> Any:
-        if any(len(step.crossings) for step in self._steps):
-            # Crossings tell solids by numbers that mean nothing outside of the run.
-            return None
-        return self._open, tuple(step.ranges for step in self._steps)
 
     def sense(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
         if not parameters.swept:

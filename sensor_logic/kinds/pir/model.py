@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ...model import Model, Readings, Updates
 from .pyroelectric.detector import PyroelectricDetector
 from .range_scan import PirParameters, RangeScan
@@ -16,12 +14,6 @@ class MotionDetector(Model):
     def __init__(self) -> None:
         self._model = ""
         self._sensing: RangeScan | PyroelectricDetector
-
-    def state(self, parameters: PirParameters, time: float) -> Any:
-        if parameters.model != self._model:
-            # It will start anew.
-            return ("",)
-        return self._model, self._sensing.state(parameters, time)
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         if parameters.model != self._model:

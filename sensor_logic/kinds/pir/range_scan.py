@@ -318,10 +318,6 @@ class RangeScan(Model):
         self._rays: dict[range, PerPose[PirParameters, _FanRays]] = {}
         self._last: dict[int, _LastScan] = {}
 
-    def state(self, parameters: PirParameters, time: float) -> Any:
-        scans = tuple(sorted(self._previous.items()))
-        return scans, self._output.state(time, parameters.blocking_time)
-
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         fan = fan_directions(parameters)
         n = len(updates)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...physics import divider
 
@@ -108,14 +108,6 @@ class ForceResistor:
         self._load = 0.0
         self._load_time = 0.0
         self._decades = 0.0
-
-    def state(self, parameters: PressureParameters) -> tuple[Any, ...]:
-        """What later readings depend on, with these parameters."""
-        press = self._press_noise if parameters.repeatability else 0.0
-        load: tuple[float, ...] = ()
-        if self.touched and parameters.drift:
-            load = self._load, self._load_time, self._decades
-        return self._part_noise, press, self._log_conductance, self.touched, load
 
     def update(
         self, parameters: PressureParameters, force_n: float, time_s: float, unit_noise: float

@@ -180,11 +180,6 @@ class PressurePad(Model):
         # rest is not computed again.
         self._arguments: tuple[Any, ...] = (None, None, None)
 
-    def state(self, parameters: PressureParameters, time: float) -> Any:
-        known = self._known
-        reading = known.force, known.partners, known.centre, known.on_its_back
-        return reading, None if self._resistor is None else self._resistor.state(parameters)
-
     def update(self, parameters: PressureParameters, update: Update) -> Reading:
         """The force along the pad's −Z in N, its partners, and the resistor's reading.
 

@@ -4,7 +4,7 @@ to the next change the power on its elements, which respond only to changes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -71,10 +71,6 @@ class PyroelectricDetector(Model):
         self._zones: Zones = ()
         self._chain: Chain | None = None
         self._time = 0.0
-
-    def state(self, parameters: PirParameters, time: float) -> Any:
-        chain = None if self._chain is None else self._chain.state
-        return chain, self._time, self._output.state(time, parameters.blocking_time)
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         optics = self._optics(parameters, updates.pose)

@@ -146,11 +146,6 @@ class Chain:
         # x, the power at that time, and a place for its change.
         self._state: Array | None = None
 
-    @property
-    def state(self) -> Array | None:
-        """(6,): x and the power at that time; None before the first."""
-        return None if self._state is None else self._state[: STATES + 1]
-
     def advance(self, power: Array, dt: Array) -> Array:
         """The signals (n,) of the largest size within the last `dt` (n,) s, in which the power
         changed linearly to `power` (n,)."""

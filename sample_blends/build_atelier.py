@@ -31,6 +31,15 @@ RESIDENTS = {
     "Olle": ("OLDER_ADULT", (6.4, 2.4), 180.0, True),
     "Missan": ("CAT", (1.0, 0.5), 40.0, False),
 }
+# The rooms of what residents use: nothing but the bath has walls of its own.
+ROOMS = {
+    "sleeping": "Bed of Karin, Bed of Olle, Bookshelf, Chest drawer, Lamp sleeping",
+    "kitchen": "Cat bowl, Chair east, Chair south, Chair west, Fridge, Fridge door, Kettle, "
+    "Kitchen tap, Lamp kitchen, Lamp table, Stove, Worktop",
+    "living": "Armchair, Coffee table, Curtain east, Curtain west, Fig tree, Reading lamp, "
+    "Sofa north, Sofa south, Television, Window place",
+    "entrance": "Coat hooks, Desk, Desk chair, Lamp entrance, Shoe bench, Wardrobe",
+}
 # How the home stands (degrees, m).
 YAW, AT = 27.0, (12.0, -5.0, 0.0)
 
@@ -51,6 +60,9 @@ def build() -> bpy.types.Scene:
     furniture.add_bath()
     devices.add_lamps()
     devices.add_sensors()
+    for room, names in ROOMS.items():
+        for name in names.split(", "):
+            bpy.data.objects[name].angen_place.room = room
     add_residents()
     furniture.turn(YAW, AT)
     devices.fit_doors()

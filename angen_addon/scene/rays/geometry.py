@@ -24,6 +24,8 @@ FAR_FROM_OWN_ORIGIN = 8.0
 LARGE = 250_000
 # Modifiers that move points and leave faces as they are.
 SHAPING = {"ARMATURE", "HOOK", "LATTICE", "CAST", "CURVE", "SIMPLE_DEFORM", "SMOOTH", "MESH_DEFORM"}
+# Most faces to count along a ray.
+MOST_FACES = 200
 # Bounds of what is empty.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
@@ -268,6 +270,17 @@ class Geometry:
         return BVHTree.FromPolygons(
             (points - self.pivot).tolist(), triangles.tolist(), all_triangles=True, epsilon=0.0
         )
+
+
+def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
+    """The number of a tree's faces that a ray meets from `point` (3,) along the unit `ahead` (3,),
+    less than `step` apart counted as one; 0 for MOST_FACES and more."""
+    for count in range(MOST_FACES):
+        found = tree.ray_cast(point, ahead)[0]
+        if found is None:
+            return count
+        point = np.array(found) + ahead * step
+    return 0
 
 
 def mesh_shared_by(original: Any) -> int:

@@ -13,7 +13,6 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ....sensor_logic.geometry.ray_tree import RayTree
-from .faces import cut_faces
 
 Array = NDArray[np.float64]
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -168,23 +167,8 @@ class Geometry:
             if self._surface.plain:
                 self._triangles = corners.reshape(-1, 3)
             else:
-                self._triangles = self._cut(self.original.evaluated_get(depsgraph))
+                self._triangles = triangles_of(self.original.evaluated_get(depsgraph))[1]
         return self._triangles
-
-    def _cut(self, evaluated: Any) -> NDArray[np.int32]:
-        """Its faces as triangles (m, 3)."""
-        cut = None
-        if self._is_large():
-            with surface_mesh(evaluated) as mesh:
-                starts = np.empty(len(mesh.polygons), np.int32)
-                mesh.polygons.foreach_get("loop_start", starts)
-            assert self._surface is not None
-            cut = cut_faces(self.vertices, self._surface.corners, starts)
-        return triangles_of(evaluated)[1] if cut is None else cut
-
-    def _is_large(self) -> bool:
-        """Whether it has too many triangles for a tree of Blender's."""
-        return self._surface is not None and self._surface.large
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
@@ -247,8 +231,8 @@ class Geometry:
 
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
-        self._built.by_triangle = self._is_large()
-        if self._built.by_triangle:
+        if self._surface is not None and self._surface.large:
+            self._built.by_triangle = True
             self._built.pivot = np.zeros(3)
             return RayTree(self.vertices, self.triangles(depsgraph))
         centre = (self.lo + self.hi) / 2

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
@@ -23,12 +22,15 @@ from ...sensor_logic.model import Array
 from ..scene.home import EvaluatedHome
 from ..scene.marks import COVERAGE_MARK
 from ..scene.placed import NotPlaced, placed_matrix
+from ..scene.rays.geometry import faces_along
 from ..scene.rooms import room_of
 from ..scene.sensors import Sensor
 from .cells import CASTS_AT_ONCE, OVER_M, Grid, Mask, Steps, flood, floors, free_ways, passable
 
 # Cells this near (m) to a sensor are of its room, if no wall is between.
 NEAR_M = 0.9
+# No ray this way runs along an edge of what is built square.
+ASKEW = np.array([0.1234, 0.2345, 0.9642]) / np.linalg.norm([0.1234, 0.2345, 0.9642])
 
 
 class Volume:
@@ -46,19 +48,8 @@ class Volume:
         """(n,): by whether a ray leaves it an odd number of times."""
         inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
         for i in np.flatnonzero(inside).tolist():
-            inside[i] = self._crossings(Vector(points[i].tolist())) % 2 == 1
+            inside[i] = faces_along(self._tree, points[i], ASKEW, 1e-4) % 2 == 1
         return inside
-
-    def _crossings(self, point: Vector) -> int:
-        # Askew, so that no ray runs along an edge of what is built square.
-        way, count = Vector((0.1234, 0.2345, 0.9642)).normalized(), 0
-        while count < 100:
-            met = self._tree.ray_cast(point, way)[0]
-            if met is None:
-                break
-            count += 1
-            point = met + way * 1e-4
-        return count
 
 
 def volumes(home: EvaluatedHome) -> list[Volume]:

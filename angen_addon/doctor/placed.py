@@ -20,6 +20,7 @@ from ..runtime.time_base import clock_of
 from ..scene.animation import idle_keys, playing
 from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.caster import NOTHING
+from ..scene.rays.geometry import faces_along
 from ..scene.rays.solids import Solid
 from ..scene.sensors import Sensor, SensorError
 from ..scene.timed import frames_to_step_from, may_follow_frame
@@ -29,8 +30,6 @@ from .examined import Examined, Found
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
 # m: a solid that opposite rays hit at distances of together less than this is a wall.
 THICKEST = 0.6
-# Most faces to count along a ray.
-MOST_FACES = 200
 # More than this share of a sensor's rays hit something too near: it is built in, or faces a wall.
 BLOCKED = 0.25
 # m: half of the width of the thinnest gap that a beam passes whole. Both its sides are equally far
@@ -116,19 +115,13 @@ def _surrounded_by(home: Examined, sensor: Sensor) -> str:
 
 
 def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) -> int:
-    """The number of a solid's faces along a ray; 0 for MOST_FACES and more."""
+    """The number of a solid's faces along a ray; 0 where they are too many to count."""
     inverse = home.home.caster.solids.inverse[solid.row]
     tree = solid.geometry.tree(home.depsgraph)
     point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
     ahead = inverse[:3, :3] @ direction
-    ahead /= np.linalg.norm(ahead)
     size = float(np.linalg.norm(solid.geometry.hi - solid.geometry.lo))
-    for count in range(MOST_FACES):
-        found = tree.ray_cast(point, ahead)[0]
-        if found is None:
-            return count
-        point = np.array(found) + ahead * size * 1e-6
-    return 0
+    return faces_along(tree, point, ahead / np.linalg.norm(ahead), size * 1e-6)
 
 
 def looks_into_something(home: Examined) -> Iterator[Found]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
+from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import SensorInPlan
 from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
@@ -24,6 +26,8 @@ STOREY_M = 1.8
 # Heights this close (m) are the same floor.
 GRAIN_M = 0.02
 BUNDLE_UP, BUNDLE_DOWN = -1, -2
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -47,12 +51,24 @@ def levels(home: EvaluatedHome, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> 
             floor = max(below, default=sensor.height)
         found.append((floor, sensor))
     found.sort(key=lambda pair: (pair[0], pair[1].name))
-    groups: list[list[tuple[float, SensorInPlan]]] = []
-    for floor, sensor in found:
-        if not groups or floor - groups[-1][0][0] >= STOREY_M:
+    return [_level(group) for group in grouped(found, lambda pair: pair[0])]
+
+
+def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
+    """Groups what is sorted by its height (m) into storeys."""
+    groups: list[list[T]] = []
+    for one in found:
+        if not groups or height(one) - height(groups[-1][0]) >= STOREY_M:
             groups.append([])
-        groups[-1].append((floor, sensor))
-    return [_level(group) for group in groups]
+        groups[-1].append(one)
+    return groups
+
+
+def around(rings: Sequence[float]) -> Array:
+    """The offsets (n, 3) of rays down: one in the middle, and DIRECTIONS at each distance."""
+    turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
+    ring = [(r * math.cos(t), r * math.sin(t), 0.0) for r in rings for t in turns]
+    return np.array([(0.0, 0.0, 0.0), *ring])
 
 
 def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
@@ -66,15 +82,11 @@ def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
 
 def _floor_below(home: EvaluatedHome, uid: Uid, sensor: SensorInPlan) -> float | None:
     """Height in m of what most rays down meet; the lower of two that as many do."""
-    turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
-    offsets = np.array(
-        [(0.0, 0.0), *((r * math.cos(t), r * math.sin(t)) for r in RINGS_M for t in turns)]
-    )
     here = np.array([[*sensor.at, sensor.height]])
     up = np.array([[0.0, 0.0, 1.0]])
     free = float(home.cast(uid, BUNDLE_UP, here, up, np.array([2 * START_M]))[0])
     top = sensor.height + free / 2
-    origins = np.column_stack([sensor.at + offsets, np.full(len(offsets), top)])
+    origins = np.array([*sensor.at, top]) + around(RINGS_M)
     down = np.broadcast_to(np.array([0.0, 0.0, -1.0]), origins.shape)
     ranges = home.cast(uid, BUNDLE_DOWN, origins, down, np.full(len(origins), REACH_M))
     heights = [top - r for r in ranges.tolist() if r < REACH_M]

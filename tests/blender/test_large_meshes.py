@@ -115,28 +115,3 @@ def test_objects_of_one_mesh_share_its_surface_until_one_has_its_own(world, addo
     bpy.data.objects.remove(first)
     walls[1].modifiers.clear()
     assert ranges() == pytest.approx([9.0, 0.75, 2.0])
-
-
-@pytest.mark.parametrize("flat", [True, False])
-def test_faces_are_cut_as_blender_cuts_them(world, addon_part, flat):
-    """Triangles and quads, some of which are darts that must be cut by the other diagonal."""
-    rng = np.random.default_rng(7)
-    points, faces = [], []
-    for number in range(400):
-        sides = 3 + number % 2
-        turns = np.sort(rng.uniform(0, 2 * np.pi, sides))
-        sizes = rng.uniform(0.05, 1.0, sides)
-        faces.append(range(len(points), len(points) + sides))
-        points += [(s * np.cos(t), s * np.sin(t), 0 if flat else rng.normal()) for s, t in
-                   zip(sizes, turns, strict=True)]  # fmt: skip
-    mesh = world.mesh(points, faces)
-    mesh.calc_loop_triangles()
-    wanted = [tuple(triangle.vertices) for triangle in mesh.loop_triangles]
-    read = np.array([vertex.co for vertex in mesh.vertices], np.float32)
-    corners = np.array([loop.vertex_index for loop in mesh.loops], np.int32)
-    starts = np.array([face.loop_start for face in mesh.polygons], np.int32)
-    cut_faces = addon_part("angen_addon.scene.rays.faces").cut_faces
-    found = cut_faces(read, corners, starts)
-    assert {frozenset(t) for t in found.tolist()} == {frozenset(t) for t in wanted}
-    assert [min(t) for t in found.tolist()] == [min(t) for t in wanted]
-    assert cut_faces(read, corners, np.array([0, 3, 8], np.int32)) is None

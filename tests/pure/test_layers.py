@@ -18,6 +18,13 @@ INTERFACE = (
 WINDOW = ("operators", "panels", "angen_addon.view", "angen_addon.kinds")
 
 
+# Circles that there are, each with its reason.
+KNOWN: tuple[set[str], ...] = (
+    # The answers read the runner's poses, and the runner asks the answers.
+    {f"angen_addon.runtime.{name}" for name in ("answers", "notes", "probes", "sensor_runner")},
+)
+
+
 def modules() -> dict[str, Path]:
     found = {}
     for folder in PRODUCT:
@@ -30,11 +37,12 @@ def modules() -> dict[str, Path]:
 MODULES = modules()
 
 
-def imported(name: str) -> Iterator[str]:
-    """The modules of the product that a module imports as it is loaded."""
+def imported(name: str, everywhere: bool = False) -> Iterator[str]:
+    """The modules of the product that a module imports as it is loaded, or `everywhere` in it."""
     path = MODULES[name]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree) if everywhere else tree.body:
         if isinstance(node, ast.ImportFrom) and node.level:
             above = package.split(".")
             base = above[: len(above) - node.level + 1] + [node.module] * bool(node.module)
@@ -81,6 +89,28 @@ def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
     assert len(outside) > 200 and not wrong
 
 
+def circles() -> Iterator[set[str]]:
+    """The modules that import each other in a circle, by any import: as they are loaded, inside
+    functions, and for types alone. Who imports a module loads the packages around it."""
+    needs = {}
+    for name in MODULES:
+        found = set(imported(name, everywhere=True))
+        found |= {".".join(other.split(".")[:n]) for other in found for n in range(1, 9)}
+        around = {".".join(name.split(".")[:n]) for n in range(1, 9)}
+        needs[name] = (found & set(MODULES)) - around
+    while True:
+        try:
+            list(graphlib.TopologicalSorter(needs).static_order())
+            return
+        except graphlib.CycleError as error:
+            circle = set(error.args[1])
+            yield circle
+            for name in circle:
+                needs[name] -= circle
+
+
 def test_nothing_imports_in_a_circle() -> None:
     # Raises CycleError, which names them.
     list(graphlib.TopologicalSorter(GRAPH).static_order())
+    wrong = [circle for circle in circles() if not any(circle <= known for known in KNOWN)]
+    assert not wrong

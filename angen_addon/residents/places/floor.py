@@ -29,6 +29,7 @@ from ...coverage.cells import (
 )
 from ...coverage.floor import storeys_of
 from ...coverage.rooms import labels_of, volumes
+from ...plan.storeys import GRAIN_M, around, grouped
 from ...scene.bearers import candidates
 from ...scene.home import EvaluatedHome
 from ...scene.rays.solids import Solid
@@ -43,11 +44,10 @@ NEAR_M = 0.8
 AROUND_M = 2.0
 # Heights (m) at which a body must not meet anything on its way from cell to cell.
 FELT_M = (0.3, 1.0, 1.6)
-# Rays go down around each mark at these distances (m), in so many directions, to find its floor.
-RINGS_M, DIRECTIONS, DEEP_M = (0.5, 1.0, 1.6, 2.2), 8, 4.0
-# m: heights so close are one floor; a mark is at most so far above its floor; floors less apart are
-# one storey.
-GRAIN_M, ABOVE_M, STOREY_M = 0.02, 2.7, 1.8
+# Rays go down around each mark at these distances (m) to find its floor.
+RINGS_M, DEEP_M = (0.5, 1.0, 1.6, 2.2), 4.0
+# m: a mark is at most so far above its floor.
+ABOVE_M = 2.7
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
@@ -127,10 +127,7 @@ def under(heights: Sequence[float], z: float) -> int:
 
 def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
     """The heights (m) of the floors: what most rays around the marks meet. Raises PlaceError."""
-    turns = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-    ring = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(DIRECTIONS)])
-    off = np.concatenate([[[0.0, 0.0, 0.0]], *(ring * r for r in RINGS_M)])
-    starts = (marks[:, None] + off + [0.0, 0.0, 0.2]).reshape(-1, 3)
+    starts = (marks[:, None] + around(RINGS_M) + [0.0, 0.0, 0.2]).reshape(-1, 3)
     ranges = finished(free_ways(home, starts, DOWN, DEEP_M))
     met = (starts[:, 2] - ranges)[ranges < DEEP_M - 1e-6]
     votes = Counter(np.round(met / GRAIN_M).astype(int).tolist())
@@ -142,11 +139,7 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
             chosen[max(of_mark, key=lambda grain: (votes[grain], -grain))] += 1
     if not chosen:
         raise PlaceError("no floor is below the marked places: give the home a floor")
-    groups: list[list[int]] = []
-    for grain in sorted(chosen):
-        if not groups or (grain - groups[-1][0]) * GRAIN_M >= STOREY_M:
-            groups.append([])
-        groups[-1].append(grain)
+    groups = grouped(sorted(chosen), lambda grain: grain * GRAIN_M)
     most = [max(group, key=lambda grain: (chosen[grain], -grain)) for group in groups]
     # The height itself, not the middle of its grain.
     return [float(np.median(met[np.abs(met - grain * GRAIN_M) <= GRAIN_M])) for grain in most]

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.geometry.ray_tree import RayTree
 from ..timed import DEFORMING_MODIFIERS
-from .faces import cut_faces
 
 Array = NDArray[np.float64]
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -23,6 +22,8 @@ SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 FAR_FROM_OWN_ORIGIN = 8.0
 # From so many triangles on a tree of Blender's takes too long to build, and too much memory.
 LARGE = 250_000
+# Most faces to count along a ray.
+MOST_FACES = 200
 # Bounds of what is empty.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
@@ -165,23 +166,8 @@ class Geometry:
             if self._surface.plain:
                 self._triangles = corners.reshape(-1, 3)
             else:
-                self._triangles = self._cut(self.original.evaluated_get(depsgraph))
+                self._triangles = triangles_of(self.original.evaluated_get(depsgraph))[1]
         return self._triangles
-
-    def _cut(self, evaluated: Any) -> NDArray[np.int32]:
-        """Its faces as triangles (m, 3)."""
-        cut = None
-        if self._is_large():
-            with surface_mesh(evaluated) as mesh:
-                starts = np.empty(len(mesh.polygons), np.int32)
-                mesh.polygons.foreach_get("loop_start", starts)
-            assert self._surface is not None
-            cut = cut_faces(self.vertices, self._surface.corners, starts)
-        return triangles_of(evaluated)[1] if cut is None else cut
-
-    def _is_large(self) -> bool:
-        """Whether it has too many triangles for a tree of Blender's."""
-        return self._surface is not None and self._surface.large
 
     def read(self, evaluated: Any) -> bool:
         """Reads the surface of the evaluated object; True where it differs from before."""
@@ -244,8 +230,8 @@ class Geometry:
 
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
         """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
-        self._built.by_triangle = self._is_large()
-        if self._built.by_triangle:
+        if self._surface is not None and self._surface.large:
+            self._built.by_triangle = True
             self._built.pivot = np.zeros(3)
             return RayTree(self.vertices, self.triangles(depsgraph))
         centre = (self.lo + self.hi) / 2
@@ -267,6 +253,17 @@ class Geometry:
         return BVHTree.FromPolygons(
             (points - self.pivot).tolist(), triangles.tolist(), all_triangles=True, epsilon=0.0
         )
+
+
+def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
+    """The number of a tree's faces that a ray meets from `point` (3,) along the unit `ahead` (3,),
+    less than `step` apart counted as one; 0 for MOST_FACES and more."""
+    for count in range(MOST_FACES):
+        found = tree.ray_cast(point, ahead)[0]
+        if found is None:
+            return count
+        point = np.array(found) + ahead * step
+    return 0
 
 
 def mesh_shared_by(original: Any) -> int:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...model import Array
 from ..places import DOOR, Door, Places
-from ..ways import EASY_M, Floor, NoWay, way
+from ..ways import EASY_M, Floor, NoWay, parts, way
 
 # How much longer than the shortest a way may be for a door less to open, m.
 TROUBLE = 3.0
@@ -91,7 +90,7 @@ class Ground:
         """(nx, ny): which part a cell is in with all doors shut, from 1; 0 where nobody fits."""
         key = storey, radius
         if key not in self._parts:
-            self._parts[key] = _labelled(self.floor(storey, {}).clearance >= radius - 1e-9)
+            self._parts[key] = parts(self.floor(storey, {}), radius)
         return self._parts[key]
 
     def part_at(self, storey: int, point: Array, radius: float) -> int:
@@ -358,25 +357,3 @@ def _stand_in(floor: Floor, free: NDArray[np.bool_], points: Array) -> None:
     index = np.floor((points - floor.low) / floor.size).astype(int)
     index = index[((index >= 0) & (index < free.shape)).all(axis=1)]
     free[index[:, 0], index[:, 1]] = False
-
-
-def _labelled(wide: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Which cells hang together (side by side), from 1; 0 where there is nothing."""
-    nx, ny = wide.shape
-    left = wide.tolist()
-    parts = np.zeros(wide.shape, np.int64)
-    count = 0
-    for cell in np.argwhere(wide).tolist():
-        if not left[cell[0]][cell[1]]:
-            continue
-        count += 1
-        left[cell[0]][cell[1]] = False
-        queue = deque([tuple(cell)])
-        while queue:
-            x, y = queue.popleft()
-            parts[x, y] = count
-            for i, j in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)):
-                if 0 <= i < nx and 0 <= j < ny and left[i][j]:
-                    left[i][j] = False
-                    queue.append((i, j))
-    return parts

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import logging
 import pickle
+import platform
 import tempfile
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -80,6 +82,9 @@ def here(jobs: int) -> Iterator[distributed.Client]:
 @contextmanager
 def elsewhere(address: str) -> Iterator[distributed.Client]:
     """A client of a scheduler that runs at an address. Raises StudyError."""
+    # What is wrong is told in a line of our own.
+    warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
+    logging.disable()
     try:
         client = distributed.Client(address, timeout=ANSWERS_S)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
@@ -88,8 +93,6 @@ def elsewhere(address: str) -> Iterator[distributed.Client]:
             f"no scheduler answers at {address}{why}; start one with `dask scheduler`, which says "
             "its address"
         ) from None
-    # What is wrong is told in a line of our own.
-    logging.disable()
     with client:
         yield client
 
@@ -102,6 +105,7 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
                 f"the worker {address} has {threads} threads, and Blender works in one: start it "
                 "with --nthreads 1 (and --nworkers for more processes)"
             )
+    _check_pythons(client)
     # As tasks, not by client.run, which works in another thread: Blender's module crashes where one
     # thread loads it and another one opens a file.
     told = {
@@ -125,9 +129,25 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
     return first[1]
 
 
+def _check_pythons(client: distributed.Client) -> None:
+    """Raises StudyError where the scheduler or a worker has another Python: it cannot read the
+    functions that it is sent, and does not always survive that."""
+    told = client.get_versions()
+    known = {"the scheduler": told["scheduler"]}
+    known |= {f"the worker {address}": facts for address, facts in told["workers"].items()}
+    ours = platform.python_version()
+    for name, facts in known.items():
+        theirs = facts["host"]["python"].partition(".final")[0]
+        if theirs.split(".")[:2] != ours.split(".")[:2]:
+            raise StudyError(
+                f"{name} has Python {theirs}, and this is Python {ours}: start it with "
+                f"Python {ours.rpartition('.')[0]}"
+            )
+
+
 def _cause(error: Exception) -> str:
     # Dask may have put the error into another.
-    if "No module named" in str(error):
+    if "No module named" in str(error) and "pip install" not in str(error):
         return f'{error}: pip install "angen-sensors[sweep]" there'
     return str(error)
 

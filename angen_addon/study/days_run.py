@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from datetime import date
 from pathlib import Path
@@ -21,7 +21,7 @@ from ..api.error import raised_as_angen_error
 from ..days.folder import digest_of as digest_of_home
 from ..days.run import DayError, Household, Plan, run_days
 from ..scene.sensors import Sensor, all_sensors
-from .measures import coverage, of_functions
+from .measures import MeasuredRun, coverage
 from .tasks import Task, found
 from .variants import day_of_run, named
 
@@ -81,26 +81,30 @@ class _Kept:
 
 def measured(
     together: Sequence[Day], task: Task, on: Sequence[Sensor]
-) -> tuple[dict[str, Any], dict[str, str]]:
-    """Of a run, among those that lived these days together: measures by name, and tables."""
+) -> tuple[MeasuredRun, dict[str, str]]:
+    """Of a run, among those that lived these days together: its measures, and tables."""
     rows = DayRows.of([day_of_run(day, on) for day in together])
     sensors = named(on)
     rooms = {sensor.name: sensor.room for sensor in sensors}
     lived = truth.lived(rows, task.days)
-    values: dict[str, Any] = {}
-    if "events" in task.measure:
-        counts = Counter(event.sensor for event in lived.events if event.time_s > 0.0)
-        values["events"] = counts.total()
-        values |= {f"events {name}": counts[name] for name in sorted(rooms)}
-    if "active" in task.measure:
-        values |= _active(lived, sorted(rooms))
-    if "coverage" in task.measure:
-        values["coverage"] = coverage(sensors)
-    if "truth" in task.measure:
-        values |= truth.judged(lived, rooms, task.empty_for)
-    values |= of_functions(task, lived, lived.truth, values)
+    found = MeasuredRun()
+    known: dict[str, Callable[[], dict[str, Any]]] = {
+        "events": lambda: _events(lived, sorted(rooms)),
+        "active": lambda: _active(lived, sorted(rooms)),
+        "coverage": lambda: {"coverage": coverage(sensors)},
+        "truth": lambda: truth.judged(lived, rooms, task.empty_for),
+    }
+    for name, measure in known.items():
+        if name in task.measure:
+            found.add(name, measure)
+    found.add_functions(task, lived, lived.truth)
     tables = rows.files() if task.keep else {}
-    return values, {f"{task.digest}/{name}": text for name, text in tables.items()}
+    return found, {f"{task.digest}/{name}": text for name, text in tables.items()}
+
+
+def _events(lived: Lived, names: Sequence[str]) -> dict[str, Any]:
+    counts = Counter(event.sensor for event in lived.events if event.time_s > 0.0)
+    return {"events": counts.total(), **{f"events {name}": counts[name] for name in names}}
 
 
 def _active(lived: Lived, names: Sequence[str]) -> dict[str, Any]:

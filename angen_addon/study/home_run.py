@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import bpy
 
@@ -114,11 +113,11 @@ def _lived(group: Sequence[Task]) -> list[Done]:
             return failed + [_measured(task, on, measure, seconds) for task, on in own]
 
 
-Measure = Callable[[Task, Sequence[Sensor]], tuple[dict[str, Any], dict[str, str]]]
+Measure = Callable[[Task, Sequence[Sensor]], tuple[measures.MeasuredRun, dict[str, str]]]
 
 
 def _ran(task: Task, sensors: list[Sensor], household: days_run.Household | None) -> Measure:
-    """Simulates; what then tells a run's measures by name, and its logs by name."""
+    """Simulates; returns the function that gives a run's measures, and its logs by name."""
     if household is not None:
         return partial(days_run.measured, days_run.lived(task, household, sensors))
     return partial(_measured_plain, readings_of(sensors, task.frames))
@@ -127,22 +126,23 @@ def _ran(task: Task, sensors: list[Sensor], household: days_run.Household | None
 def _measured(task: Task, on: Sequence[Sensor], measure: Measure, seconds: float) -> Done:
     try:
         with raised_as_angen_error(SensorError, OutputError):
-            values, files = measure(task, on)
+            found, files = measure(task, on)
     except Exception as error:
         return _failed(task, error, seconds)
-    values = {"sensors_on": len(on), **values}
-    return Done(task.digest, values, seconds, files=files if "events" in task.keep else {})
+    values = {"sensors_on": len(on), **found.values}
+    kept = files if "events" in task.keep else {}
+    return Done(task.digest, values, seconds, "; ".join(found.errors), kept)
 
 
 def _measured_plain(
     together: Readings, task: Task, on: Sequence[Sensor]
-) -> tuple[dict[str, Any], dict[str, str]]:
+) -> tuple[measures.MeasuredRun, dict[str, str]]:
     """Of a run of the home's own animation, among those that were simulated together."""
     readings, sensors = of_run(together, on), named(on)
     facts = {sensor.name: sensor_facts(sensor) for sensor in sensors}
     recording = Recording(readings, facts, about(bpy.context.scene))
-    values = measures.measured(task, recording, readings, sensors)
-    return values, {f"{task.digest}.csv": events_csv(readings)} if task.keep else {}
+    found = measures.measured(task, recording, readings, sensors)
+    return found, {f"{task.digest}.csv": events_csv(readings)} if task.keep else {}
 
 
 def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, partial
 from typing import Any
 
 import bpy
@@ -14,6 +15,7 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.motions import MOTIONS
+from ...sensor_logic.files import OutputError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording as Readings
 from ...sensor_logic.report.figures import figures, quantity
@@ -32,49 +34,90 @@ CELL = 0.25
 REFERENCE_PATHS = 16_384
 
 
+@dataclass
+class MeasuredRun:
+    """What is measured of a run: `values` by column, and an error for each measure that failed."""
+
+    values: dict[str, Any] = field(default_factory=dict)
+    errors: list[str] = field(default_factory=list)
+
+    def add(self, name: str, measure: Callable[[], Mapping[str, Any]]) -> None:
+        """Adds the columns of a measure, or its error, beside those of the others."""
+        try:
+            self.values.update(measure())
+        except Exception as error:
+            self.errors.append(" ".join(f"{name}{_reason(error)}".split()))
+
+    def add_functions(self, task: Task, recording: Any, truth: Any) -> None:
+        """Adds what the user's own functions measure."""
+        for label, name, source in task.functions:
+            taken = {*self.values, *COLUMNS, *WITHOUT_DOT, *task.versions}
+            self.add(label, partial(_of_function, name, source, recording, truth, taken))
+
+
+class _WrongFunction(Exception):
+    """A user's function does not give what it must; the text follows the function's name."""
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, _WrongFunction):
+        return f" {error}"
+    if isinstance(error, (AngenError, SensorError, OutputError)):
+        return f": {error}"
+    return f": {type(error).__name__}: {error}"
+
+
 def measured(
     task: Task,
     recording: Recording,
     readings: Readings,
     sensors: Sequence[Sensor],
-) -> dict[str, Any]:
-    """Name → number of all that the task asks for. Raises AngenError."""
-    found: dict[str, Any] = {}
+) -> MeasuredRun:
+    """All that the task asks for."""
+    found = MeasuredRun()
     told = {name: figures(track) for name, track in sorted(readings.tracks.items())}
-    if "events" in task.measure:
-        found["events"] = sum(figure.events for figure in told.values())
-        found |= {f"events {name}": figure.events for name, figure in told.items()}
-    if "active" in task.measure:
-        found["active"] = sum(figure.active for figure in told.values()) / len(told)
-        found |= {f"active {name}": figure.active for name, figure in told.items()}
-    if "coverage" in task.measure:
-        found["coverage"] = coverage(sensors)
-    if "light_error" in task.measure:
-        found["light_error"] = _light_error(task, readings, sensors)
-    return found | of_functions(task, recording, None, found)
 
+    def events() -> dict[str, Any]:
+        total = sum(figure.events for figure in told.values())
+        return {"events": total, **{f"events {name}": f.events for name, f in told.items()}}
 
-def of_functions(task: Task, recording: Any, truth: Any, measured: Iterable[str]) -> dict[str, Any]:
-    """What the user's own functions measure, beside what is `measured` already. Raises
-    AngenError."""
-    found: dict[str, Any] = {}
-    others = {*measured, *COLUMNS, *WITHOUT_DOT, *task.versions}
-    for label, name, source in task.functions:
-        try:
-            told = _function(name, source)(recording, truth)
-        except Exception as error:
-            frame = traceback.extract_tb(error.__traceback__)[-1]
-            raise AngenError(
-                f"{label} raised {type(error).__name__}: {error} (line {frame.lineno})"
-            ) from None
-        own = _numbers(label, name, told)
-        for key in own.keys() & (others | found.keys()):
-            raise AngenError(f"{label} gives {key!r}, which is another column: name it otherwise")
-        found |= own
+    def active() -> dict[str, Any]:
+        mean = sum(figure.active for figure in told.values()) / len(told)
+        return {"active": mean, **{f"active {name}": f.active for name, f in told.items()}}
+
+    known: dict[str, Callable[[], dict[str, Any]]] = {
+        "events": events,
+        "active": active,
+        "coverage": lambda: {"coverage": coverage(sensors)},
+        "light_error": lambda: {"light_error": _light_error(task, readings, sensors)},
+    }
+    for name, measure in known.items():
+        if name in task.measure:
+            found.add(name, measure)
+    found.add_functions(task, recording, None)
     return found
 
 
-def _numbers(label: str, name: str, told: Any) -> dict[str, Any]:
+def _of_function(
+    name: str, source: str, recording: Any, truth: Any, taken: Collection[str]
+) -> dict[str, Any]:
+    """What a user's function measures; `taken` are the names of other columns. Raises
+    _WrongFunction."""
+    try:
+        told = _function(name, source)(recording, truth)
+    except Exception as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        raise _WrongFunction(
+            f"raised {type(error).__name__}: {error} (line {frame.lineno})"
+        ) from None
+    found = _numbers(name, told)
+    for key in found:
+        if key in taken:
+            raise _WrongFunction(f"gives {key!r}, which is another column: name it otherwise")
+    return found
+
+
+def _numbers(name: str, told: Any) -> dict[str, Any]:
     if not isinstance(told, Mapping):
         told = {name: told}
     found = {}
@@ -82,7 +125,7 @@ def _numbers(label: str, name: str, told: Any) -> dict[str, Any]:
         try:
             number = float(value)
         except (TypeError, ValueError):
-            raise AngenError(f"{label} gave {value!r} for {key!r}, which is no number") from None
+            raise _WrongFunction(f"gave {value!r} for {key!r}, which is no number") from None
         found[str(key)] = number if math.isfinite(number) else None
     return found
 
@@ -116,7 +159,7 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
 
     lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
-        raise AngenError("light_error: no light sensor is switched on")
+        raise AngenError("no light sensor is switched on")
     with Changes() as changes:
         for sensor in lights:
             changes.set(sensor.parameters, "samples", REFERENCE_PATHS)

@@ -19,6 +19,7 @@ from ...sensor_logic.report.theme import INKS
 from ...sensor_logic.study import summary
 from ...sensor_logic.study.study import StudyError
 from ...sensor_logic.study.summary import Mean, Results, Setting, mean_over_seeds, pick
+from ...sensor_logic.wording import plural
 from . import plots
 from .results import CSV, FACTS
 
@@ -119,10 +120,12 @@ def html(facts: dict[str, Any], results: Results) -> str:
 
 def _summary(facts: dict[str, Any], results: Results) -> str:
     failed = sum(results.errors.values())
-    missing = facts["runs"] - len(results) - failed
-    told = f"{len(results)} of {facts['runs']} runs went well"
+    well = len(results) - results.partly
+    missing = facts["runs"] - well - failed
+    told = f"{well} of {plural(facts['runs'], 'run')} went well"
     told += f", {failed} failed" if failed else ""
-    return told + (f", {missing} were not run yet." if missing else ".")
+    were = "was" if missing == 1 else "were"
+    return told + (f", {missing} {were} not run yet." if missing else ".")
 
 
 def _told(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, str]]:

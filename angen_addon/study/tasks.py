@@ -63,8 +63,8 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What came of a run: `values` are measures by name; `error` is empty where it went well;
-    `files` are logs to be kept, by name."""
+    """What came of a run: `values` are measures by name; `error` is empty where all went well, and
+    names the measures that failed; `files` are logs to be kept, by name."""
 
     digest: str
     values: dict[str, Any]

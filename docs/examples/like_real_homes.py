@@ -15,9 +15,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-from angen_sensors.sensor_logic.compare import intervals, statistics
-from angen_sensors.sensor_logic.formats.source import SourceError
+try:
+    import numpy as np
+    from angen_sensors.sensor_logic.compare import intervals, statistics
+    from angen_sensors.sensor_logic.formats.source import SourceError
+except ModuleNotFoundError as error:
+    raise SystemExit(
+        f"like_real_homes: {error}: run `pip install .` in the repository's folder"
+    ) from None
 
 # Shares of values that are at or below so many seconds, and what the seconds are rounded to.
 ON_TIMES = (

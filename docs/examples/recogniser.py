@@ -20,10 +20,13 @@ from collections.abc import Iterator
 from datetime import date, datetime, timedelta
 from pathlib import Path
 
-import numpy as np
-from sklearn.dummy import DummyClassifier
-from sklearn.ensemble import RandomForestClassifier
-from sklearn.metrics import accuracy_score, f1_score
+try:
+    import numpy as np
+    from sklearn.dummy import DummyClassifier
+    from sklearn.ensemble import RandomForestClassifier
+    from sklearn.metrics import accuracy_score, f1_score
+except ModuleNotFoundError as error:
+    raise SystemExit(f"recogniser: {error}: run `pip install scikit-learn`") from None
 
 WINDOW_S, DAY_S = 30, 86400
 WINDOWS = DAY_S // WINDOW_S

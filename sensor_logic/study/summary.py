@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Array
-from .study import SENSORS
+from .study import COLUMNS, SENSORS
 
 # What a row has besides what varied and what was measured.
 NOT_MEASURED = ("run", "seed", "digest", "error", "angen_sensors", "blender", "numpy", "python")
@@ -33,8 +33,9 @@ class Mean(NamedTuple):
 
 @dataclass
 class Results:
-    """The rows that went well, as columns. `varied` (texts), `measured` (numbers, NaN where a row
-    has none) and `seeds` are (n,); `errors`: text → how many rows failed with it."""
+    """The rows that measured something, as columns. `varied` (texts), `measured` (numbers, NaN
+    where a row has none) and `seeds` are (n,); `errors`: text → how many rows failed with it;
+    `partly`: how many of these are among the columns, since not all of their measures failed."""
 
     varied: dict[str, list[str]]
     measured: dict[str, Array]
@@ -42,6 +43,7 @@ class Results:
     runs: list[str]
     errors: dict[str, int]
     versions: dict[str, list[str]]
+    partly: int = 0
 
     def __len__(self) -> int:
         return len(self.runs)
@@ -62,7 +64,9 @@ def read(path: Path, varied: Sequence[str]) -> Results:
         for row in rows:
             if row["error"]:
                 found.errors[row["error"]] = found.errors.get(row["error"], 0) + 1
-                continue
+                if not any(row[name] for name in measured if name not in COLUMNS):
+                    continue
+                found.partly += 1
             for name in varied:
                 found.varied[name].append(row[name])
             for name in measured:

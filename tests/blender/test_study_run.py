@@ -7,6 +7,7 @@ import contextlib
 import csv
 import os
 import pickle
+import platform
 import resource
 import shutil
 import signal
@@ -15,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 import psutil
@@ -218,6 +220,24 @@ def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> N
     assert len(results(folder)) == 12
 
 
+def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> None:
+    (folder / "study.toml").write_text(
+        'home = "home.blend"\nmeasure = ["light_error", "score.py:broken", "events", '
+        '"score.py:score"]\n'
+    )
+    (folder / "score.py").write_text(
+        SCORE.replace("PAUSE", "0.0") + "def broken(recording, truth):\n    return 1 / 0\n"
+    )
+    told = run(folder, "--jobs", "1", status=1)
+    assert "1 of 1 run failed" in told
+    (row,) = results(folder)
+    assert int(row["events"]) == int(row["events PIR hall"]) > 0 and float(row["moves"]) > 0
+    assert row["error"] == (
+        "light_error: no light sensor is switched on; "
+        "score.py:broken raised ZeroDivisionError: division by zero (line 7)"
+    )
+
+
 @pytest.mark.parametrize(
     ("body", "error"),
     [
@@ -242,7 +262,7 @@ def test_a_function_is_its_own_text_and_fills_its_own_columns(folder, body, erro
         folder, "--jobs", "1", status=1, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}
     )
     assert f"{RUNS} of {RUNS} runs failed" in told
-    assert all(error in row["error"] for row in results(folder))
+    assert all(error in row["error"] and row["events"] for row in results(folder))
 
 
 @pytest.mark.slow
@@ -330,6 +350,44 @@ def test_workers_that_are_not_alike_are_refused(folder, daemon, scheduler, packa
     told = run(folder, "--scheduler", address, status=2)
     assert "differ: angen_sensors" in told and " 9." in told and told.count("tcp://") == 2
     assert told.count("\n") == 1
+
+
+def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
+    """Functions that are sent to it would end it, again and again."""
+
+    class Client:
+        def nthreads(self) -> dict[str, int]:
+            return {"tcp://one:1": 1}
+
+        def get_versions(self) -> dict[str, Any]:
+            ours = {"host": {"python": platform.python_version() + ".final.0"}}
+            return {
+                "scheduler": ours,
+                "workers": {"tcp://one:1": {"host": {"python": "3.2.1.final.0"}}},
+            }
+
+    with pytest.raises(addon_part("sensor_logic.study.study").StudyError) as told:
+        addon_part("angen_addon.study.cluster").check_workers(Client())
+    assert str(told.value).startswith("the worker tcp://one:1 has Python 3.2.1, and this is Python")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("where", ["here", "elsewhere"])
+def test_a_worker_without_blenders_module_is_one_clear_line(
+    folder, daemon, scheduler, package, tmp_path, where
+) -> None:
+    """Its `bpy` is missing: another one, found before it, says so as Python would."""
+    (package / "bpy.py").write_text("raise ModuleNotFoundError(\"No module named 'bpy'\")\n")
+    if where == "here":
+        env = os.environ | {"PYTHONPATH": str(package)}
+        told = run(folder, "--jobs", "1", status=2, env=env)
+    else:
+        address = scheduler[1]
+        daemon("worker", address, "--nthreads", "1", "--no-dashboard", path=package)
+        told = run(folder, "--scheduler", address, status=2)
+    (line,) = set(told.splitlines()) - {"angen: waiting for workers; Ctrl-C ends this"}
+    assert "lacks Blender's Python module" in line and line.count("pip install") == 1
+    assert line.endswith("pip install bpy there")
 
 
 @pytest.mark.parametrize(

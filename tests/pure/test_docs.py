@@ -3,7 +3,11 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 import hard_cases
 import parameter_tables
@@ -105,3 +109,14 @@ def _power(value):
     """Such as 8e-6."""
     digit, _, power = f"{value:.0e}".partition("e")
     return f"{digit}e{int(power)}"
+
+
+@pytest.mark.parametrize("name", ["like_real_homes", "recogniser"])
+def test_an_example_without_its_packages_is_one_line(name):
+    script = page.DOCS / "examples" / f"{name}.py"
+    # -S: without any package that is installed.
+    command = [sys.executable, "-S", str(script), "days"]
+    done = subprocess.run(command, capture_output=True, text=True, env={})
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith(f"{name}: No module named") and "pip install" in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -66,7 +66,7 @@ def test_both_tables_are_the_rows(folder, reader) -> None:
 
 def test_the_report_tells_what_is_in_the_rows(folder) -> None:
     page = report.write(folder).read_text(encoding="utf-8")
-    assert "5 of 7 runs went well, 1 failed, 1 were not run yet." in page
+    assert "5 of 7 runs went well, 1 failed, 1 was not run yet." in page
     assert "it is &lt;too&gt; much" in page
     # Means over two seeds: ± t(1) × sd / √2 = 12.71 × 0.7071 / 1.4142; of one seed alone, none.
     cells = re.findall(r'<td class="n" data-v="[^"]*">([^<]*)</td>', page)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
@@ -14,6 +13,7 @@ from typing import Any, NamedTuple
 
 from ..formats.source import SourceError
 from ..kinds import KINDS
+from ..routine.places import parse_toml
 
 Range = tuple[float, float]
 STATES = ("on", "off", "held")
@@ -119,11 +119,11 @@ def read_plan(path: Path) -> FaultPlan:
     """Reads a faults file. Raises SourceError, which names file and line, or OSError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
-        found = tomllib.loads(text)
+        found = parse_toml(text, str(path))
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file in UTF-8") from None
-    except (ValueError, RecursionError) as error:
-        raise SourceError(f"{path}: {error}") from None
+    except ValueError as error:
+        raise SourceError(str(error)) from None
     where = _Places(path, text)
     for key in found:
         if key not in {"seed", "fault"}:

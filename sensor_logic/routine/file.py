@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from datetime import date, datetime
 from typing import Any
 
-from .checks import check
+from .checks import check, check_bodies
+from .places import parse_toml
 from .routine import (
     AWAY,
     DAY,
@@ -38,9 +38,9 @@ _GROUPS = {"daily": WEEKDAYS, "weekdays": WEEKDAYS[:5], "weekend": WEEKDAYS[5:]}
 def read(content: str, name: str) -> Routine:
     """The routine in the text of the file `name`. Raises RoutineError."""
     try:
-        values = tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise RoutineError(f"{name}: {error}") from None
+        values = parse_toml(content, name)
+    except ValueError as error:
+        raise RoutineError(str(error)) from None
     top = TomlTable(name, content, values)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
         raise top.error(f"this version reads schema = {SCHEMA}", "schema")
@@ -51,6 +51,7 @@ def read(content: str, name: str) -> Routine:
     persons = {key: _person(key, table, known) for key, table in top.named("person")}
     if not persons:
         raise top.error("there is nobody: add a table [person.NAME]")
+    check_bodies(persons)
     found = Routine(
         persons,
         activities,
@@ -92,7 +93,7 @@ def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
         raise table.error("'begins' is missing: what the person does at the first midnight")
     begins = table.one_of("begins", activities, AWAY)
     table.finish()
-    return Person(name, resident, visitor, begins)
+    return Person(name, resident, visitor, begins, table.where("resident"))
 
 
 def _days(table: TomlTable) -> Calendar:

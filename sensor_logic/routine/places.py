@@ -1,12 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The line of a TOML file in which a value stands, which Python's reader does not tell."""
+"""Reads TOML, and finds the line of a value, which Python's reader does not tell."""
 
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Sequence
+from typing import Any
 
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]\]?")
+
+
+_AT = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+
+
+def parse_toml(text: str, name: str) -> dict[str, Any]:
+    """Return the values in the text of the file `name`. Raises ValueError, which names the line."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        at = _AT.search(str(error))
+        line = int(at.group(1) or text.count("\n") + 1) if at else 1
+        raise ValueError(f"{name}, line {line}: {_AT.sub('', str(error))}") from None
+    except RecursionError:
+        raise ValueError(f"{name} is nested too deeply") from None
 
 
 def line_of(text: str, path: Sequence[str | int]) -> int:

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import ast
 import math
-import tomllib
 from dataclasses import dataclass
 from datetime import date, datetime
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
 
+from ..routine.places import parse_toml
 from ..routine.routine import RoutineError
 from ..routine.table import TomlTable, number, suggestion, text, texts
 
@@ -121,9 +121,9 @@ def read(path: Path) -> Study:
     except ValueError:
         raise StudyError(f"{path.name} is not a text file in UTF-8") from None
     try:
-        values = tomllib.loads(content)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise StudyError(f"{path.name}: {error}") from None
+        values = parse_toml(content, path.name)
+    except ValueError as error:
+        raise StudyError(str(error)) from None
     try:
         return _study(TomlTable(path.name, content, values), path.resolve().parent)
     except RoutineError as error:

@@ -16,6 +16,8 @@ STRING = re.compile(
 )
 NAME = re.compile(rf"{STRING.pattern}|[\w-]+", re.DOTALL)
 VALUE = re.compile(rf"{STRING.pattern}|[\[{{]|[^,\]}}\n#]+", re.DOTALL)
+# Where Python's reader says that TOML is wrong.
+TOML_AT = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
@@ -48,8 +50,18 @@ def read_json(text: str) -> tuple[Any, dict[KeyPath, int]]:
 
 def read_toml(text: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
     """The table in a TOML text, and the line (from 1) of each value in it, as `read_json`. Raises
-    ValueError, or RecursionError where its brackets are nested too deep."""
-    values = tomllib.loads(text)
+    LineError."""
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        at = TOML_AT.search(str(error))
+        line = int(at.group(1) or text.count("\n") + 1) if at else 1
+        raise LineError(line, TOML_AT.sub("", str(error))) from None
+    except RecursionError:
+        raise LineError(1, "its brackets are nested too deep") from None
+    except ValueError as error:
+        # Python reads no whole number of more than 4300 digits.
+        raise LineError(1, str(error)) from None
     lines = _Lines(text)
     lines.document()
     return values, lines.found

@@ -18,6 +18,7 @@ from ...sensor_logic.days.truth import activities, people
 from ...sensor_logic.model import Array
 from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.acting import Ground, act
+from ...sensor_logic.residents.body.build import Build
 from ...sensor_logic.residents.places import Places
 from ...sensor_logic.routine import diary, file
 from ...sensor_logic.routine.draws import Draws
@@ -123,10 +124,12 @@ class Household:
             self.places: Places = read_places(scene, evaluated_depsgraph())
         except PlaceError as error:
             raise DayError(str(error)) from None
-        try:
-            self._builds = {name: build_of(obj) for name, obj in self.residents.items()}
-        except ValueError as error:
-            raise DayError(str(error)) from None
+        self._builds: dict[str, Build] = {}
+        for name, obj in self.residents.items():
+            try:
+                self._builds[name] = build_of(obj)
+            except ValueError as error:
+                raise DayError(f"{plan.routine.persons[name].where}: {error}") from None
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
         # Whether events are to be told with who and what made them.
@@ -227,7 +230,7 @@ def resident_of(person: Person) -> Any:
     if obj is None:
         known = [one.name for one in residents_in(bpy.context.scene)]
         raise DayError(
-            f"person '{person.name}': the home has no resident '{person.resident}'; there are "
+            f"{person.where}: the home has no resident '{person.resident}'; there are "
             f"{', '.join(known) or 'none: add one with Shift+A, Sensor, Resident'}"
         )
     return obj

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from ..formats.source import SourceError
 from ..kinds import KINDS
-from ..lines import KeyPath, line_of, read_toml
+from ..lines import KeyPath, LineError, line_of, read_toml
 
 Range = tuple[float, float]
 STATES = ("on", "off", "held")
@@ -121,8 +121,8 @@ def read_plan(path: Path) -> FaultPlan:
         found, lines = read_toml(text)
     except UnicodeDecodeError:
         raise SourceError(f"{path} is not a text file in UTF-8") from None
-    except (ValueError, RecursionError) as error:
-        raise SourceError(f"{path}: {error}") from None
+    except LineError as error:
+        raise SourceError(f"{path}, line {error.line}: {error}") from None
     where = _Places(path, lines)
     for key in found:
         if key not in {"seed", "fault"}:

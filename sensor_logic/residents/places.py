@@ -30,7 +30,7 @@ class Place:
     along `yaw`; who sits looks that way too, who lies has the head there. `target` (3,) is where
     the hand goes, or what the hips rest on, `height` m above the floor. `edge` (3,): of a bed,
     where one sits before lying down, the back to the bed. `storey` counts from the lowest.
-    `room_guessed`: only the sensors nearby tell the room."""
+    `room_guessed`: only the sensors nearby tell the room. `size`: of its largest side, m."""
 
     name: str
     use: str
@@ -42,6 +42,7 @@ class Place:
     edge: Array | None = None
     storey: int = 0
     room_guessed: bool = False
+    size: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds plans that ask for two things at once."""
+"""Finds plans that ask for two things at once, and bodies that are asked for twice."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from .routine import DAY, FixedPoint, FixedPoints, Routine, RoutineError
+from .routine import DAY, FixedPoint, FixedPoints, Person, Routine, RoutineError
+
+
+def check_bodies(persons: Mapping[str, Person]) -> None:
+    """Raises RoutineError where two persons have the same body."""
+    bodies: dict[str, str] = {}
+    for person in persons.values():
+        other = bodies.setdefault(person.resident, person.name)
+        if other != person.name:
+            raise RoutineError(
+                f"{person.where}: {person.resident!r} is the body of {other!r} already; "
+                f"give {person.name!r} another resident"
+            )
 
 
 def check(routine: Routine, name: str) -> None:

@@ -38,7 +38,8 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
             )
         if begins > before:
             segments.append(Segment(before, begins, person, OTHER))
-        segments.append(Segment(begins, ends, person, activity))
+        where = f"{name}, line {line}"
+        segments.append(Segment(begins, ends, person, activity, where))
     return first, [segment for segments in found.values() for segment in segments]
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from datetime import date, datetime
 from typing import Any
 
-from .checks import check
+from .checks import check, check_bodies
 from .routine import (
     AWAY,
     DAY,
@@ -45,6 +45,7 @@ def read(content: str, name: str) -> Routine:
     persons = {key: _person(key, table, known) for key, table in top.named("person")}
     if not persons:
         raise top.error("there is nobody: add a table [person.NAME]")
+    check_bodies(persons)
     found = Routine(
         persons,
         activities,
@@ -86,7 +87,7 @@ def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
         raise table.error("'begins' is missing: what the person does at the first midnight")
     begins = table.one_of("begins", activities, AWAY)
     table.finish()
-    return Person(name, resident, visitor, begins)
+    return Person(name, resident, visitor, begins, table.where("resident"))
 
 
 def _days(table: TomlTable) -> Calendar:

@@ -133,12 +133,14 @@ class Absence:
 @dataclass(frozen=True)
 class Person:
     """Somebody who lives in the home or, a `visitor`, is away but for what is planned. `resident`
-    is the object in the home; `begins`, the activity at the first midnight."""
+    is the object in the home, and `where` that stands in the file; `begins`, the activity at the
+    first midnight."""
 
     name: str
     resident: str
     visitor: bool
     begins: str
+    where: str = ""
 
 
 @dataclass(frozen=True)
@@ -153,9 +155,11 @@ class Routine:
 
 @dataclass(frozen=True)
 class Segment:
-    """What a person does from `start` to `end`, seconds since midnight of the first day."""
+    """What a person does from `start` to `end`, seconds since midnight of the first day; `where`
+    a diary says so."""
 
     start: float
     end: float
     person: str
     activity: str
+    where: str = field(default="", compare=False)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from ..lines import KeyPath, line_of, read_toml
+from ..lines import KeyPath, LineError, line_of, read_toml
 from .routine import RoutineError
 
 T = TypeVar("T")
@@ -28,8 +28,8 @@ def read_table(content: str, name: str) -> TomlTable:
     """The outermost table in the text of the file `name`. Raises RoutineError."""
     try:
         values, lines = read_toml(content)
-    except (ValueError, RecursionError) as error:
-        raise RoutineError(f"{name}: {error}") from None
+    except LineError as error:
+        raise RoutineError(f"{name}, line {error.line}: {error}") from None
     return TomlTable(name, lines, values)
 
 

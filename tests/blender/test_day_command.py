@@ -360,7 +360,11 @@ def test_ctrl_c_in_the_first_day_tells_how_to_go_on(
         (["--routine", "none.toml"], "cannot read none.toml", ""),
         (["--start", "2026-02-30"], "is not a date", ""),
         ([], "holds another run", ROUTINE.replace("90 min", "80 min")),
-        ([], "no resident 'Adul'", ROUTINE.replace('"Adult"', '"Adul"')),
+        (
+            [],
+            "week.toml, line 4: the home has no resident 'Adul'",
+            ROUTINE.replace('"Adult"', '"Adul"'),
+        ),
         ([], "no place is marked 'Sofa'", ROUTINE.replace("sit Seat", "sit Sofa")),
         ([], "two things at once", ROUTINE.replace('"09:00"', '"07:00"')),
     ],

@@ -83,6 +83,8 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
     assert np.allclose(flat.shown(seat.at)[:2], seat.target[:2] + (0.57, 0) - flat.origin[:2],
                        atol=0.05)  # fmt: skip
     assert bed.yaw == pytest.approx(0.0, abs=1e-3)
+    # With its board.
+    assert bed.size == pytest.approx(2.075, abs=1e-3)
     assert flat.shown(bed.edge)[1] == pytest.approx(3.05 + 0.22, abs=0.02)
     assert np.allclose(flat.shown(door.handle_at(door.closed))[1:], (2.28, 1.05), atol=0.03)
     assert flat.shown(door.handle_at(door.open))[0] == pytest.approx(2.95 - 0.77, abs=0.03)

@@ -295,6 +295,7 @@ def test_the_page_has_an_example_that_works_and_tells_every_key(plan) -> None:
         ("[[fault]]\nlost = 1\nsensors = 3\n", ["line 3", "sensors is 3"]),
         ('[[fault]]\nlost = 1\nsensors = "Hal 2"\n', ["line 3", "'Hal 2'", "Hall 2"]),
         ("fault = [{ lost = 2 }]\n", ["line 1", "lost is 2"]),
+        ("[[fault]]\nlost = 1 2\n", ["line 2", "Expected newline"]),
     ],
 )
 def test_a_wrong_file_is_told_by_its_line(plan, tmp_path, text, words) -> None:

@@ -164,9 +164,35 @@ def test_what_is_wrong_is_told_with_its_line(old: str, new: str, told: str) -> N
 
 
 def test_files_that_are_no_routine() -> None:
-    for text, told in (("schema = 1", "there is nobody"), ("schema = 1\n[person.a\n", "line 2")):
-        with pytest.raises(RoutineError, match=rf"^week\.toml.*{told}"):
+    for text, told in (
+        ("schema = 1", "line 1: there is nobody"),
+        ("schema = 1\n[person.a\n", "line 2: Expected ']'"),
+        ("schema = 1\nperson = [\n\n", "line 4: Invalid value"),
+    ):
+        with pytest.raises(RoutineError, match=rf"^week\.toml, {re.escape(told)}"):
             file.read(text, "week.toml")
+
+
+@pytest.mark.parametrize(
+    ("anna", "nurse", "line"),
+    [("Olle", "Olle", 8), ("nurse", "", 7), ("", "anna", 7), ("Olle", "", 0), ("bo", "anna", 0)],
+)
+def test_two_persons_have_two_bodies(anna: str, nurse: str, line: int) -> None:
+    """Without a `resident`, a person's name is that of the body."""
+    text = TEXT
+    for name, body in (("anna", anna), ("nurse", nurse)):
+        if body:
+            text = text.replace(f"[person.{name}]", f'[person.{name}]\nresident = "{body}"')
+    if not line:
+        assert len({p.resident for p in file.read(text, "week.toml").persons.values()}) == 2
+        return
+    with pytest.raises(RoutineError) as caught:
+        file.read(text, "week.toml")
+    body = anna or nurse
+    assert str(caught.value) == (
+        f"week.toml, line {line}: '{body}' is the body of 'anna' already; give 'nurse' another "
+        "resident"
+    )
 
 
 ROWS = """start,end,person,activity

@@ -86,7 +86,7 @@ def study(tmp_path: Path):
             f"[vary]\nsensors = {{ of = {[str(n) for n in range(14)]} }}",
             "line 3: these are 16383 choices, more than 10000: give fewer sensors",
         ),
-        ("[vary", "s.toml: "),
+        ("[vary", "s.toml, line 2: Expected ']' at the end of a table declaration"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_told_with_its_line(study, text, told) -> None:

@@ -44,6 +44,11 @@ class MarkedObject:
         middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
         return middle
 
+    @property
+    def size(self) -> float:
+        """The largest side of its bounding box, m."""
+        return float(np.ptp(self.points, axis=0).max()) if self.solid else 0.0
+
     def reach(self, way: Array) -> tuple[float, float]:
         """The least and the greatest distance (m) of its points along a direction (2,) from the
         world's origin."""

@@ -74,7 +74,8 @@ def place_of(
     standing = np.array([*at, floor])
     height = float(target_at[2]) - floor
     return Place(
-        marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number, guessed
+        marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number, guessed,
+        marked.size,
     )  # fmt: skip
 
 

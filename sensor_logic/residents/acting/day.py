@@ -68,15 +68,15 @@ def _check_known(
     places: Places,
 ) -> None:
     for segment in {(s.person, s.activity): s for s in segments}.values():
-        name = segment.activity
+        name, told = segment.activity, f"{segment.where}: " if segment.where else ""
         if name not in activities and name != OTHER:
             raise RoutineError(
-                f"{segment.person!r} does {name!r}, which is no activity of the routine; "
+                f"{told}{segment.person!r} does {name!r}, which is no activity of the routine; "
                 f"add a table [activity.{name}], or {suggestion(name, activities)}"
             )
         if segment.person not in residents:
             raise RoutineError(
-                f"{segment.person!r} has no resident in the home; "
+                f"{told}{segment.person!r} is no person of the routine; "
                 f"{suggestion(segment.person, residents)}"
             )
         deeds = activities.get(name)

@@ -12,7 +12,7 @@ from ...routine.table import suggestion
 from ...routine.times import seconds
 from ..acted import AWAY as GONE
 from ..acted import LYING, SITTING, STANDING
-from ..places import LIE, SIT, Places
+from ..places import LIE, SIT, USE, Place, Places
 
 _DURATION = re.compile(r"\s+((?:\d+(?:\.\d+)?\s*(?:s|min|h)\s*)+)$")
 # Each word: what its name is one of, and whether it may be told how long it takes.
@@ -41,6 +41,8 @@ POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTIN
             "leave": GONE}  # fmt: skip
 _CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
 _NEEDS = {"turn over": (LYING,)}
+# The largest side of what a hand can carry, m.
+LARGEST_THING_M = 1.0
 # So many small movements come in a row, on average, where the routine does not say.
 BURST = 3.0
 
@@ -89,7 +91,22 @@ def read_step(text: str, where: str, places: Places) -> ActivityStep:
         known = _known(one, places)
         if name not in known:
             raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
+        if one == _THING:
+            _check_thing(step, places.places[name])
     return step
+
+
+def _check_thing(step: ActivityStep, thing: Place) -> None:
+    """Raises RoutineError where nobody can carry it."""
+    if thing.use != USE:
+        raise step.error(
+            f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
+        )
+    if thing.size > LARGEST_THING_M:
+        raise step.error(
+            f"it is {thing.size:.1f} m large; what is larger than {LARGEST_THING_M:g} m cannot be "
+            "carried"
+        )
 
 
 def _known(kind: str, places: Places) -> Collection[str]:

@@ -102,7 +102,8 @@ def small_home() -> Places:
         at = np.array([x, y, 0.0])
         edge = np.array([1.0, 0.9, 0.5]) if use == LIE else None
         room = storey.room_at(at)
-        places[name] = Place(name, use, at, yaw, np.array(target), target[2], room, edge)
+        size = 1.9 if name == "Safe" else 0.1
+        places[name] = Place(name, use, at, yaw, np.array(target), target[2], room, edge, size=size)
     doors = [
         leaf("Door bedroom", 1.5, 3.0, 0.0, 0.9, -1.6),
         leaf("Door bathroom", 4.2, 3.2, 0.0, 0.8, 1.6),

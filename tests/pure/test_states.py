@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sensor_logic.kinds.pressure.force_resistor import ForceResistor
-from sensor_logic.kinds.pressure.model import PressureParameters
+from sensor_logic.kinds.pressure.parameters import PressureParameters
 from sensor_logic.physics.output_timing import OutputTiming
 
 TIMES = np.arange(400) / 10.0

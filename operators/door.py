@@ -12,7 +12,8 @@ from bpy.types import Context, Operator
 from mathutils import Matrix, Vector
 
 from ..angen_addon.authoring.housing import Housing, mesh_of
-from ..angen_addon.authoring.placing import parent_keeping, place_on
+from ..angen_addon.authoring.of_kind import place_on
+from ..angen_addon.authoring.placing import parent_keeping
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch.housing import fork
 from ..angen_addon.scene.door_motion import MOTIONS, DoorError, Leaf, leaves_of

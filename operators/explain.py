@@ -7,7 +7,8 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.explain import MEMORY, explain
+from ..angen_addon.explain.explain import explain
+from ..angen_addon.explain.memory import MEMORY
 from ..angen_addon.runtime.time_base import clock_of
 from ..angen_addon.scene.sensors import SensorError
 from ..angen_addon.view.active import active_sensor

@@ -12,8 +12,8 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 from mathutils import Matrix, Vector
 
-from ..angen_addon.authoring.housing import housing_of
-from ..angen_addon.authoring.placing import parent_keeping, place_on
+from ..angen_addon.authoring.of_kind import housing_of, place_on
+from ..angen_addon.authoring.placing import parent_keeping
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS

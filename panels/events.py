@@ -9,7 +9,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
-from ..angen_addon.explain import MEMORY, Explanation
+from ..angen_addon.explain.facts import Explanation
+from ..angen_addon.explain.memory import MEMORY
 from ..angen_addon.runtime import state
 from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.history import HISTORIES, HistoryRow

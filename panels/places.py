@@ -9,7 +9,8 @@ import bpy
 from bpy.types import Context, Panel
 
 from ..angen_addon.residents.places.leaves import as_door
-from ..angen_addon.residents.places.marks import BEFORE, FACING, NONE, marked
+from ..angen_addon.residents.places.looks import FACING
+from ..angen_addon.residents.places.marks import BEFORE, NONE, marked
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.instances import is_sensor
 from ..sensor_logic.residents.places import DOOR, DRAWER, LAMP, MOVED

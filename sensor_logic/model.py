@@ -6,16 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .contact.world import PadForces
+from .arrays import Array as Array
+from .arrays import Index as Index
+from .contact.world import PadForces
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 FIRST: Index = np.zeros(1, np.intp)
 P = TypeVar("P")
 T = TypeVar("T")

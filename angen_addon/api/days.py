@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
 
@@ -14,40 +13,38 @@ from ...sensor_logic.days.rows import Day
 from ..days import run as living
 from ..days.run import DayError, Household, Plan
 from ..runtime.simulation import Progress
-from ..scene.sensors import NoSuchSensor, SensorError, chosen, simulated
+from ..scene.sensors import Sensor, SensorError
 from .error import AngenError, raised_as_angen_error
 
-if TYPE_CHECKING:
-    from .home import Home
+
+def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
+    """The household of the open home from a date on. Raises AngenError and DayError."""
+    try:
+        first = date.fromisoformat(start) if isinstance(start, str) else start
+    except ValueError:
+        raise AngenError(f"start: '{start}' is not a date such as 2026-03-02") from None
+    return Household(bpy.context.scene, sensors, plan, first, seed)
 
 
 def run_days(
-    home: Home,
+    sensors: Sequence[Sensor],
     routine: str | Path,
     start: date | str,
     days: int = 1,
     seed: int = 0,
-    sensors: Iterable[str] | None = None,
     diary: str | Path | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Iterator[Day]:
-    """Simulates days of a routine file from the date `start`, with all sensors or those named.
+    """Simulates days of a routine file from the date `start`, with these sensors.
 
     Yields each day once it is complete: `date`, `events`, `activities`, `people`, with times in µs
     since its midnight. `diary`: a file of activities, instead of those that the routine plans.
     `progress` is called with the share done, 0 to 1; an exception from it ends the run. At the end
     the home is as before. Raises AngenError.
     """
-    with raised_as_angen_error(DayError, NoSuchSensor, SensorError):
-        chosen_sensors = simulated(chosen(home.all_sensors(), sensors or ()))
-        if not chosen_sensors:
-            raise AngenError(f"{home.path.name} has no sensors to simulate")
+    with raised_as_angen_error(DayError, SensorError):
         plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
-        try:
-            first = date.fromisoformat(start) if isinstance(start, str) else start
-        except ValueError:
-            raise AngenError(f"start: '{start}' is not a date such as 2026-03-02") from None
-        household = Household(bpy.context.scene, chosen_sensors, plan, first, seed)
+        household = household_of(sensors, plan, start, seed)
 
         def report(number: int, step: Progress) -> None:
             if progress is not None:

@@ -249,7 +249,8 @@ class Home:
         progress: Callable[[float], object] | None = None,
     ) -> Iterator[Day]:
         """Simulates days of residents with a routine, one after the other: see `run_days`."""
-        return run_days(self, routine, start, days, seed, sensors, diary, progress)
+        found = self._simulated(sensors)
+        yield from run_days(found, routine, start, days, seed, diary, progress)
 
     def add_resident(
         self,
@@ -297,7 +298,7 @@ class Home:
         `between`: the stretch that sensors read, as ("19:00", "19:05"). For several days: `days`.
         Raises AngenError.
         """
-        return residents.live(self, routine, start, between, seed, sensors)
+        return residents.live(self._simulated(sensors), routine, start, between, seed)
 
     def save(self, path: str | Path) -> None:
         """Saves a copy of the home, with its last recording. Raises AngenError."""
@@ -307,6 +308,14 @@ class Home:
             with Outputs() as outputs:
                 outputs.save_blend(Path(path))
                 outputs.commit()
+
+    def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
+        """The sensors of these names, or all, that are switched on. Raises AngenError."""
+        with raised_as_angen_error(*ERRORS):
+            found = simulated(chosen(self.all_sensors(), names or ()))
+        if not found:
+            raise AngenError(f"{self.path.name} has no sensors to simulate")
+        return found
 
     def all_sensors(self) -> list[Sensor]:
         """The sensors of the open file, as the add-on's objects. Raises AngenError."""

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 import numpy as np
@@ -16,17 +16,15 @@ from ...sensor_logic.days.rows import Day
 from ...sensor_logic.residents.body.build import Sort
 from ...sensor_logic.residents.places import Place
 from ...sensor_logic.routine.times import time_of_day
-from ..days.run import DayError, Household, Plan
+from ..days.run import DayError, Plan
 from ..residents import adding
 from ..residents.places.floor import PlaceError
 from ..residents.places.marks import LABELS
 from ..residents.places.read import read_places
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.sensors import NoSuchSensor, SensorError, chosen, simulated, unit_scale
+from ..scene.sensors import Sensor, SensorError, unit_scale
+from .days import household_of
 from .error import AngenError, raised_as_angen_error
-
-if TYPE_CHECKING:
-    from .home import Home
 
 SORTS = [sort.value for sort in Sort]
 
@@ -83,25 +81,17 @@ def places() -> dict[str, Place]:
 
 
 def live(
-    home: Home,
+    sensors: Sequence[Sensor],
     routine: str | Path,
     start: date | str,
     between: tuple[str, str] | None,
     seed: int,
-    sensors: Iterable[str] | None,
 ) -> Day:
     """See `Home.live`."""
-    with raised_as_angen_error(DayError, NoSuchSensor, SensorError):
-        found = simulated(chosen(home.all_sensors(), sensors or ()))
-        if not found:
-            raise AngenError(f"{home.path.name} has no sensors to simulate")
-        try:
-            first = date.fromisoformat(start) if isinstance(start, str) else start
-        except ValueError:
-            raise AngenError(f"start: '{start}' is not a date such as 2026-03-02") from None
+    with raised_as_angen_error(DayError, SensorError):
         text = isinstance(routine, str) and "\n" in routine
         plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
-        household = Household(bpy.context.scene, found, plan, first, seed)
+        household = household_of(sensors, plan, start, seed)
         span = _seconds(between) if between is not None else None
         with household.keyed() as keys:
             run = household.run(0, keys, span)

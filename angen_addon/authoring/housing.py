@@ -17,9 +17,6 @@ from dataclasses import dataclass, field
 import bpy
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.kinds import KINDS
-from ..kinds import appearance_of
-
 Point = tuple[float, float, float]
 # Corners at −x and +x, −y and +y, −z and +z; faces that look outwards.
 BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -131,12 +128,6 @@ def pad(side: float, thickness: float) -> Housing:
 def marker() -> Housing:
     """The housing of parts of unknown size: a cube of 30 mm behind the origin."""
     return looking(Housing().box((-0.015, -0.015, 0.0), (0.015, 0.015, 0.03)))
-
-
-def housing_of(kind: str, preset: str = "") -> Housing:
-    """The housing of a kind with a preset."""
-    housings = appearance_of(KINDS[kind]).housings
-    return housings.get(preset, housings.get("", marker))()
 
 
 def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:

@@ -12,7 +12,8 @@ from bpy.types import Context
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
 from ..scene.sensors import unit_scale
-from .housing import housing_of, mesh_of
+from .housing import mesh_of
+from .of_kind import housing_of
 
 # Blender stores single precision.
 SAME = 1e-6

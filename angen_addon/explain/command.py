@@ -14,7 +14,7 @@ from ..runtime import outputs
 from ..runtime.simulation import Progress, simulate
 from ..runtime.time_base import clock_of
 from ..scene.sensors import Sensor, SensorError, decimal, simulated
-from . import explain
+from .explain import explain
 
 
 class ExplainedTime:

@@ -14,7 +14,8 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import LayoutEntry, read_layout
 from ...sensor_logic.wording import named
-from ..authoring.housing import Housing, housing_of, mesh_of
+from ..authoring.housing import Housing, mesh_of
+from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor
 from ..scene.sensors import Sensor, unit_scale

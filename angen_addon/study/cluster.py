@@ -155,7 +155,7 @@ def _cause(error: Exception) -> str:
 def submit(
     client: distributed.Client, name: str, argument: Any, workers: list[str] | None = None
 ) -> distributed.Future:
-    """Asks some worker, or one of `workers`, for a function of `tasks`."""
+    """Asks some worker, or one of `workers`, for a function of `worker`."""
 
     # The scheduler takes tasks apart, and need not have this package: a function within another is
     # sent as it stands here, and its argument as bytes.
@@ -163,8 +163,8 @@ def submit(
         import importlib
         import pickle
 
-        tasks = importlib.import_module("angen_sensors.angen_addon.study.tasks")
-        return getattr(tasks, name)(pickle.loads(argument))
+        worker = importlib.import_module("angen_sensors.angen_addon.study.worker")
+        return getattr(worker, name)(pickle.loads(argument))
 
     return client.submit(call, name, pickle.dumps(argument), pure=False, workers=workers)
 

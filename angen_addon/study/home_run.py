@@ -20,7 +20,6 @@ from ..api.opening import opened
 from ..api.recording import Recording
 from ..output.run_log import about, sensor_facts
 from ..runtime.outputs import are_driven
-from ..runtime.simulation import simulate
 from ..scene.animation import may_set
 from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors
 from . import days_run, measures
@@ -120,7 +119,7 @@ def _ran(task: Task, sensors: list[Sensor], household: days_run.Household | None
     """Simulates; returns the function that gives a run's measures, and its logs by name."""
     if household is not None:
         return partial(days_run.measured, days_run.lived(task, household, sensors))
-    return partial(_measured_plain, readings_of(sensors, task.frames))
+    return partial(_measured_plain, measures.readings_of(sensors, task.frames))
 
 
 def _measured(task: Task, on: Sequence[Sensor], measure: Measure, seconds: float) -> Done:
@@ -143,13 +142,3 @@ def _measured_plain(
     recording = Recording(readings, facts, about(bpy.context.scene))
     found = measures.measured(task, recording, readings, sensors)
     return found, {f"{task.digest}.csv": events_csv(readings)} if task.keep else {}
-
-
-def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:
-    """Simulates sensors of the open home."""
-    scene = bpy.context.scene
-    first, last = frames or (scene.frame_start, scene.frame_end)
-    readings = Readings()
-    for _ in simulate(scene, sensors, max(first, scene.frame_start), last, readings):
-        pass
-    return readings

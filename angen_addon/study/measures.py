@@ -24,6 +24,7 @@ from ..api.error import AngenError
 from ..api.recording import Recording
 from ..coverage.maps import cover
 from ..coverage.views import detectors
+from ..runtime.simulation import simulate
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, SensorError
 from .changes import Changes
@@ -155,8 +156,6 @@ def coverage(sensors: Sequence[Sensor]) -> float:
 def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> float:
     """Rms difference of what light sensors read to what many paths give, as a share of the mean of
     that."""
-    from .home_run import readings_of
-
     lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
         raise AngenError("no light sensor is switched on")
@@ -173,3 +172,13 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
     mean = float(np.mean(np.abs(np.concatenate(scale))))
     rms = float(np.sqrt(np.mean(np.square(np.concatenate(errors)))))
     return rms / mean if mean else math.inf
+
+
+def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:
+    """Simulates sensors of the open home."""
+    scene = bpy.context.scene
+    first, last = frames or (scene.frame_start, scene.frame_end)
+    readings = Readings()
+    for _ in simulate(scene, sensors, max(first, scene.frame_start), last, readings):
+        pass
+    return readings

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a worker of a study is asked for. It runs in a process with one thread, which has Blender's
-module; this module itself is read where there is none."""
+"""What a worker of a study is given and gives back, and the files that it knows."""
 
 from __future__ import annotations
 
@@ -8,19 +7,15 @@ import hashlib
 import platform
 import sys
 import tempfile
-import threading
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from ...sensor_logic.study.digest import digest_of_bytes
-from ...sensor_logic.study.targets import HomeFacts
 from ..api.error import AngenError
 from ..output.version import extension_version
 
-# Blender has one scene: a process that has several threads all the same works in turns.
-_one_at_a_time = threading.Lock()
 # File → what it holds, where the disk of the driver is not that of this worker.
 _sent: dict[str, Path] = {}
 
@@ -147,23 +142,3 @@ def differences(ours: dict[str, str], theirs: dict[str, str]) -> str:
         for name in sorted({*ours, *theirs})
         if ours.get(name) != theirs.get(name)
     )
-
-
-def examine(home: File) -> HomeFacts:
-    """What is known of a home without simulating it. Raises AngenError."""
-    with _one_at_a_time:
-        from . import home_run
-
-        return home_run.facts(found(home), home, versions())
-
-
-def run(group: list[Task]) -> list[Done]:
-    """Simulates runs that differ in their sensors alone: the home is lived once for all of them.
-    Raises VersionsDiffer; all else that goes wrong is told in what it returns."""
-    differ = differences(group[0].versions, versions())
-    if differ:
-        raise VersionsDiffer(f"{platform.node()} is not as the other workers: {differ}")
-    with _one_at_a_time:
-        from . import home_run
-
-        return home_run.done(group)

@@ -14,7 +14,8 @@ from mathutils import Matrix, Vector
 from ...sensor_logic.model import Array
 from ...sensor_logic.residents.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
 from ..residents.places.leaves import SLIDES, leaf_of, turns_by
-from ..residents.places.marks import FACING, look_of, marked
+from ..residents.places.looks import FACING, look_of
+from ..residents.places.marks import marked
 from ..runtime import state
 from ..scene.door_motion import DoorError
 from ..scene.sensors import unit_scale

@@ -24,7 +24,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from ..model import Array
+from ..arrays import Array
 from .interior_point import minimise_inside, solve
 
 Mask = npt.NDArray[np.bool_]

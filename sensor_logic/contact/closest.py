@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from ..model import Array
+from ..arrays import Array
 
 Vector = tuple[float, float, float]
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from ..model import Array
+from ..arrays import Array
 
 Indices = npt.NDArray[np.intp]
 

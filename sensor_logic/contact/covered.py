@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import Array
+from ..arrays import Array
 from . import planar
 from .corners import perpendiculars
 from .directions import FLAT

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 from .closest import separation
 from .corners import perpendiculars
 from .shapes import SIDES, Shape

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..model import Array
+from ..arrays import Array
 from .settling import TOUCHING
 from .shapes import perpendiculars
 

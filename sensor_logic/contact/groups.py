@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 from .balance import GROUND, Points
 from .covered import Contact, without_covered
 from .island import Island, moving_node

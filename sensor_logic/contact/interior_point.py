@@ -23,7 +23,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 
 MAX_STEPS = 60
 # Of the step that reaches the surface of a cone.

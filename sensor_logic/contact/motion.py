@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 
 # m/s, of the centre of mass and of the rim: a slower body counts as at rest. The remaining motion
 # is the engine's jitter, whose accelerations would read as forces.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import ALIGNED
 from .groups import Group, gaps, points_of, points_on_pad, shape_groups, standing_groups

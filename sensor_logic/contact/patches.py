@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 from . import planar
 from .directions import FLAT, Direction, Pair, beaten, candidates, lateral
 from .planar import Point

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import Array
+from ..arrays import Array
 from .balance import Joint, Load, Points, balance
 from .directions import FLAT
 from .shapes import Shape

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..model import Array
+from ..arrays import Array
 from .corners import (
     COPLANAR,
     Indices,

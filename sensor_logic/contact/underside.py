@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..model import Array
+from ..arrays import Array
 
 # m: larger triangles are sampled at several points, with at most MOST_SAMPLES in all.
 SPACING = 0.02

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..model import Array
+from ..arrays import Array
 from .balance import Load
 from .covered import Contact
 

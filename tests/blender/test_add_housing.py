@@ -16,6 +16,11 @@ def housing(addon_part):
     return addon_part("angen_addon.authoring.housing")
 
 
+@pytest.fixture
+def housing_of(addon_part):
+    return addon_part("angen_addon.authoring.of_kind").housing_of
+
+
 def size(housing, axes="xyz"):
     solid = [housing.points[i] for i in {i for face in housing.faces for i in face}]
     return [
@@ -36,8 +41,8 @@ def size(housing, axes="xyz"):
         ("LIGHT", "GL5528", (5, 5, 2)),
     ],
 )
-def test_sizes_are_those_of_the_parts(housing, kind, preset, millimetres):
-    assert size(housing.housing_of(kind, preset)) == pytest.approx(millimetres, rel=1e-3)
+def test_sizes_are_those_of_the_parts(housing_of, kind, preset, millimetres):
+    assert size(housing_of(kind, preset)) == pytest.approx(millimetres, rel=1e-3)
 
 
 def test_bodies_are_closed_and_face_outwards(housing, addon_part):
@@ -68,7 +73,7 @@ def test_every_preset_with_a_housing_of_its_own_exists(addon_part):
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
 @pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"])
-def test_a_new_sensor_has_its_real_size_in_every_unit(world, housing, kind, scale):
+def test_a_new_sensor_has_its_real_size_in_every_unit(world, housing_of, kind, scale):
     world.scene.unit_settings.scale_length = scale
     ops.sensor_add(kind=kind)
     mesh = bpy.context.object.data
@@ -76,7 +81,7 @@ def test_a_new_sensor_has_its_real_size_in_every_unit(world, housing, kind, scal
     found = [
         1000 * scale * (max(c[i] for c in corners) - min(c[i] for c in corners)) for i in range(3)
     ]
-    assert found == pytest.approx(size(housing.housing_of(kind)), rel=1e-4)
+    assert found == pytest.approx(size(housing_of(kind)), rel=1e-4)
 
 
 def test_a_preset_brings_its_housing(world):

@@ -81,7 +81,7 @@ def test_each_event_has_the_cause_that_explain_names(
     lead = addon_part("sensor_logic.days.times").LEAD_S
     monkeypatch.setattr(living, "MOST_MOVEMENT", 1e9)
     day = run(world, day_home.acted(3, ways, short_days))
-    explain = addon_part("angen_addon.explain").explain
+    explain = addon_part("angen_addon.explain.explain").explain
     compared: dict[str, set[str]] = {}
     with living.at_ten_frames(world.scene):
         for event in day.events:

@@ -86,7 +86,7 @@ def test_explain_names_what_is_near(world, addon_part):
     world.key(box, "location", {1: (9, 0, -1.2), 10: (0.1, 0.1, -1.2)}, "CONSTANT")
     recording = world.run(1, 12)
     (sensor,) = world.sensors()
-    explain = addon_part("angen_addon.explain").explain
+    explain = addon_part("angen_addon.explain.explain").explain
     near = explain(world.scene, sensor, recording, 10)
     assert near.headline.startswith("Near: 'Person', 1.0") and not near.doubt
     assert dict(near.facts)["Zones that see"].endswith("of 64")
@@ -126,7 +126,7 @@ def test_a_contact_without_a_magnet_is_open_and_says_so(world, addon_part):
     recording = world.run(1, 2)
     assert world.series(recording, "bare", "open") == [True, True]
     (sensor,) = world.sensors()
-    found = addon_part("angen_addon.explain").explain(world.scene, sensor, recording, 1)
+    found = addon_part("angen_addon.explain.explain").explain(world.scene, sensor, recording, 1)
     assert "no magnet" in found.headline
     world.scene.frame_set(2)
     assert addon_part("panels.readings").shown(sensor, world.scene).text == "Open, –"

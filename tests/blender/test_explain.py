@@ -21,7 +21,8 @@ def explained(world, addon_part):
         sensor = next(s for s in world.sensors() if s.object == obj)
         recording = recording or world.run()
         track = recording.tracks[obj.name]
-        found = addon_part("angen_addon.explain").explain(world.scene, sensor, recording, index)
+        explain = addon_part("angen_addon.explain.explain").explain
+        found = explain(world.scene, sensor, recording, index)
         return track, found
 
     return run

@@ -116,7 +116,7 @@ def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
 
 def test_a_plan_and_an_explanation_keep_nothing_evaluated(home, addon_part):
     recording = home.run(1, 12)
-    explain = addon_part("angen_addon.explain").explain
+    explain = addon_part("angen_addon.explain.explain").explain
     for sensor in home.sensors():
         assert evaluated(explain(home.scene, sensor, recording, 3)) == []
     plan = addon_part("angen_addon.scene.home").EvaluatedHome(home.update())

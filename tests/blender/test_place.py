@@ -16,12 +16,17 @@ UP = Vector((0, 0, 1))
 
 @pytest.fixture
 def placing(addon_part):
-    return addon_part("angen_addon.authoring.placing")
+    return addon_part("angen_addon.authoring.of_kind")
+
+
+@pytest.fixture
+def parent_keeping(addon_part):
+    return addon_part("angen_addon.authoring.placing").parent_keeping
 
 
 @pytest.fixture
 def housing_of(addon_part):
-    return addon_part("angen_addon.authoring.housing").housing_of
+    return addon_part("angen_addon.authoring.of_kind").housing_of
 
 
 def unit(azimuth, elevation):
@@ -123,13 +128,13 @@ PARENTS = {
 
 
 @pytest.mark.parametrize("kind", PARENTS)
-def test_a_sensor_keeps_its_place_under_any_parent_and_follows(world, placing, kind):
+def test_a_sensor_keeps_its_place_under_any_parent_and_follows(world, parent_keeping, kind):
     top, parent = world.link("top", None), world.link("parent", None)
     parent.parent, parent.matrix_parent_inverse = top, PARENTS[kind]
     world.update()
     sensor = world.link("sensor", None)
     wanted = Matrix.Translation((1, 2, 3)) @ Matrix.Rotation(0.7, 4, (3, 2, 1))
-    assert placing.parent_keeping(sensor, parent, wanted)
+    assert parent_keeping(sensor, parent, wanted)
     world.update()
     assert all(
         close(a.xyz, b.xyz, 1e-4) for a, b in zip(sensor.matrix_world.col, wanted.col, strict=True)
@@ -139,11 +144,11 @@ def test_a_sensor_keeps_its_place_under_any_parent_and_follows(world, placing, k
     assert close(sensor.matrix_world.translation, (3, 2, 3), 1e-4)
 
 
-def test_a_parent_without_a_size_is_not_followed(world, placing):
+def test_a_parent_without_a_size_is_not_followed(world, parent_keeping):
     flat, sensor = world.link("flat", None), world.link("sensor", None)
     flat.scale = (0, 1, 1)
     world.update()
-    assert not placing.parent_keeping(sensor, flat, Matrix.Translation((1, 2, 3)))
+    assert not parent_keeping(sensor, flat, Matrix.Translation((1, 2, 3)))
     assert sensor.parent is None
     world.update()
     assert close(sensor.matrix_world.translation, (1, 2, 3))

@@ -60,7 +60,14 @@ def meet_shape(points, corners, origins, ways):
     rays = RayBundle(origins, ways, np.full(len(ways), np.inf))
     shapes, still = np.stack([points] * 3), np.stack([np.eye(4)] * 3)
     hits = changing_shapes.meet(
-        shapes, corners.T, still, still, rays, np.ones((3, len(ways)), bool)
+        shapes,
+        corners.T,
+        still,
+        still,
+        rays.pictures,
+        origins,
+        ways,
+        np.ones((3, len(ways)), bool),
     )
     far, face = np.full((3, len(ways)), np.inf), np.zeros((3, len(ways)), int)
     far[hits.frame, hits.ray], face[hits.frame, hits.ray] = hits.far, hits.triangle

@@ -69,12 +69,13 @@ def lives_of(
     home: Path, text: str, addon_part: Callable[[str], Any], days_in: str = ""
 ) -> list[list[Any]]:
     """The runs of a study beside a home, together with those that live it together."""
-    study, draws, tasks, engine = map(
+    study, draws, tasks, worker, engine = map(
         addon_part,
         (
             "sensor_logic.study.study",
             "sensor_logic.study.draws",
             "angen_addon.study.tasks",
+            "angen_addon.study.worker",
             "angen_addon.study.engine",
         ),
     )
@@ -86,7 +87,7 @@ def lives_of(
         str(path): tasks.File(str(path), digest(path.read_bytes()))
         for path in (*found.homes, *found.routines)
     }
-    homes = {str(home): tasks.examine(files[str(home)])}
+    homes = {str(home): worker.examine(files[str(home)])}
     planned = engine.Tasks(found, files, homes, tasks.versions(), days_in)
     lives = defaultdict(list)
     for run in draws.runs(found):
@@ -104,7 +105,7 @@ def test_together_each_run_gives_what_it_gives_alone(
     text: str, request: pytest.FixtureRequest, addon_part: Callable[[str], Any]
 ) -> None:
     home = request.getfixturevalue("plain_home" if text is PLAIN else "lived_home")
-    tasks = addon_part("angen_addon.study.tasks")
+    worker = addon_part("angen_addon.study.worker")
     lives = lives_of(home, text, addon_part)
     # Where one stands is of the home, and so are the seed, and whether light is measured.
     sizes = sorted(len(life) for life in lives)
@@ -112,9 +113,9 @@ def test_together_each_run_gives_what_it_gives_alone(
     objects = set(bpy.data.objects.keys())
     different = set()
     for life in lives:
-        together = {done.digest: outcome(done) for done in tasks.run(life)}
+        together = {done.digest: outcome(done) for done in worker.run(life)}
         for task in life[::3]:
-            (alone,) = map(outcome, tasks.run([task]))
+            (alone,) = map(outcome, worker.run([task]))
             assert not alone[2] and together[task.digest] == alone
         different |= {str(one[1:]) for one in together.values()}
     assert len(different) == sum(sizes)
@@ -131,7 +132,7 @@ def test_a_day_in_a_study_is_that_of_angen_day(
     text = DAYS.split("[set]")[0].replace("days = 1", "days = 1\nseeds = [1]")
     text += '[vary]\nsensors = ["*"]\n'
     (life,) = lives_of(lived_home, text, addon_part)
-    (done,) = addon_part("angen_addon.study.tasks").run(life)
+    (done,) = addon_part("angen_addon.study.worker").run(life)
     assert not done.error and done.values["events"]
     found = {Path(name).name: text.encode() for name, text in done.files.items()}
     for name in ("events.csv", "activities.csv", "people.csv"):
@@ -145,21 +146,21 @@ def test_days_that_cannot_be_lived_are_told_with_the_reason(
     routine.write_text(routine.read_text().replace('resident = "Adult"', 'resident = "Ada"'))
     text = DAYS.split("measure")[0].replace("days = 1", "days = 1\nseeds = [1]")
     (life,) = lives_of(lived_home, text, addon_part)
-    (done,) = addon_part("angen_addon.study.tasks").run(life)
+    (done,) = addon_part("angen_addon.study.worker").run(life)
     assert "the home has no resident 'Ada'; there are Adult" in done.error
 
 
 def test_one_that_fails_is_told_and_the_others_go_on(
     plain_home: Path, addon_part: Callable[[str], Any]
 ) -> None:
-    tasks = addon_part("angen_addon.study.tasks")
+    worker = addon_part("angen_addon.study.worker")
     (life,) = lives_of(
         plain_home,
         'home = "home.blend"\n[vary]\n"PIR hall.range_max" = [1.8, 0.01, 1.2]\n'
         'sensors = [["PIR hall"]]\n',
         addon_part,
     )
-    found = {done.digest: done for done in tasks.run(life)}
+    found = {done.digest: done for done in worker.run(life)}
     first, bad, last = (found[task.digest] for task in life)
     assert "range_m" in bad.error and not bad.values
     assert first.values["events"] and last.values["events"]
@@ -173,7 +174,7 @@ def test_days_that_a_killed_worker_lived_are_not_lived_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     text = DAYS.replace('keep = "events"\n', "").replace("days = 1", "days = 2")
-    tasks, days_run = map(addon_part, ("angen_addon.study.tasks", "angen_addon.study.days_run"))
+    worker, days_run = map(addon_part, ("angen_addon.study.worker", "angen_addon.study.days_run"))
     kept = lived_home.parent / "days"
     kept.mkdir()
     (life,) = lives_of(lived_home, text, addon_part, str(kept))
@@ -188,8 +189,8 @@ def test_days_that_a_killed_worker_lived_are_not_lived_again(
 
     monkeypatch.setattr(days_run, "run_days", run_days)
     with pytest.raises(KeyboardInterrupt):
-        tasks.run(life)
-    again = [outcome(done) for done in tasks.run(life)]
+        worker.run(life)
+    again = [outcome(done) for done in worker.run(life)]
     assert lived == [[0, 1], [1]]
     shutil.rmtree(kept)
-    assert [outcome(done) for done in tasks.run(life)] == again and lived[2:] == [[0, 1]]
+    assert [outcome(done) for done in worker.run(life)] == again and lived[2:] == [[0, 1]]

@@ -126,7 +126,7 @@ def test_what_went_through_is_named(world, swept, addon_part, each_caster):
     obj = swept(update_rate=12.0)
     recording = world.run()
     sensor = next(s for s in world.sensors() if s.object == obj)
-    explain = addon_part("angen_addon.explain").explain
+    explain = addon_part("angen_addon.explain.explain").explain
     track = recording.tracks["switch"]
     index = list(track.frames).index(11)
     told = {i: explain(world.scene, sensor, recording, i) for i in (index - 1, index, index + 1)}

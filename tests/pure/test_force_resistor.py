@@ -21,7 +21,7 @@ from sensor_logic.kinds.pressure.force_resistor import (
     spread_factor,
     typical_resistance,
 )
-from sensor_logic.kinds.pressure.model import PressureParameters
+from sensor_logic.kinds.pressure.parameters import PressureParameters
 from sensor_logic.parameters import is_chosen, specs
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "force_resistor.md"

@@ -54,10 +54,10 @@ def imported(name: str, everywhere: bool = False) -> Iterator[str]:
 GRAPH = {name: set(imported(name)) & set(MODULES) - {name} for name in MODULES}
 
 
-def reached(name: str, found: set[str]) -> set[str]:
-    for other in GRAPH[name] - found:
+def reached(name: str, found: set[str], graph: dict[str, set[str]] = GRAPH) -> set[str]:
+    for other in graph[name] - found:
         found.add(other)
-        reached(other, found)
+        reached(other, found, graph)
     return found
 
 
@@ -89,28 +89,28 @@ def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
     assert len(outside) > 200 and not wrong
 
 
-def circles() -> Iterator[set[str]]:
+def circles() -> set[frozenset[str]]:
     """The modules that import each other in a circle, by any import: as they are loaded, inside
     functions, and for types alone. Who imports a module loads the packages around it."""
-    needs = {}
+    needs: dict[str, set[str]] = {}
     for name in MODULES:
-        found = set(imported(name, everywhere=True))
-        found |= {".".join(other.split(".")[:n]) for other in found for n in range(1, 9)}
-        around = {".".join(name.split(".")[:n]) for n in range(1, 9)}
-        needs[name] = (found & set(MODULES)) - around
-    while True:
-        try:
-            list(graphlib.TopologicalSorter(needs).static_order())
-            return
-        except graphlib.CycleError as error:
-            circle = set(error.args[1])
-            yield circle
-            for name in circle:
-                needs[name] -= circle
+        found = {other for one in imported(name, everywhere=True) for other in packages(one)}
+        needs[name] = found & set(MODULES) - packages(name)
+    reach = {name: reached(name, set(), needs) for name in MODULES}
+    return {
+        frozenset(other for other in found if name in reach[other])
+        for name, found in reach.items()
+        if name in found
+    }
+
+
+def packages(name: str) -> set[str]:
+    """The module and the packages that it is in."""
+    parts = name.split(".")
+    return {".".join(parts[:depth]) for depth in range(1, len(parts) + 1)}
 
 
 def test_nothing_imports_in_a_circle() -> None:
     # Raises CycleError, which names them.
     list(graphlib.TopologicalSorter(GRAPH).static_order())
-    wrong = [circle for circle in circles() if not any(circle <= known for known in KNOWN)]
-    assert not wrong
+    assert not {circle for circle in circles() if not any(circle <= known for known in KNOWN)}

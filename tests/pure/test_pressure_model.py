@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sensor_logic.contact.world import PadForces, Partner
-from sensor_logic.kinds.pressure.model import PressurePad, PressureParameters, pad_reading
+from sensor_logic.kinds.pressure.model import PressurePad, pad_reading
+from sensor_logic.kinds.pressure.parameters import PressureParameters
 from sensor_logic.model import PadContact, Pose
 
 IDEAL = PressureParameters()

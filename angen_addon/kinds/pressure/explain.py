@@ -9,7 +9,8 @@ import numpy as np
 
 from ....sensor_logic.kind import FORCES
 from ....sensor_logic.kinds.pressure import FORCE
-from ....sensor_logic.kinds.pressure.model import PressureParameters, pad_reading
+from ....sensor_logic.kinds.pressure.model import pad_reading
+from ....sensor_logic.kinds.pressure.parameters import PressureParameters
 from ....sensor_logic.log.partner_names import split
 from ....sensor_logic.quantities import Lengths, typed
 from ....sensor_logic.wording import capital, quoted

@@ -15,8 +15,8 @@ from ...scene.home import EvaluatedHome
 from ...scene.placed import NotPlaced
 from ...scene.sensors import unit_scale
 from .leaves import keyed_angle, keyed_slide, leaf_of
+from .looks import FACING, set_look
 from .marked_object import MarkedObject
-from .marks import FACING, set_look
 
 # m: what is less uneven has no back; how far room is looked for; beyond its own box.
 UNEVEN_M, FAR_M, BEYOND_M = 0.08, 3.0, 0.01

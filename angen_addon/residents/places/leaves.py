@@ -12,8 +12,8 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DRAWER, Door
 from ...scene.door_motion import DoorError, Leaf, leaves_of, shutting_of
 from ...scene.home import EvaluatedHome
+from .looks import look_of
 from .marked_object import MarkedObject
-from .marks import look_of
 
 UP = np.array([0.0, 0.0, 1.0])
 # m: a handle above the floor, and from the free edge at most; of what is narrow a share of it.

@@ -7,7 +7,6 @@ import math
 from typing import Any
 
 import bpy
-import numpy as np
 from bpy.props import (
     BoolProperty,
     EnumProperty,
@@ -17,11 +16,11 @@ from bpy.props import (
 )
 from bpy.types import Context, Object
 
-from ....sensor_logic.model import Array
 from ....sensor_logic.residents import places as known
 from ...scene.door_motion import MOTIONS
 from ...scene.lengths import OVERRIDABLE, property_group
 from ...scene.rooms import known_rooms
+from .guess import guess
 
 NONE = "NONE"
 USES = [
@@ -38,14 +37,11 @@ USES = [
     (known.CURTAIN, "Curtain", "It is drawn aside along its width", "MOD_OPACITY", 10),
 ]
 LABELS = {identifier: label for identifier, label, *_ in USES}
-# What looks somewhere; what has a distance from which it is used.
-FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+# What has a distance from which it is used.
 BEFORE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
 
 
 def _use_changed(self: Any, context: Context) -> None:
-    from .guess import guess
-
     obj = self.id_data
     if self.use != NONE and not obj.library and obj.name in context.view_layer.objects:
         guess(obj, context.evaluated_depsgraph_get())
@@ -114,25 +110,6 @@ def marked(view_layer: Any) -> list[Any]:
     """The objects with a mark, by name."""
     found = [obj for obj in view_layer.objects if obj.angen_place.use != NONE]
     return sorted(found, key=lambda obj: obj.name)
-
-
-def look_of(obj: Any, matrix: Any) -> Array:
-    """(2,): where the mark of an object looks, as a unit vector on the floor."""
-    angle = obj.angen_place.facing
-    local = np.array([math.sin(angle), -math.cos(angle), 0.0])
-    found: Array = (np.array(matrix)[:3, :3] @ local)[:2]
-    size = float(np.linalg.norm(found))
-    # Of what lies on its back the front looks up or down.
-    return found / size if size > 1e-9 else local[:2]
-
-
-def set_look(obj: Any, matrix: Any, look: Array) -> None:
-    """Turns the mark so that it looks along (2,) in the world."""
-    axes = np.array(matrix)[:2, :2]
-    if abs(np.linalg.det(axes)) < 1e-12:
-        return
-    local = np.linalg.solve(axes, look)
-    obj.angen_place.facing = math.atan2(local[0], -local[1])
 
 
 _register, _unregister = bpy.utils.register_classes_factory((MARK,))

@@ -12,8 +12,8 @@ from ....sensor_logic.residents.places import CURTAIN, LAMP, LIE, SIT, STAND, Pl
 from ...coverage.cells import finished, free_ways
 from ...scene.rooms import set_room
 from .floor import WalkedStorey
+from .looks import look_of
 from .marked_object import MarkedObject
-from .marks import look_of
 
 # m: who stands before a seat has the hips so far before where they will be.
 BEFORE_SEAT_M = 0.57

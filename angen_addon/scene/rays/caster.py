@@ -347,7 +347,8 @@ def _meet_changing(
         points = np.stack([surface.points for surface in surfaces[part]])
         corners, face = surfaces[part.start].triangles
         asked = crossed[part]
-        hits = changing_shapes.meet(points, corners, matrix[part], inverse[part], rays, asked)
+        seen = rays.pictures, rays.origins, rays.directions
+        hits = changing_shapes.meet(points, corners, matrix[part], inverse[part], *seen, asked)
         hits = hits.at(hits.far < limits[hits.ray])
         for same in np.split(np.arange(len(hits.frame)), np.flatnonzero(np.diff(hits.frame)) + 1):
             if len(same):

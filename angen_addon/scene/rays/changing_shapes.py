@@ -9,15 +9,12 @@ exactly.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from .bundles import RayBundle
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -75,20 +72,23 @@ def meet(
     corners: Index,
     matrix: Array,
     inverse: Array,
-    rays: RayBundle,
+    pictures: Sequence[RayPicture],
+    origins: Array,
+    directions: Array,
     asked: NDArray[np.bool_],
 ) -> FrameHits:
     """The nearest of the triangles `corners` (3, m) that rays (n) meet at each of some frames (k):
     their `points` (k, 3, v) are in the space of a solid whose matrices (k, 4, 4) and their inverses
-    are given. `asked` (k, n): which rays may meet it."""
+    are given. The rays have `origins` and `directions` (n, 3), and `pictures` in which they are
+    seen; `asked` (k, n): which of them may meet it."""
     found = []
-    for picture in rays.pictures:
+    for picture in pictures:
         frame, ray, triangle = picture.pairs(points, corners, matrix)
         some = np.flatnonzero(asked[frame, ray])
         frame, ray, triangle = frame[some], ray[some], triangle[some]
         back = inverse[frame]
-        starts = turned(rays.origins[ray], back) + back[:, :3, 3]
-        ways = turned(rays.directions[ray], back)
+        starts = turned(origins[ray], back) + back[:, :3, 3]
+        ways = turned(directions[ray], back)
         far = _lengths(points, frame, corners[:, triangle], starts, ways)
         hit = np.flatnonzero(far < np.inf)
         found.append(FrameHits(frame[hit], ray[hit], far[hit], triangle[hit]))
@@ -98,7 +98,7 @@ def meet(
             *(np.concatenate([getattr(h, f.name) for h in found]) for f in fields(FrameHits))
         )
     hits = hits.at(np.lexsort((hits.triangle, hits.far, hits.ray, hits.frame)))
-    which = hits.frame * len(rays.origins) + hits.ray
+    which = hits.frame * len(origins) + hits.ray
     return hits.at(np.flatnonzero(which != np.concatenate([[-1], which[:-1]])))
 
 

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from ...kind import FORCES, Field, Kind
-from .model import PressurePad, PressureParameters
+from .model import PressurePad
+from .parameters import PressureParameters
 from .presets import PRESETS
 
 FORCE = Field("force_n", float, "N", 2, step="report_step", quantity="force")

@@ -11,12 +11,9 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ...physics import divider
-
-if TYPE_CHECKING:  # model.py imports this file
-    from .model import PressureParameters
+from .parameters import PressureParameters
 
 GRAM_FORCE = 9.80665e-3
 # Grams-force and ohms, read off the typical curve in Interlink's FSR Integration Guide and data

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The housing of a kind of sensor, and its matrix from a point and normal of a surface.
+
+It does not read the scene. Lengths are Blender units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from mathutils import Matrix, Vector
+
+from ...sensor_logic.kinds import KINDS
+from ..kinds import appearance_of
+from .housing import Housing, marker
+
+UP = Vector((0.0, 0.0, 1.0))
+# A direction guides a sensor if at least this share of its length is along the surface.
+FOLLOWED = 0.3
+
+
+def housing_of(kind: str, preset: str = "") -> Housing:
+    """The housing of a kind with a preset."""
+    housings = appearance_of(KINDS[kind]).housings
+    return housings.get(preset, housings.get("", marker))()
+
+
+def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector] = ()) -> Matrix:
+    """The axes (3 × 3, orthonormal, right-handed) of a sensor on a surface with a unit normal.
+
+    `turn` (rad) is about the normal. On a level surface, where up gives no direction, the first of
+    `along` that is not across it does, such as the axes of the surface's object.
+    """
+    guides = [UP, *along, Vector((0, 1, 0)), Vector((1, 0, 0))]
+    y, z = appearance_of(KINDS[kind]).stand(normal, lambda forward: _guide(forward, guides))
+    axes = Matrix((y.cross(z), y, z)).transposed()
+    return Matrix.Rotation(turn, 3, normal) @ axes
+
+
+def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:
+    """The unit component across `forward` of the first direction that has enough of it."""
+    for direction in directions:
+        if direction.length == 0:
+            continue
+        unit = direction.normalized()
+        across = unit - forward * unit.dot(forward)
+        if across.length >= FOLLOWED:
+            return across.normalized()
+    raise ValueError("one of X, Y and Z is always across a unit vector")
+
+
+def place_on(
+    kind: str,
+    housing: Housing,
+    point: Vector,
+    normal: Vector,
+    turn: float = 0.0,
+    along: Iterable[Vector] = (),
+    unit_scale: float = 1.0,
+) -> Matrix:
+    """The world matrix of a sensor whose housing touches the surface at `point` from outside."""
+    normal = normal.normalized()
+    axes = axes_on(kind, normal, turn, along)
+    off = housing.reach(axes, normal) / unit_scale
+    return Matrix.Translation(point + normal * off) @ axes.to_4x4()

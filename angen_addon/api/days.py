@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ...sensor_logic.choice import NoSuchSensor, SensorChoice
 from ...sensor_logic.days.rows import Day
 from ..days import run as living
 from ..days.run import DayError, Household, Plan
 from ..runtime.simulation import Progress
-from ..scene.sensors import NoSuchSensor, SensorError, chosen, simulated
+from ..scene.sensors import SensorError, chosen, simulated
 from .error import AngenError, raised_as_angen_error
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def run_days(
     the home is as before. Raises AngenError.
     """
     with raised_as_angen_error(DayError, NoSuchSensor, SensorError):
-        chosen_sensors = simulated(chosen(home.all_sensors(), sensors or ()))
+        chosen_sensors = simulated(chosen(home.all_sensors(), SensorChoice(tuple(sensors or ()))))
         if not chosen_sensors:
             raise AngenError(f"{home.path.name} has no sensors to simulate")
         plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)

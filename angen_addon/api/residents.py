@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
+from ...sensor_logic.choice import NoSuchSensor, SensorChoice
 from ...sensor_logic.days.rows import Day
 from ...sensor_logic.residents.body.build import Sort
 from ...sensor_logic.residents.places import Place
@@ -22,7 +23,7 @@ from ..residents.places.floor import PlaceError
 from ..residents.places.marks import LABELS
 from ..residents.places.read import read_places
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.sensors import NoSuchSensor, SensorError, chosen, simulated, unit_scale
+from ..scene.sensors import SensorError, chosen, simulated, unit_scale
 from .error import AngenError, raised_as_angen_error
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ def live(
 ) -> Day:
     """See `Home.live`."""
     with raised_as_angen_error(DayError, NoSuchSensor, SensorError):
-        found = simulated(chosen(home.all_sensors(), sensors or ()))
+        found = simulated(chosen(home.all_sensors(), SensorChoice(tuple(sensors or ()))))
         if not found:
             raise AngenError(f"{home.path.name} has no sensors to simulate")
         try:

@@ -103,8 +103,10 @@ class NewEvents:
         self._last: dict[tuple[str, str], Any] = {}
 
     def has_steps(self, sensor: str) -> bool:
-        """Whether a field of it is told only when it changed by a step since its last event."""
-        return any(step > 0.0 for step in self._recording.tracks[sensor].steps.values())
+        """Whether a field of it is told only when it changed by a step since its last event; not if
+        the sensor is not recorded."""
+        track = self._recording.tracks.get(sensor)
+        return track is not None and any(step > 0.0 for step in track.steps.values())
 
     def last_of(self, sensor: str) -> dict[str, Any]:
         """The values of a sensor's last events by field: those to come are told from these."""

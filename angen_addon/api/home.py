@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from mathutils import Matrix, Vector
 
+from ...sensor_logic.choice import NoSuchSensor, SensorChoice
 from ...sensor_logic.days.rows import Day
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kinds import KINDS, NO_KIND
@@ -30,7 +31,6 @@ from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import (
-    NoSuchSensor,
     Sensor,
     SensorError,
     all_sensors,
@@ -93,7 +93,7 @@ class HomeSensor:
 
     def _sensor(self) -> Sensor:
         with raised_as_angen_error(*ERRORS):
-            (found,) = chosen(self._home.all_sensors(), [self._name])
+            (found,) = chosen(self._home.all_sensors(), SensorChoice((self._name,)))
         return found
 
     def __getattr__(self, name: str) -> Any:
@@ -214,7 +214,8 @@ class Home:
         sensors: Iterable[str] | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Recording:
-        """Simulates frames first … last (default: the scene's) with all sensors, or those named.
+        """Simulates frames first … last (default: the scene's) with all sensors, or those named:
+        names, or patterns such as "PIR*".
 
         Frames before the scene's start have no time and are left out; those after its end are run.
         `progress` is called with the share done, 0 to 1; an exception from it ends the run. Raises
@@ -222,7 +223,7 @@ class Home:
         """
         scene = bpy.context.scene
         with raised_as_angen_error(*ERRORS):
-            found = chosen(self.all_sensors(), sensors or ())
+            found = chosen(self.all_sensors(), SensorChoice(tuple(sensors or ())))
             first, last = frames or (scene.frame_start, scene.frame_end)
             if not scene.frame_start <= last or first > last:
                 raise AngenError(
@@ -312,7 +313,7 @@ class Home:
     def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
         """The sensors of these names, or all, that are switched on. Raises AngenError."""
         with raised_as_angen_error(*ERRORS):
-            found = simulated(chosen(self.all_sensors(), names or ()))
+            found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
         if not found:
             raise AngenError(f"{self.path.name} has no sensors to simulate")
         return found

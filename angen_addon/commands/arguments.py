@@ -16,7 +16,7 @@ from ..coverage.arguments import add_verbs
 from ..days import command as days
 from ..output import faulty
 from ..output.mqtt import address
-from .parser import VERBS, Parser, path, wrong_verb
+from .parser import VERBS, Parser, add_choice, path, wrong_verb
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
@@ -123,13 +123,7 @@ def _of_runs(every: Parser) -> Parser:
         help="first and last frame (default: the scene's); t = 0 stays at the scene's start, and "
         "frames after the scene's end are run too",
     )
-    run.add_argument(
-        "--sensor",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="only this sensor; may be given again",
-    )
+    add_choice(run)
     run.add_argument(
         "--quiet", action="store_true", help="no progress, no advice on standard error"
     )
@@ -223,7 +217,7 @@ def _add_explain(verbs: Any, every: Parser) -> None:
     verb = verbs.add_parser(
         "explain", parents=[every], help="name the object that made a sensor report its last event"
     )
-    verb.add_argument("--sensor", required=True, metavar="NAME", help="the sensor")
+    add_choice(verb)
     verb.add_argument(
         "--time",
         type=_tolerance,

@@ -12,6 +12,7 @@ from typing import Any
 
 import bpy
 
+from ...sensor_logic.choice import NoSuchSensor
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.layout.entries import LayoutError
 from ...sensor_logic.log.event_log import (
@@ -19,6 +20,7 @@ from ...sensor_logic.log.event_log import (
     events,
     read_events,
 )
+from ...sensor_logic.wording import named
 from ..coverage import command as coverage
 from ..days import command as days
 from ..doctor import command as doctor
@@ -31,13 +33,14 @@ from ..output.output_files import Outputs, check_outputs
 from ..process.quiet import fill_closed_streams, standard_output_silenced
 from ..residents.places import check as residents_places
 from ..residents.places.floor import PlaceError
-from ..scene.sensors import NoSuchSensor, SensorError, chosen
+from ..scene.sensors import SensorError, chosen
 from ..scene.units import lengths_of
 from .arguments import parse
 from .console import BAD_INPUT, DONE, FAILED, note
 from .home import BadInput, open_home, run_home, sensors_of
 from .interrupt import Interrupt
 from .leaving import leave_hard
+from .parser import choice_of
 from .progress import ProgressLine
 from .simulate import simulate
 
@@ -142,9 +145,9 @@ def _check(options: argparse.Namespace, outputs: Outputs) -> int:
         raise BadInput(f"cannot read {options.expected}: {error.strerror}") from None
     except ValueError as error:
         raise BadInput(str(error)) from None
-    if options.sensor:
-        expected = [event for event in expected if event.sensor in options.sensor]
-    recording = run_home(options, chosen(sensors_of(options), options.sensor))
+    choice = choice_of(options)
+    expected = [event for event in expected if choice.takes(event.sensor, event.kind)]
+    recording = run_home(options, chosen(sensors_of(options), choice))
     found = differences(expected, events(recording), options.tolerance, options.time_tolerance)
     outputs.said = "".join(f"{line}\n" for line in found[:SHOWN_DIFFERENCES])
     if len(found) > SHOWN_DIFFERENCES:
@@ -179,7 +182,11 @@ def _places(options: argparse.Namespace, outputs: Outputs) -> int:
 def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
     sensors = sensors_of(options)
     scene = bpy.context.scene
-    (sensor,) = chosen(sensors, [options.sensor])[:1]
+    found = chosen(sensors, choice_of(options))
+    if len(found) > 1:
+        names = named(sensor.name for sensor in found)
+        raise BadInput(f"explain is about one sensor, and these are {len(found)}: {names}")
+    (sensor,) = found
     explained = ExplainedTime(scene, sensors, sensor, options.time)
     if explained.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
         raise BadInput(f"--time {options.time:g}: Blender's frames end before that")

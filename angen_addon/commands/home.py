@@ -12,8 +12,9 @@ import bpy
 
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording
+from ...sensor_logic.wording import named
 from ..advice.lacking import lacking
-from ..runtime.simulation import simulate
+from ..runtime.simulation import simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.sensors import Sensor, all_sensors, simulated
 from . import run_advice
@@ -64,6 +65,9 @@ def run_home(
     """Simulates the frames in the options; calls `on_progress` with the growing recording."""
     scene = bpy.context.scene
     run_advice.print_advice(sensors, options.quiet)
+    others = unrecorded(simulated(sensors))
+    if others and not options.quiet:
+        note(f"simulated too, since drivers read their outputs: {named(s.name for s in others)}")
     first, last = _frames_to_run(options)
     recording = Recording()
     line = ProgressLine(sys.stderr, options.quiet)

@@ -25,6 +25,7 @@ from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
 from .home import BadInput, run_home, seconds_to_run, sensors_of
+from .parser import choice_of
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
@@ -40,7 +41,7 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
             "with --faults, then `angen replay` the log"
         )
     sensors = sensors_of(options)
-    selected = chosen(sensors, options.sensor)
+    selected = chosen(sensors, choice_of(options))
     exports = _exports(options, sensors, selected, faults)
     with Sending(address, simulated(selected), options) as sending:
         recording = run_home(options, selected, sending.take)

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import time
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -16,7 +17,7 @@ from ...sensor_logic.study import study as studies
 from ...sensor_logic.study.study import StudyError
 from ...sensor_logic.wording import part_is, plural, shown_duration
 from .console import BAD_INPUT, DONE, FAILED, note, tell
-from .parser import Parser, path
+from .parser import Parser, add_choice, choice_of, path
 
 LIBRARIES = ("dask", "distributed", "scipy", "pyarrow", "matplotlib", "pandas")
 
@@ -37,7 +38,7 @@ def main(arguments: list[str], program: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    study = studies.read(options.study)
+    study = replace(studies.read(options.study), choice=choice_of(options))
     cluster: Any = import_module("..study.cluster", __package__)
     engine: Any = import_module("..study.engine", __package__)
     results: Any = import_module("..study.results", __package__)
@@ -134,6 +135,7 @@ def _parser(program: str) -> Parser:
     where.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, such as tcp://HOST:8786"
     )
+    add_choice(run)
     report = verbs.add_parser("report", help="write DIR/report.html from the results")
     report.add_argument("folder", type=path, metavar="DIR")
     return parser

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...sensor_logic.coverage.motions import MOTIONS
+from ..commands.parser import add_names
 from .candidates import MOUNTINGS
 
 
@@ -19,13 +20,7 @@ def add_verbs(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentP
     one = verbs.add_parser(
         "coverage", parents=[common], help="where motion detectors notice what moves"
     )
-    one.add_argument(
-        "--sensor",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="only this motion detector; may be given again",
-    )
+    add_names(one, "motion detector")
     _add_place(verbs, common)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.coverage.detectors import DETECTOR
 from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
 from ...sensor_logic.files import OutputError
@@ -40,7 +41,7 @@ def check_files(options: argparse.Namespace) -> None:
 
 def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
     """Maps what the options ask for; says the table of its rooms."""
-    asked = chosen(list(sensors), options.sensor)
+    asked = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
     for sensor in asked:
         if options.sensor and sensor.kind is not DETECTOR:
             raise SensorError(f"'{sensor.name}' is no motion detector (PIR)")
@@ -64,7 +65,7 @@ def place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outpu
     """Proposes what the options ask for; says a table of the places."""
     if options.like and options.preset:
         raise SensorError("--like and --preset both tell the parameters: give one of them")
-    like = chosen(list(sensors), [options.like])[0] if options.like else None
+    like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
     parameters, rate = ghosts.pattern(like, options.preset or "")
     wish = Wish(
         options.count,

@@ -17,6 +17,7 @@ from ...sensor_logic.files import OutputError
 from ...sensor_logic.formats import FORMATS, DateError
 from ...sensor_logic.wording import part_is
 from ..commands.console import note
+from ..commands.parser import add_choice, choice_of
 from ..output.output_files import check_not_read
 from ..runtime.simulation import Progress
 from ..scene.sensors import Sensor, chosen, simulated
@@ -51,13 +52,7 @@ def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentPa
         metavar="NAME",
         help=f"also for another tool, in DIR; may be given again: {', '.join(FORMATS)}",
     )
-    verb.add_argument(
-        "--sensor",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="only this sensor; may be given again",
-    )
+    add_choice(verb)
     verb.add_argument(
         "--jobs",
         type=_count,
@@ -98,7 +93,7 @@ def _seed(text: str) -> int:
 def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     """Runs what the options ask for; whether all days are whole. Raises DayError, OutputError,
     SensorError, NoSuchSensor; KeyboardInterrupt, when the whole days were kept."""
-    told = simulated(chosen(sensors, options.sensor))
+    told = simulated(chosen(sensors, choice_of(options)))
     if not told:
         raise DayError("no sensor is switched on")
     _check_dates(options)

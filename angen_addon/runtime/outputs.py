@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from ...sensor_logic.recording.tracks import Recording
@@ -53,10 +53,22 @@ def output_curves(obj: Any) -> list[Any]:
 def are_driven(*paths: str) -> bool:
     """Whether any driver of the file reads outputs, or what else of sensors begins with these data
     paths."""
-    return any(
-        target.data_path.startswith(paths or (ACTIVE_PATH, VALUE_PATH))
-        for animated in all_animated()
-        for curve in animated.animation_data.drivers
-        for variable in curve.driver.variables
-        for target in variable.targets
-    )
+    starts = paths or (ACTIVE_PATH, VALUE_PATH)
+    return any(target.data_path.startswith(starts) for target in _driver_targets())
+
+
+def read_by_drivers(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Those of the sensors whose outputs a driver of the file reads: the scene depends on them."""
+    read = {
+        target.id.session_uid
+        for target in _driver_targets()
+        if target.id is not None and target.data_path.startswith((ACTIVE_PATH, VALUE_PATH))
+    }
+    return [s for s in sensors if not s.holders and s.object.session_uid in read]
+
+
+def _driver_targets() -> Iterator[Any]:
+    for animated in all_animated():
+        for curve in animated.animation_data.drivers:
+            for variable in curve.driver.variables:
+                yield from variable.targets

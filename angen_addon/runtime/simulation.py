@@ -19,7 +19,15 @@ from numpy.typing import NDArray
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
-from ..scene.sensors import Sensor, SensorError, check, check_names, report_steps, simulated
+from ..scene.sensors import (
+    Sensor,
+    SensorError,
+    all_sensors,
+    check,
+    check_names,
+    report_steps,
+    simulated,
+)
 from . import handlers, outputs, state, stillness
 from .agenda import Agenda
 from .moving_scene import MovingScene, moving_scene
@@ -66,25 +74,35 @@ def simulate(
 ) -> Iterator[Progress]:
     """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
 
-    `scene` is the scene of the present context; of `sensors`, those that can be sense. A run that
-    is longer than what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock`
-    tells its time where that is not the scene's; `notes` are taken of what sensors meet.
+    `scene` is the scene of the present context; of `sensors`, those that can be sense. Other
+    sensors whose outputs drivers read sense too, and are not recorded. A run that is longer than
+    what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock` tells its time
+    where that is not the scene's; `notes` are taken of what sensors meet.
     The frame is put back at the end, also after an error or when the generator is closed early;
     what was recorded until then stays. Raises SensorError.
     """
     sensors = simulated(sensors)
     check_names(sensors)
-    for sensor in sensors:
+    every = [*sensors, *unrecorded(sensors)]
+    for sensor in every:
         check(sensor)
     clock = clock or clock_of(scene)
     first, last = clock.first_step(frame_start), clock.first_step(frame_end + 1) - 1
-    runners = [SensorRunner(sensor, clock) for sensor in sensors]
+    runners = [SensorRunner(sensor, clock) for sensor in every]
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
         kind, steps = sensor.kind.identifier, report_steps(sensor)
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
     recording.clock = clock
     return _Run(scene, runners, first, last, frame_end, recording, exchanges, notes).progress()
+
+
+def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
+    """The other sensors of the scene whose outputs drivers read: what `sensors` sense depends on
+    them."""
+    given = {sensor.uid for sensor in sensors}
+    others = simulated(all_sensors(bpy.context.view_layer))
+    return [s for s in outputs.read_by_drivers(others) if s.uid not in given]
 
 
 class _Run:
@@ -245,9 +263,11 @@ class _Run:
         if not len(readings):
             return
         times, frames = clock.times_and_frames(np.array(pending.steps))
-        self._recording.tracks[sensor.name].extend(frames, times, readings)
-        if self._notes is not None:
-            self._notes.read(sensor.name)
+        track = self._recording.tracks.get(sensor.name)
+        if track is not None and track.uid == sensor.uid:
+            track.extend(frames, times, readings)
+            if self._notes is not None:
+                self._notes.read(sensor.name)
         if driven:
             outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 

@@ -10,12 +10,12 @@ from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any
 
+from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.kind import Field, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose, pose_from_matrix
 from ...sensor_logic.parameters import Parameters, specs
 from ...sensor_logic.quantities import METRES, Lengths
-from ...sensor_logic.spelling import hint
 from .animation import is_animated
 from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
 from .placed import is_placed
@@ -24,10 +24,6 @@ from .rooms import room_of
 
 class SensorError(Exception):
     """A sensor cannot be simulated; the text names it, the reason and the way out."""
-
-
-class NoSuchSensor(Exception):
-    """A sensor was asked for by a name that the scene does not have."""
 
 
 @dataclass(frozen=True)
@@ -123,14 +119,10 @@ def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
     return replace(sensor, name=sensor.name_now)
 
 
-def chosen(sensors: list[Sensor], names: Iterable[str]) -> list[Sensor]:
-    """The sensors with the given names; all without names. Raises NoSuchSensor."""
-    names = list(names)
-    known = [sensor.name for sensor in sensors]
-    for name in names:
-        if name not in known:
-            raise NoSuchSensor(f"no sensor is called '{name}'; {hint(name, known)}")
-    return [sensor for sensor in sensors if not names or sensor.name in names]
+def chosen(sensors: list[Sensor], choice: SensorChoice) -> list[Sensor]:
+    """The sensors that a choice takes. Raises NoSuchSensor."""
+    names = set(choice.of({sensor.name: sensor.kind.identifier for sensor in sensors}))
+    return [sensor for sensor in sensors if sensor.name in names]
 
 
 def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:

@@ -51,7 +51,7 @@ class Tasks:
         home = str(run.setting.get(HOME, study.homes[0]))
         routine = str(run.setting.get(ROUTINE, study.routines[0])) if study.routines else ""
         facts = self._homes[home]
-        settings = targets.settings_of(facts, {**study.fixed, **run.setting})
+        settings = targets.settings_of(facts, {**study.fixed, **run.setting}, study.choice)
         goes_in: dict[str, Any] = {
             "seed": run.seed,
             "settings": settings,

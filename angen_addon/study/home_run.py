@@ -21,7 +21,7 @@ from ..api.recording import Recording
 from ..output.run_log import about, sensor_facts
 from ..runtime.outputs import are_driven
 from ..scene.animation import may_set
-from ..scene.sensors import NoSuchSensor, Sensor, SensorError, all_sensors
+from ..scene.sensors import Sensor, SensorError, all_sensors
 from . import days_run, measures
 from .changes import Changes
 from .tasks import Done, File, Task, found
@@ -92,7 +92,7 @@ def _lived(group: Sequence[Task]) -> list[Done]:
         _open = ""
         opened(found(first.home))
         _open = first.home.digest
-    with Changes() as changes, raised_as_angen_error(SensorError, NoSuchSensor, OutputError):
+    with Changes() as changes, raised_as_angen_error(SensorError, OutputError):
         household = days_run.household_of(first)
         changes.set(bpy.context.scene, "angen_seed", first.seed)
         changes.make(first.of_the_home)

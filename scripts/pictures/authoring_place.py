@@ -38,7 +38,7 @@ def steps() -> Iterator[None]:
     with bpy.context.temp_override(
         window=main, area=area, region=region, space_data=space, region_data=space.region_3d
     ):
-        bpy.ops.angen.sensor_place("INVOKE_DEFAULT", kind="PIR", preset="HAA53")
+        bpy.ops.angen.sensor_place("INVOKE_DEFAULT", kind="PIR", preset="HAA53_SCAN")
     yield
     main.cursor_warp(x + 3, y)
     yield

@@ -11,6 +11,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
 
+from ..choice import ALL_SENSORS, SensorChoice
 from ..routine.routine import RoutineError
 from ..routine.table import TomlTable, number, read_table, suggestion, text, texts
 
@@ -85,7 +86,7 @@ class Study:
     `fixed`: what all runs have in common. `empty_for` (s): a sensor that goes on
     in a room that is empty for so long before and after gives a false alarm. `best`: the measure
     that matters, and whether most of it is wanted. `together`: whether runs that differ in their
-    sensors alone live the home once."""
+    sensors alone live the home once. `choice`: the other sensors are switched off in all runs."""
 
     name: str
     homes: tuple[Path, ...]
@@ -105,6 +106,7 @@ class Study:
     empty_for: float = 30.0
     together: bool = True
     lines: tuple[tuple[str, str], ...] = ()
+    choice: SensorChoice = ALL_SENSORS
 
     def where(self, key: str) -> str:
         """File and line of a key of [vary] or [set]."""

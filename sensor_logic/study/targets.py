@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any
 
+from ..choice import ALL_SENSORS, NoSuchSensor, SensorChoice, fitting, not_found
 from ..kind import Kind
 from ..kinds import KINDS
 from ..parameters import defaults, specs
@@ -43,10 +43,10 @@ class HomeFacts:
             return [pattern]
         found: set[str] = set()
         for part in pattern.split(BETWEEN):
-            fit = {n for n in self.kinds if n == part or fnmatchcase(n, part)}
+            fit = fitting(part, self.kinds)
             if not fit:
                 return []
-            found |= fit
+            found.update(fit)
         return [name for name in self.kinds if name in found]
 
 
@@ -59,6 +59,10 @@ def split(key: str) -> tuple[str, str]:
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
     """Raises StudyError for what no sensor of one of the homes has, and values out of limits."""
     for home in homes:
+        try:
+            study.choice.of(home.kinds)
+        except NoSuchSensor as error:
+            raise StudyError(f"{home.name}: {error}") from None
         if study.frames is not None and study.frames[1] < home.frame_start:
             raise StudyError(
                 f"{study.name}: frames end before {home.name} begins, at {home.frame_start}"
@@ -79,10 +83,8 @@ def _check_sensors(study: Study, home: HomeFacts, patterns: tuple[str, ...]) -> 
 
 
 def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> StudyError:
-    return StudyError(
-        f"{study.where(key)}: no sensor of {home.name} is called '{pattern}'; "
-        f"{hint(pattern, home.kinds)}"
-    )
+    found = not_found(pattern, home.kinds, f" of {home.name}")
+    return StudyError(f"{study.where(key)}: {found}")
 
 
 def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
@@ -145,9 +147,11 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def settings_of(home: HomeFacts, values: Mapping[str, Value]) -> dict[str, dict[str, Any]]:
+def settings_of(
+    home: HomeFacts, values: Mapping[str, Value], choice: SensorChoice = ALL_SENSORS
+) -> dict[str, dict[str, Any]]:
     """What a run sets: sensor → parameter → value. Of two keys that set the same the later one
-    holds; sensors that `sensors` does not name are switched off."""
+    holds; sensors that `sensors` does not name, or the `choice` not take, are switched off."""
     found: dict[str, dict[str, Any]] = {}
     on = values.get(SENSORS)
     if isinstance(on, tuple):
@@ -161,6 +165,8 @@ def settings_of(home: HomeFacts, values: Mapping[str, Value]) -> dict[str, dict[
         for name in home.fitting(pattern):
             kind = KINDS[home.kinds[name]]
             found.setdefault(name, {}).update(_values_of(kind, parameter, value))
+    for name in sorted(home.kinds.keys() - choice.of(home.kinds)):
+        found.setdefault(name, {})["enabled"] = False
     return found
 
 

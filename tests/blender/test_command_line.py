@@ -47,6 +47,33 @@ def test_only_the_sensor_that_is_named(home, command):
     assert out == "\r\n".join(row for row in DOOR_LOG.split("\r\n") if "PIR" not in row)
 
 
+@pytest.mark.parametrize(
+    ("options", "names"),
+    [
+        (["--sensor", "PIR *[dl]"], {"PIR bed", "PIR hall"}),
+        (["--sensor", "PIR bed", "--sensor", "L*"], {"PIR bed", "Lux"}),
+        (["--kind", "LIGHT", "--kind", "pressure"], {"Pad", "Lux"}),
+        (["--no-light"], {"Pad", "PIR bed", "PIR hall", "PIR [1]"}),
+        (["--sensor", "P*", "--kind", "PIR", "--no-light"], {"PIR bed", "PIR hall", "PIR [1]"}),
+        # A name with the signs of a pattern is itself.
+        (["--sensor", "PIR [1]"], {"PIR [1]"}),
+    ],
+)  # fmt: skip
+def test_sensors_are_chosen_by_patterns_and_kinds(world, command, tmp_path, options, names):
+    for name in ("PIR bed", "PIR hall", "PIR [1]"):
+        world.pir(name)
+    world.sensor("PRESSURE", "Pad")
+    world.sensor("LIGHT", "Lux")
+    world.scene.frame_end = 2
+    save(tmp_path)
+    status, out, _ = command("simulate", "--quiet", *options)
+    assert status == 0
+    assert {row.split(",")[2] for row in out.splitlines()[1:]} == names
+    expected = tmp_path / "expected.csv"
+    expected.write_text(out, encoding="utf-8")
+    assert command("check", expected, "--quiet", *options)[0] == 0
+
+
 def test_progress_is_quiet_when_asked(home, command):
     assert command("simulate", "--quiet")[2] == ""
     assert "times real time" in command("simulate")[2]
@@ -165,6 +192,17 @@ def test_bad_arguments(home, command, arguments, words):
     [
         (["simulate", "--sensor", "Dorr"], ["'Dorr'", "did you mean Dörr"]),
         (["simulate", "--sensor", "???"], ["'???'", "Hall, PIR"]),
+        (["simulate", "--sensor", "Hal*PRI"], ["no sensor fits 'Hal*PRI'", "mean Hall, PIR?"]),
+        (["simulate", "--sensor", "D*", "--kind", "PIR"], ["no sensor is left", "Dörr"]),
+        (["simulate", "--kind", "PRI"], ["--kind", "'PRI'", "'PIR'"]),
+        (
+            ["day", "--sensor", "X*", "--routine", "a", "--start", "2026-03-02", "--out", "b"],
+            ["no sensor fits 'X*'"],
+        ),
+        (
+            ["explain", "--sensor", "*", "--time", "1"],
+            ["about one sensor", "these are 2", "Dörr"],
+        ),
         (["simulate", "--frames=-9:-1"], ["-9:-1", "frame 1"]),
         (["simulate", "--bake"], ["--save"]),
         (["simulate", "--events", "{}/missing/a.csv"], ["--events", "missing", "does not exist"]),

@@ -124,3 +124,36 @@ def test_what_follows_the_outputs_is_sensed_as_if_all_were_looked_at_anew(
     # Something came of the drivers.
     told = ("lux",) if case is lamp_lit else ("pir", "range", "lux")
     assert any(len(set(found.tracks[name].value)) > 1 for name in told), case.__name__
+
+
+@pytest.mark.parametrize("what", ["lamp", "wall"])
+def test_a_run_of_one_sensor_reads_what_it_reads_among_all(
+    world: Any, command: Callable[..., tuple[int, str, str]], tmp_path: Any, what: str
+) -> None:
+    """The switch, which the run leaves out, lights the lamp and moves the wall."""
+    world.door(5, 9, 14, 15, 20)
+    world.switch("switch")
+    lamp(world, "POINT", at=(5.5, 0.0, 0.5), energy=50.0).name = "Bulb"
+    world.sensor(
+        "LIGHT", "lux", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
+    ).location = (5.5, 0.0, 1.0)
+    pir = world.pir("pir")
+    pir.location, pir.rotation_euler = (4.0, 0.0, 0.0), (1.5707963, 0.0, -1.5707963)
+    world.box((0.1, 4.0, 3.0), at=(8.0, 0.0, 0.0), name="wall")
+    lamp_lit(world) if what == "lamp" else moved(world)
+    world.scene.frame_end = 24
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    name = "lux" if what == "lamp" else "pir"
+    all_rows = command("simulate", "--quiet")[1].splitlines()
+    status, out, told = command("simulate", "--sensor", name)
+    rows = out.splitlines()
+    assert status == 0 and rows == [r for r in all_rows if r.split(",")[2] in ("sensor", name)]
+    assert len(rows) > 4
+    assert "simulated too, since drivers read their outputs: 'switch'" in told
+    # Only what is chosen is written.
+    expected = tmp_path / "expected.csv"
+    expected.write_text(out, encoding="utf-8")
+    samples = tmp_path / "samples"
+    assert command("check", expected, "--sensor", name)[0] == 0
+    assert command("simulate", "--sensor", name, "--samples", samples)[0] == 0
+    assert [path.name for path in samples.iterdir()] == [f"{name}.csv"]

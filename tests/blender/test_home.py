@@ -70,10 +70,13 @@ def test_every_ray_reads_what_scene_ray_cast_reads(home, frame):
 
 def test_the_sofa_knows_all_weights_as_the_person_sits_down_and_gets_up(home):
     from bl_ext.user_default.angen_sensors.angen_addon.runtime import simulation
+    from bl_ext.user_default.angen_sensors.sensor_logic.choice import SensorChoice
     from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
     scene, _ = home
-    sofa = sensors.chosen(sensors.all_sensors(bpy.context.view_layer), ["Pressure sofa"])
+    sofa = sensors.chosen(
+        sensors.all_sensors(bpy.context.view_layer), SensorChoice(("Pressure sofa",))
+    )
     clock = time_base.clock_of(scene)
     forces = []
     for second, last in ((46, 52), (56, 59), (81, 88)):

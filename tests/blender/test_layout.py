@@ -55,7 +55,7 @@ def home(request, world):
     world.key(leaf, "location", {1: (0, 0, -0.02 * u), 13: (u, 0, -0.02 * u)}, "CONSTANT")
     switch = world.switch("Switch.door.001")
     switch.parent = frame
-    bpy.ops.angen.sensor_add(kind="PIR", preset="HAA53")
+    bpy.ops.angen.sensor_add(kind="PIR", preset="HAA53_SCAN")
     pir = bpy.context.object
     pir.name, pir.location = "PIR hall", (0, u / 3, 2.2 * u)
     pir.rotation_euler = (radians(80), 0, radians(30))

@@ -167,7 +167,7 @@ def test_events_say_that_the_recording_is_stale_and_the_way_out(physics):
 
 
 def test_a_slow_pyroelectric_detector_gets_a_rate_in_one_click(world):
-    ops.sensor_add(kind="PIR", preset="HC_SR501_PYRO")
+    ops.sensor_add(kind="PIR", preset="HC_SR501")
     for fps, rate in ((24, 24.0), (30, 30.0), (60, 20.0), (50, 25.0), (12, 20.0)):
         world.scene.render.fps = fps
         bpy.context.object.angen_sensor.update_rate = 10.0

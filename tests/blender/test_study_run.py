@@ -228,9 +228,11 @@ def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> No
     (folder / "score.py").write_text(
         SCORE.replace("PAUSE", "0.0") + "def broken(recording, truth):\n    return 1 / 0\n"
     )
-    told = run(folder, "--jobs", "1", status=1)
+    assert "no sensor fits 'Pri*'" in run(folder, "--jobs", "1", "--sensor", "Pri*", status=2)
+    told = run(folder, "--jobs", "1", "--no-light", status=1)
     assert "1 of 1 run failed" in told
     (row,) = results(folder)
+    assert row["sensors_on"] == "1"
     assert int(row["events"]) == int(row["events PIR hall"]) > 0 and float(row["moves"]) > 0
     assert row["error"] == (
         "light_error: no light sensor is switched on; "

@@ -32,7 +32,7 @@ def passing(world):
     box = world.box((1, 1, 1), at=(-2, 0, -3), name="Box")
     world.key(box, "location", {1: (-2, 0, -3), 48: (2, 0, -3)})
     world.scene.frame_end = 48
-    ops.sensor_add(kind="PIR", preset="HC_SR501")
+    ops.sensor_add(kind="PIR", preset="HC_SR501_SCAN")
     obj = bpy.context.object
     obj.location, obj.rotation_euler = (0, 0, 0), (0, 0, 0)
     obj.angen_sensor.pir.sweep = "ALL"

@@ -51,7 +51,7 @@ def test_identifiers_are_unique_within_a_kind():
 
 
 def test_presets_of_a_kind():
-    assert {"THESIS", "HC_SR501", "EKMC1601111", "HAA53"} <= set(named("PIR"))
+    assert {"THESIS", "HC_SR501", "EKMC1601111", "HAA53_SCAN"} <= set(named("PIR"))
     assert {"THESIS", "TCST1103", "GP1A53HR", "EE_SX670"} <= set(named("OPTICAL_SWITCH"))
     assert len(presets_of("PRESSURE")) == 7
     assert {"THESIS", "GL5516", "GL5528", "GL5539", "BH1750FVI", "VEML7700"} <= set(named("LIGHT"))
@@ -90,7 +90,7 @@ def test_areas_are_those_of_the_sizes_in_the_data_sheet():
     [
         ("PRESSURE", "FSR_402"),
         ("PIR", "HC_SR501"),
-        ("PIR", "HC_SR501_PYRO"),
+        ("PIR", "HC_SR501_SCAN"),
         ("OPTICAL_SWITCH", "EE_SX670"),
     ],
 )
@@ -102,14 +102,21 @@ def test_part_presets_set_the_same_parameters_so_that_one_replaces_another(kind,
     assert all(found == names[part] for found in names.values())
 
 
+def test_a_part_has_its_physics_and_a_range_scan_says_that_it_is_one():
+    for name, preset in named("PIR").items():
+        is_scan = name == "THESIS" or name.endswith("_SCAN")
+        assert preset.values["model"] == ("RANGE_SCAN" if is_scan else "PYROELECTRIC"), name
+        assert is_scan == ("range scan" in preset.label), name
+
+
 def test_a_motion_detector_has_the_same_times_and_reach_in_both_models():
     parts = named("PIR")
-    both = [name for name in parts if f"{name}_PYRO" in parts]
+    both = [name for name in parts if f"{name}_SCAN" in parts]
     assert {"HC_SR501", "EKMC1601111", "EKMC1603111", "EKMC1604111"} <= set(both)
     for name in both:
         for what in ("range_max", "hold_time", "blocking_time", "warm_up_time"):
-            assert parts[name].values[what] == parts[f"{name}_PYRO"].values[what], (name, what)
-    hc = parts["HC_SR501"].values
+            assert parts[name].values[what] == parts[f"{name}_SCAN"].values[what], (name, what)
+    hc = parts["HC_SR501_SCAN"].values
     assert math.degrees(hc["horizontal_fov"]) == pytest.approx(120)
     assert math.degrees(hc["vertical_fov"]) == pytest.approx(60), "half of a cone is below"
 

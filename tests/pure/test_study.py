@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sensor_logic.choice import SensorChoice
 from sensor_logic.days.rows import DayRows, Happening
 from sensor_logic.days.truth import Whereabouts
 from sensor_logic.formats.log import LoggedActivity
@@ -177,6 +178,9 @@ def test_keys_set_the_sensors_that_they_fit() -> None:
         "Lamp.001": {"enabled": True},
     }
     assert isinstance(found["PIR hall"]["rays"], int)
+    # As `--sensor` and `--no-light` choose.
+    chosen = SensorChoice(("PIR*",), light=False)
+    assert targets.settings_of(HOME, {}, chosen) == {"Lamp.001": {"enabled": False}}
     (preset,) = targets.settings_of(HOME, {"PIR bed.preset": "HC_SR501"}).values()
     assert preset["range_max"] == 7.0 and preset["hold_time"] == 0.3
 

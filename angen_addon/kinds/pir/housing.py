@@ -34,11 +34,11 @@ def _wall_detector() -> Housing:
 HOUSINGS = {
     "": _hc_sr501,
     "EKMC1601111": _pmod_pir,
-    "EKMC1601111_PYRO": _pmod_pir,
-    "HAA53": _wall_detector,
+    "EKMC1601111_SCAN": _pmod_pir,
+    "HAA53_SCAN": _wall_detector,
     "EKMC1604111": _wall_detector,
-    "EKMC1604111_PYRO": _wall_detector,
-    "PET_IMMUNE_PYRO": _wall_detector,
-    "CURTAIN_PYRO": _wall_detector,
-    "SPACETI_WALL_PYRO": _wall_detector,
+    "EKMC1604111_SCAN": _wall_detector,
+    "PET_IMMUNE": _wall_detector,
+    "CURTAIN": _wall_detector,
+    "SPACETI_WALL": _wall_detector,
 }

@@ -9,8 +9,8 @@ from ...kind import Preset
 from .pyroelectric.lenses import LENS_PRESETS, LENSES
 
 
-def _detector(
-    identifier: str,
+def _range_scan(
+    part: str,
     label: str,
     source: str,
     *,
@@ -21,7 +21,8 @@ def _detector(
     block: float = 0.0,
     warm_up: float = 0.0,
 ) -> Preset:
-    """A commercial motion detector as a range scan: metres, degrees, seconds.
+    """The reach, angles and times of a commercial motion detector for the thesis's range scan,
+    which is not how the part detects: metres, degrees, seconds.
 
     All set the same parameters, so that each fully replaces another; values that the source does
     not give keep their defaults. The fans cover the angle from level down to `below`, half of the
@@ -42,7 +43,7 @@ def _detector(
             f". It reports nothing for the first {warm_up:g} s: set the warm-up time to 0 for "
             "one that was switched on long before"
         )
-    return Preset(identifier, f"{label}, range scan", values, source)
+    return Preset(f"{part}_SCAN", f"{label}, range scan", values, source)
 
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
@@ -88,7 +89,8 @@ PRESETS: tuple[Preset, ...] = (
         },
         "range scan of the thesis's Gazebo plugin",
     ),
-    _detector(
+    *LENS_PRESETS,
+    _range_scan(
         "HC_SR501",
         "HC-SR501",
         "HC-SR501 module data sheet: 7 m, cone below 120°, delay from 0.3 s, block time 2.5 s; "
@@ -100,7 +102,7 @@ PRESETS: tuple[Preset, ...] = (
         block=2.5,
         warm_up=60.0,
     ),
-    _detector(
+    _range_scan(
         "EKMC1601111",
         "Panasonic EKMC1601111 (5 m)",
         f"Panasonic: 5 m, 94° × 82°; {PMOD_PIR}",
@@ -109,7 +111,7 @@ PRESETS: tuple[Preset, ...] = (
         below=41.0,
         warm_up=30.0,
     ),
-    _detector(
+    _range_scan(
         "EKMC1603111",
         "Panasonic EKMC1603111 (12 m)",
         f"Panasonic: 12 m, 102° × 92°; {PMOD_PIR}",
@@ -118,7 +120,7 @@ PRESETS: tuple[Preset, ...] = (
         below=46.0,
         warm_up=30.0,
     ),
-    _detector(
+    _range_scan(
         "EKMC1604111",
         "Panasonic EKMC1604111 (wall, 12 m)",
         f"Panasonic: first step 12 m, 105° wide, down to 49° below; {PMOD_PIR}",
@@ -127,7 +129,7 @@ PRESETS: tuple[Preset, ...] = (
         below=49.0,
         warm_up=30.0,
     ),
-    _detector(
+    _range_scan(
         "MI_NODE",
         "element14 MI:node PIR (7 m)",
         "element14 MI:node user manual V3.1, p. 23: 7 m, solid angle 110°, high for 2.5 s typical",
@@ -136,7 +138,7 @@ PRESETS: tuple[Preset, ...] = (
         below=55.0,
         hold=2.5,
     ),
-    _detector(
+    _range_scan(
         "HAA53",
         "Velleman HAA53 (wall, 14 m)",
         "Velleman HAA53 manual, specifications, wide-angle lens: 14 m, 110° wide, at most 1 minute "
@@ -145,7 +147,6 @@ PRESETS: tuple[Preset, ...] = (
         horizontal=110.0,
         warm_up=60.0,
     ),
-    *LENS_PRESETS,
     _real_home("CASAS_CEILING", "ceiling", "CEILING"),
     _real_home("CASAS_WALL", "wall", "THREE_TIERS"),
 )

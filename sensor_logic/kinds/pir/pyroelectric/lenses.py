@@ -235,7 +235,7 @@ def _preset(
         "hold_from_onset": False,
     }
     source = f"{known.source}. {timing}. Assumed: {known.assumed}"
-    return Preset(f"{lens}_PYRO", f"{label}, pyroelectric", values, source)
+    return Preset(lens, label, values, source)
 
 
 NO_TIMES = "Its times are not known: none is set"

@@ -12,7 +12,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Callable
-from datetime import datetime
+from datetime import date, datetime
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +160,25 @@ def test_what_was_kept_is_gone_on_with(
     assert day(out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
     assert written == {path.name: path.stat().st_mtime_ns for path in days.glob("*.json")}
+
+
+def test_what_a_diary_begins_with_at_midnight_was_begun_before(
+    home: Path, addon_part: Callable[[str], Any]
+) -> None:
+    run, routine = addon_part("angen_addon.days.run"), home.parent / "week.toml"
+    diary = home.parent / "diary.csv"
+    diary.write_text(
+        "start,end,person,activity\n"
+        "2026-03-02 00:00,2026-03-02 07:00,anna,Sleep\n2026-03-02 07:00,2026-03-02 09:00,anna,Sit\n"
+    )
+    household = run.Household(
+        bpy.context.scene, [], run.Plan.read(routine, diary), date(2026, 3, 2), 1
+    )
+    acted = household.acted(0)
+    assert len(acted.spans(0.0, 6.9 * 3600)) == 0
+    assert (acted.where[0].posture, acted.where[0].place) == ("lying", "Bed")
+    sleep = acted.activities[0]
+    assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
 
 
 def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[..., Path]) -> None:

@@ -73,6 +73,12 @@ def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentPa
         metavar="N",
         help="processes at once (default 1); they share the days, and the hours of days left over",
     )
+    verb.add_argument(
+        "--layout",
+        type=path,
+        metavar="FILE.json",
+        help="the home with the sensors of this layout, as `apply` adds and changes them",
+    )
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
     # Which process this is of several that share the days, and which days are cut for them.
     verb.add_argument("--day-share", type=_part, default=WHOLE, help=argparse.SUPPRESS)

@@ -251,6 +251,7 @@ class _Run:
         if not len(readings):
             return
         times, frames = clock.times_and_frames(np.array(pending.steps))
+        times = times if readings.times is None else readings.times
         self._recording.tracks[sensor.name].extend(frames, times, readings)
         if self._notes is not None:
             self._notes.read(sensor.name)

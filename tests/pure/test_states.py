@@ -5,26 +5,26 @@ before, so that another process can go on from there."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sensor_logic.kinds.pressure.force_resistor import ForceResistor
 from sensor_logic.kinds.pressure.model import PressureParameters
-from sensor_logic.physics.output_timing import OutputTiming
+from sensor_logic.physics.output_timing import OutputTiming, RadioTiming
 
 TIMES = np.arange(400) / 10.0
 CUT = 200
 
 
 @pytest.mark.parametrize("retrigger", [False, True])
-@pytest.mark.parametrize("onsets", [False, True])
 @pytest.mark.parametrize(("hold", "blocking"), [(0.0, 0.0), (1.5, 0.0), (1.5, 2.0), (30.0, 0.0)])
 def test_an_output_goes_on_alike_from_the_same_state(
-    retrigger: bool, onsets: bool, hold: float, blocking: float
+    retrigger: bool, hold: float, blocking: float
 ) -> None:
     random, same, other = np.random.default_rng(3), 0, 0
-    how = hold, blocking, 0.0, retrigger, onsets
+    how = hold, blocking, 0.0, retrigger
     for _ in range(60):
         triggers = random.random((2, len(TIMES))) < random.choice([0.002, 0.02, 0.2])
         triggers[:, CUT - 25 : CUT] = False
@@ -42,6 +42,32 @@ def test_an_output_goes_on_alike_from_the_same_state(
     assert same
     # Only what is held or blocked for long reaches over the rest.
     assert (other > 0) == (hold > 2.0 or blocking > 0.0)
+
+
+def test_a_radio_goes_on_alike_from_the_same_state_in_pieces_of_any_length() -> None:
+    random, same, other = np.random.default_rng(5), 0, 0
+    blocking, blanking = 0.4, 0.8
+    delays = random.exponential(0.3, len(TIMES))
+
+    def run(radio: RadioTiming, trigger: Any, begin: int, end: int) -> Any:
+        times, late = TIMES[begin:end], delays[begin:end]
+        how = 1.5, blocking, 0.0, True, blanking
+        return radio.run(times, trigger[begin:end], *how, lambda i: float(late[i]))
+
+    for _ in range(60):
+        triggers = random.random((2, len(TIMES))) < random.choice([0.02, 0.2])
+        triggers[:, CUT - int(random.integers(0, 40)) : CUT] = False
+        parts = [RadioTiming(), RadioTiming()]
+        for part, trigger in zip(parts, triggers, strict=True):
+            run(part, trigger, 0, CUT)
+        one, two = (part.state(float(TIMES[CUT - 1]), blocking, blanking) for part in parts)
+        whole = run(parts[0], triggers[0], CUT, len(TIMES))
+        pieces = [run(parts[1], triggers[0], k, k + 1) for k in range(CUT, len(TIMES))]
+        if one == two:
+            same += 1
+            assert np.array_equal(whole, np.concatenate(pieces, axis=1))
+        other += one != two
+    assert same and other
 
 
 @pytest.mark.parametrize(

@@ -180,11 +180,13 @@ class Reading:
 @dataclass(frozen=True)
 class Readings:
     """The results of n updates: arrays (n,) `active` and `value`, and an array or list for each
-    field; None for a field that no update measured."""
+    field; None for a field that no update measured. `times` (n,) in s, where a reading is dated
+    otherwise than its update: after the update before it, and never after its own."""
 
     active: NDArray[np.bool_]
     value: Array
     fields: dict[str, Any]
+    times: Array | None = None
 
     @classmethod
     def of(cls, readings: Sequence[Reading]) -> Readings:

@@ -202,7 +202,7 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
 
 
 def _day(options: argparse.Namespace, outputs: Outputs) -> int:
-    sensors = sensors_of(options)
+    sensors = sensors_of(options, options.layout)
     try:
         return DONE if days.day(options, sensors) else FAILED
     except KeyboardInterrupt:

@@ -14,6 +14,7 @@ from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import named
 from ..advice.lacking import lacking
+from ..layout.apply import apply_layout
 from ..runtime.simulation import simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.sensors import Sensor, all_sensors, simulated
@@ -42,10 +43,12 @@ def open_home(options: argparse.Namespace) -> None:
     bpy.context.view_layer.update()
 
 
-def sensors_of(options: argparse.Namespace) -> list[Sensor]:
-    """All sensors of the scene. Prints what the home lacks, such as missing files, and lists it in
-    `options.lacks`. Raises BadInput without sensors."""
+def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[Sensor]:
+    """All sensors of the scene, changed to match a layout. Prints what the home lacks, such as
+    missing files, and lists it in `options.lacks`. Raises BadInput without sensors, LayoutError."""
     open_home(options)
+    if layout is not None:
+        apply_layout(layout)
     sensors = all_sensors(bpy.context.view_layer)
     options.lacks = []
     _print_lacks(options, sensors)

@@ -60,6 +60,12 @@ def add_verb(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentPa
         metavar="N",
         help="processes at once (default 1), each of which runs whole days",
     )
+    verb.add_argument(
+        "--layout",
+        type=path,
+        metavar="FILE.json",
+        help="the home with the sensors of this layout, as `apply` adds and changes them",
+    )
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
     # The process is one of those that `--jobs` started.
     verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)

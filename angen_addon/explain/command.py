@@ -28,13 +28,17 @@ class ExplainedTime:
         self._sensors = list(sensors) if outputs.are_driven() else [sensor]
         clock = clock_of(scene)
         # A hair, so that a time as the log writes it is not before its own event.
-        step = int((time + 1e-6) * float(clock.steps_per_second))
-        self.last = clock.frame_and_subframe(step)[0]
-        self._limit = clock.step_frame(step)
+        self._time = time + 1e-6
+        steps = self._time * float(clock.steps_per_second)
+        step = last = int(steps)
         self.first = scene.frame_start
+        schedule = Schedule(clock, decimal(sensor.settings.update_rate))
+        if steps - step > 1e-3 and not sensor.kind.requires(LIGHT):
+            # A message that arrives between two updates is read at the later one.
+            last = max(step, schedule.step(schedule.last_update(step) + 1))
+        self.last = clock.frame_and_subframe(last)[0]
         if sensor.kind.requires(LIGHT):
             # Light does not depend on the frames before, and rendering them all takes long.
-            schedule = Schedule(clock, decimal(sensor.settings.update_rate))
             earlier = max(schedule.last_update(step) - 1, 0)
             self.first = clock.frame_and_subframe(schedule.step(earlier))[0]
 
@@ -56,7 +60,7 @@ class ExplainedTime:
         # Which readings of light are events is not known without the time before.
         every = now or self._sensor.kind.requires(LIGHT)
         indices = range(len(track)) if every else log_indices(track).tolist()
-        told = [i for i in indices if track.frames[i] <= self._limit + 1e-6]
+        told = [i for i in indices if track.times[i] <= self._time]
         if not told:
             raise SensorError(f"'{self._sensor.name}' has reported nothing by then")
         return explain(self._scene, self._sensor, self._recording, told[-1]).as_text()

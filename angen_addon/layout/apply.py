@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Euler, Matrix, Quaternion, Vector
 
 from ...sensor_logic.kinds import NO_KIND
-from ...sensor_logic.layout.entries import LayoutEntry, read_layout
+from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
 from ...sensor_logic.wording import named
 from ..authoring.housing import Housing, mesh_of
 from ..authoring.of_kind import housing_of
@@ -52,12 +52,14 @@ class Applied(NamedTuple):
 def apply_layout(path: Path, remove: bool = False) -> Applied:
     """Adds and changes sensors in the present scene to match a layout file; with `remove`, deletes
     those that the layout lacks. Raises LayoutError, having changed nothing."""
-    entries = read_layout(path)
+    layout = read_layout(path)
     view_layer = bpy.context.view_layer
     view_layer.update()
-    planner = Planner(entries, view_layer, evaluated_depsgraph())
+    # What is deleted need not be switched.
+    kept = Layout(layout.sensors) if remove else layout
+    planner = Planner(kept, view_layer, evaluated_depsgraph())
     plans = planner.changes()
-    left_out = planner.left_out() if remove else []
+    left_out = planner.to_delete() if remove else []
     unchanged = [plan.entry.name for plan in plans if not plan.changes]
     added = [plan.entry.name for plan in plans if plan.sensor is None]
     doing = [plan for plan in plans if plan.changes]
@@ -253,7 +255,7 @@ def _check_done(plans: list[SensorChange]) -> None:
     for example."""
     view_layer = bpy.context.view_layer
     view_layer.update()
-    again = Planner((), view_layer, evaluated_depsgraph())
+    again = Planner(Layout([]), view_layer, evaluated_depsgraph())
     for plan in plans:
         values = {key: value for key, value in plan.entry.values.items() if key not in PLACE}
         entry = LayoutEntry(plan.entry.file, values, plan.entry.lines)

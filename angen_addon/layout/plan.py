@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
-from ...sensor_logic.layout.entries import LayoutEntry, LayoutError
+from ...sensor_logic.layout.entries import Layout, LayoutEntry, LayoutError
 from ...sensor_logic.model import pose_from_matrix
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.spelling import hint
@@ -63,23 +63,33 @@ class SensorChange:
 class Planner:
     """Compares a layout with the sensors of a view layer at the present frame."""
 
-    def __init__(self, entries: Sequence[LayoutEntry], view_layer: Any, depsgraph: Any) -> None:
-        self._entries = entries
+    def __init__(self, layout: Layout, view_layer: Any, depsgraph: Any) -> None:
+        self._entries, self._others = layout.sensors, layout.others
         self._view_layer = view_layer
         self._depsgraph = depsgraph
         self._sensors = all_sensors(view_layer)
 
     def changes(self) -> list[SensorChange]:
-        """The changes of each sensor of the layout. Raises LayoutError."""
+        """The changes of each sensor of the layout, and of the others where it says so. Raises
+        LayoutError."""
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
+        if self._others is not None:
+            for sensor in self.left_out():
+                of = {"name": sensor.name, "library": sensor.library}
+                entry = replace(self._others, values={**of, **self._others.values})
+                found.append(self.change(entry))
         return found
 
     def left_out(self) -> list[Sensor]:
+        """The sensors that the layout lacks. Raises LayoutError."""
+        listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
+        return [sensor for sensor in self._sensors if sensor.uid not in listed]
+
+    def to_delete(self) -> list[Sensor]:
         """The sensors that the layout lacks. Raises LayoutError where one of them cannot be
         deleted."""
-        listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
-        found = [sensor for sensor in self._sensors if sensor.uid not in listed]
+        found = self.left_out()
         stuck = [s for s in found if s.holders or s.object.library or s.object.override_library]
         if stuck:
             raise LayoutError(

@@ -263,6 +263,7 @@ class _Run:
         if not len(readings):
             return
         times, frames = clock.times_and_frames(np.array(pending.steps))
+        times = times if readings.times is None else readings.times
         track = self._recording.tracks.get(sensor.name)
         if track is not None and track.uid == sensor.uid:
             track.extend(frames, times, readings)

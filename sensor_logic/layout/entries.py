@@ -2,7 +2,8 @@
 """Reads a layout and checks it as far as possible without the home.
 
 A layout is a list of sensors, or an object whose `sensors` is one. A key that a sensor does not
-name keeps its value, or has its default where the sensor is new.
+name keeps its value, or has its default where the sensor is new. With `others_enabled` the object
+also switches all sensors on or off that it does not name.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from ..lines import KeyPath, LineError, read_json
 from ..parameters import Spec, defaults, specs
 from ..spelling import hint
 
+# The key of a layout that switches sensors which it does not name.
+OTHERS = "others_enabled"
 # The largest numbers that Blender stores: in single precision, and as an integer.
 LARGEST = 3.4028234e38
 LARGEST_WHOLE = 2**31 - 1
@@ -183,8 +186,17 @@ def _of_type(default: Any, spec: Spec, value: Any) -> str:
     return _number(value) if isinstance(default, float) else _text(value)
 
 
-def read_layout(path: Path) -> list[LayoutEntry]:
-    """The sensors in a layout file, each checked by itself. Raises LayoutError."""
+@dataclass(frozen=True)
+class Layout:
+    """The `sensors` of a layout. `others`: an entry without a name for all sensors that it lacks;
+    None where these stay as they are."""
+
+    sensors: list[LayoutEntry]
+    others: LayoutEntry | None = None
+
+
+def read_layout(path: Path) -> Layout:
+    """Read a layout file, each sensor checked by itself. Raises LayoutError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -196,8 +208,9 @@ def read_layout(path: Path) -> list[LayoutEntry]:
     except LineError as error:
         raise LayoutError(f"{path.name}, line {error.line}: {error}") from None
     top: KeyPath = ()
+    others = None
     if isinstance(found, dict):
-        unknown = [key for key in found if key not in ("$schema", "sensors")]
+        unknown = [key for key in found if key not in ("$schema", "sensors", OTHERS)]
         if unknown or "sensors" not in found:
             line = lines[tuple(unknown[:1])]
             problem = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
@@ -205,6 +218,10 @@ def read_layout(path: Path) -> list[LayoutEntry]:
                 f"{path.name}, line {line}: {problem}: give a list of sensors, or "
                 '{"$schema": …, "sensors": [ … ]}'
             )
+        if OTHERS in found:
+            others = LayoutEntry(path.name, {"enabled": found[OTHERS]}, {(): lines[(OTHERS,)]})
+            if problem := _yes_or_no(found[OTHERS]):
+                raise others.error(f"{OTHERS} {problem}")
         found, top = found["sensors"], ("sensors",)
     if not isinstance(found, list):
         raise LayoutError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
@@ -215,7 +232,7 @@ def read_layout(path: Path) -> list[LayoutEntry]:
             own[int(key[depth])][key[depth + 1 :]] = line
     entries = [_checked(LayoutEntry(path.name, *pair)) for pair in zip(found, own, strict=True)]
     _check_names(entries)
-    return entries
+    return Layout(entries, others)
 
 
 def _checked(entry: LayoutEntry) -> LayoutEntry:

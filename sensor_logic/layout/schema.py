@@ -15,6 +15,7 @@ from typing import Any
 from ..kind import Kind
 from ..kinds import KINDS
 from ..parameters import READING, Spec, defaults, specs
+from .entries import OTHERS
 
 FILE = Path(__file__).with_name("layout.schema.json")
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
@@ -114,6 +115,11 @@ def schema() -> dict[str, Any]:
                 "properties": {
                     "$schema": {"type": "string"},
                     "sensors": {"$ref": "#/definitions/sensors"},
+                    OTHERS: {
+                        "description": "false: switches off all sensors that the layout does not "
+                        "name; true: on",
+                        "type": "boolean",
+                    },
                 },
                 "required": ["sensors"],
                 "additionalProperties": False,

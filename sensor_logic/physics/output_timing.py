@@ -4,11 +4,15 @@
 Terms as in the HC-SR501's datasheet: after a trigger the output stays high for the delay (hold)
 time, each new trigger in it starting it anew where the module is set to retrigger; after it fell,
 triggers are ignored for the blocking time. During warm-up the output stays low.
+
+A wireless module sends each change as a message (`RadioTiming`). It ignores triggers while its
+radio sends, and the message arrives after a random delay.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,9 +42,8 @@ class OutputTiming:
 
     def __init__(self) -> None:
         self.active = False
-        self._last_trigger = -math.inf
+        self.last_trigger = -math.inf
         self._fell = -math.inf
-        self._seen = False
 
     def update(
         self,
@@ -55,9 +58,9 @@ class OutputTiming:
         blocked = not self.active and time - self._fell < blocking - TIME_TOLERANCE_S
         listening = not blocked and (retrigger or not self.active)
         if triggered and listening and time >= warm_up - TIME_TOLERANCE_S:
-            self._last_trigger = time
+            self.last_trigger = time
             self.active = True
-        elif self.active and time - self._last_trigger >= hold - TIME_TOLERANCE_S:
+        elif self.active and time - self.last_trigger >= hold - TIME_TOLERANCE_S:
             self.active = False
             self._fell = time
         return self.active
@@ -70,14 +73,9 @@ class OutputTiming:
         blocking: float,
         warm_up: float,
         retrigger: bool = True,
-        onsets: bool = False,
     ) -> NDArray[np.bool_]:
         """The output (n,) at `times` (n,), given where motion was seen; it steps only through
-        times with motion or with the output on. `onsets`: only the beginning of motion triggers."""
-        if onsets and len(triggered):
-            before = np.concatenate([[self._seen], triggered[:-1]])
-            self._seen = bool(triggered[-1])
-            triggered = triggered & ~before
+        times with motion or with the output on."""
         active, triggers = np.zeros(len(times), bool), np.flatnonzero(triggered)
         i = 0
         while i < len(times):
@@ -90,3 +88,71 @@ class OutputTiming:
             active[i] = self.update(float(times[i]), seen, hold, blocking, warm_up, retrigger)
             i += 1
         return active
+
+
+class RadioTiming:
+    """Turns triggers into what a receiver knows of a wireless module, update by update.
+
+    The module compares the signal at each update. Its timer ends the hold time exactly, also
+    between two updates. Times in seconds.
+    """
+
+    def __init__(self) -> None:
+        self._module = OutputTiming()
+        # When the module last sent a message, and the messages on their way: (arrival, output).
+        self._sent = -math.inf
+        self._messages: list[tuple[float, bool]] = []
+        self._received = False
+        self._before = -math.inf
+
+    def run(
+        self,
+        times: NDArray[np.float64],
+        triggered: NDArray[np.bool_],
+        hold: float,
+        blocking: float,
+        warm_up: float,
+        retrigger: bool,
+        blanking: float,
+        delay: Callable[[int], float],
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+        """The received output (n,) at `times` (n,), and the times (n,) at which it was received.
+
+        Triggers within `blanking` after a message are ignored. `delay(i)` is how long a message
+        takes that is sent at, or just before, time i. A message counts from the first update at
+        or after its arrival; its time is the arrival.
+        """
+        received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
+        triggers, module = np.flatnonzero(triggered), self._module
+        i = 0
+        while i < len(times):
+            if not (module.active or self._messages or self._received):
+                following = int(np.searchsorted(triggers, i))
+                if following == len(triggers):
+                    break
+                i = int(triggers[following])
+            time = float(times[i])
+            before = self._before if i == 0 else float(times[i - 1])
+            ends = module.last_trigger + hold
+            if module.active and time >= ends - TIME_TOLERANCE_S:
+                module.update(ends, False, hold, blocking, warm_up, retrigger)
+                self._send(ends, False, delay(i))
+            if triggered[i] and time - self._sent >= blanking - TIME_TOLERANCE_S:
+                was_active = module.active
+                module.update(time, True, hold, blocking, warm_up, retrigger)
+                if module.active and not was_active:
+                    self._send(time, True, delay(i))
+            if self._messages and self._messages[0][0] <= time:
+                arrival, self._received = self._messages.pop(0)
+                arrivals[i] = max(arrival, before)
+            received[i] = self._received
+            i += 1
+        if len(times):
+            self._before = float(times[-1])
+        return received, arrivals
+
+    def _send(self, time: float, active: bool, delay: float) -> None:
+        """Send the output; messages arrive in order."""
+        self._sent = time
+        earliest = self._messages[-1][0] if self._messages else time
+        self._messages.append((max(time + delay, earliest), active))

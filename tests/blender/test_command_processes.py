@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`python -m angen_addon` in processes of its own: files that are none, signals, full disks."""
 
+import csv
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from datetime import datetime
 from pathlib import Path
 
 import bpy
@@ -227,3 +230,30 @@ def test_a_reader_that_goes_away_is_no_traceback(home):
     os.close(writing)
     assert done.returncode == 1
     assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_the_first_example_of_days_is_of_real_detectors_without_light(tmp_path):
+    """The pages' own words, but for five minutes of an evening in place of the week."""
+    found = set()
+    for page in ("README.md", "docs/residents.md"):
+        text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", " ")
+        first = re.search(r"^    .*angen day (.*)$", text, re.M)[1]
+        found.add(tuple(first[first.index("--routine") :].split()))
+    (words,) = found
+    changed = {"sample_blends/week.toml": "sample_blends/story.toml", "7": "1"}
+    changed["week"] = out = tmp_path / "days"
+    words = [changed.get(word, word) for word in words]
+    done = module("day", ROOT / "sample_blends" / "angen.blend", *words, timeout=600)
+    assert done.returncode == 0, done.stderr
+    events = list(csv.DictReader((out / "events.csv").read_text(encoding="utf-8").splitlines()))
+    assert {event["kind"] for event in events} == {"PIR", "OPTICAL_SWITCH"}
+    begins, on = {}, []
+    for event in events:
+        when = datetime.fromisoformat(event["time"])
+        if event["field"] == "moved" and event["value"] == "1":
+            begins[event["sensor"]] = when
+        elif event["sensor"] in begins:
+            on.append((when - begins.pop(event["sensor"])).total_seconds())
+    assert len(on) > 20
+    assert min(on) > 1.0

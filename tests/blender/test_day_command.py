@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import signal
@@ -403,6 +404,23 @@ def test_what_is_wrong_is_one_line_and_loses_nothing(
     status, told = day(*more, days=1)
     assert status in (1, 2) and text in told and len(told.splitlines()) == 1, told
     assert content(out) == before
+
+
+@pytest.mark.slow
+def test_days_can_have_the_sensors_of_a_layout(day: Any, home: Path) -> None:
+    layout, out = home.parent / "real.json", home.parent / "real"
+    right = {"name": "PIR right", "preset": "CASAS_WALL", "update_rate": 10}
+    layout.write_text(json.dumps({"others_enabled": False, "sensors": [right]}))
+    before = home.read_bytes()
+    status, told = day("--layout", layout, out=out.name, days=1)
+    assert status == 0, told
+    assert home.read_bytes() == before
+    (sensor,) = tomllib.loads((out / "home.toml").read_text(encoding="utf-8"))["sensors"]
+    assert (sensor["name"], sensor["preset"]) == ("PIR right", "CASAS_WALL")
+    # Another layout is another run.
+    layout.write_text(json.dumps([{"name": "PIR right", "parameters": {"hold_time": 3}}]))
+    status, told = day("--layout", layout, out=out.name, days=1)
+    assert status != 0 and "holds another run" in told
 
 
 def test_a_folder_with_other_things_in_it_is_left_alone(day: Any, home: Path) -> None:

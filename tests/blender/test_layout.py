@@ -117,6 +117,24 @@ def test_furniture_that_is_a_sensor_stays_when_it_is_removed(home, apply):
     assert names - set(bpy.data.objects.keys()) == {"PIR hall", "Switch.door.001", "turned"}
 
 
+def test_a_layout_switches_off_the_sensors_that_it_lacks(home, apply, listed):
+    layout = {"others_enabled": False, "sensors": [{"name": "PIR hall"}]}
+    applied = apply(layout)
+    assert sorted(applied.changed) == ["Switch.door.001", "pad", "turned"]
+    assert applied.unchanged == ["PIR hall"]
+    assert [one["name"] for one in listed() if one["enabled"]] == ["PIR hall"]
+    assert apply(layout).changed == []
+    apply({"others_enabled": True, "sensors": [{"name": "pad"}]})
+    assert [one["name"] for one in listed() if not one["enabled"]] == ["pad"]
+
+
+def test_others_that_cannot_be_switched_are_told_with_the_line(world, home, apply, error):
+    world.key(bpy.data.objects["turned"], "angen_sensor.enabled", {1: True, 9: False}, "CONSTANT")
+    with pytest.raises(error, match=r"home.json, line 2: 'turned': enabled is animated"):
+        apply('{\n"others_enabled": false,\n"sensors": [{"name": "pad"}]}')
+    assert all(obj.angen_sensor.enabled for obj in bpy.data.objects if obj.name == "PIR hall")
+
+
 def test_sensors_are_added_changed_and_removed(world, listed, apply):
     world.scene.unit_settings.scale_length = 0.01
     door = world.link("Door", None, (100, 0, 0))

@@ -38,6 +38,33 @@ def test_a_walker_is_noticed_and_then_forgotten(world, each_caster):
     assert all(math.isnan(angle) for angle in world.series(recording, "detector", "angle_rad"))
 
 
+def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
+    world, addon_part, command, tmp_path
+):
+    times = {"hold_time": 1.125, "blanking_time": 0.5625, "message_delay": 0.015}
+    detector(world, update_rate=10.0, **times)
+    man(world)
+    recording = world.run()
+    events = addon_part("sensor_logic.log.event_log").events(recording)
+    changes = [event for event in events if event.field == "moved"][1:]
+    assert [event.value for event in changes][:2] == ["1", "0"]
+    for event in changes:
+        update = (event.frame - 1) / 24
+        assert update - 0.15 < event.time < update
+    assert changes[1].time - changes[0].time >= 1.0
+    track = recording.tracks["detector"]
+    assert (np.diff(np.array(track.times)) >= 0.0).all()
+    # Explained at the time that the log has, and still unknown just before.
+    world.bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    for time, frame in ((changes[0].time, changes[0].frame), (changes[0].time - 0.001, 1.0)):
+        told = command("explain", "--sensor", "detector", "--time", f"{time:.6f}")[1]
+        assert told.startswith(f"detector, frame {frame:g} ("), told
+    # A file keeps the times.
+    writer = addon_part("sensor_logic.recording.writer")
+    read = writer.from_bytes(writer.to_bytes(recording, {}))[0].tracks["detector"]
+    assert (read.times, read.frames, read.active) == (track.times, track.frames, track.active)
+
+
 def test_both_casters_and_each_unit_scale_say_the_same(world):
     detector(world)
     body = man(world)

@@ -60,6 +60,7 @@ WRONG = [
     (entry('"parameters": {"range_max": null}'), 3, "range_max must be a number"),
     ('[{"name": "A",\n"kind": "PIRR"}]', 2, "kind 'PIRR' is unknown: did you mean PIR?"),
     ("[" * 100_000, 1, "nested too deep"),
+    ('{"sensors": [],\n"others_enabled": "no"}', 2, "others_enabled must be true or false"),
 ]
 
 
@@ -71,7 +72,7 @@ def written(folder, text):
 
 def test_what_is_read_has_the_types_of_the_parameters(tmp_path):
     for text in (SOUND, '{"$schema": "x", "sensors": ' + SOUND + "}", "\ufeff" + SOUND):
-        (found,) = read_layout(written(tmp_path, text))
+        (found,) = read_layout(written(tmp_path, text)).sensors
         values = found.settings(KINDS["PIR"])
         assert found.name == "PIR hall.001"
         # The preset's, and what replaces it.

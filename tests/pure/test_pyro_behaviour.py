@@ -7,7 +7,7 @@ within a few percent.
 """
 
 import math
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import pytest
@@ -32,7 +32,9 @@ from sensor_logic.kinds.pir.pyroelectric.detector import (
     PyroelectricDetector,
 )
 from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
-from sensor_logic.model import Emission, Pose, Update
+from sensor_logic.model import Emission, Pose, Update, Updates
+from sensor_logic.noise import generator
+from sensor_logic.physics.output_timing import RadioTiming
 
 # Calibration
 
@@ -294,13 +296,57 @@ def test_hold_block_warm_up_and_single_trigger():
     pauses = [(on - off) / 50 for off, on in zip(edges[1::2], edges[2::2], strict=False)]
     assert pauses and min(pauses) >= 2.5 - 0.03
     assert not moved(warm_up_time=60.0).any()
-    # From the onset: the first pulse lasts its hold time after the signal first passed the
-    # threshold, however long it stays above; else that comes on top.
-    onset, level = (moved(hold_time=0.5, hold_from_onset=b) for b in (True, False))
-    first = [np.flatnonzero(np.diff(found.astype(int)))[:2] / 50 for found in (onset, level)]
-    assert first[0][0] == first[1][0]
-    assert np.diff(first[0])[0] == pytest.approx(0.5, abs=0.03)
-    assert np.diff(first[1])[0] > 0.55
+
+
+def test_a_wireless_detector_is_deaf_while_it_sends():
+    """Half a second above the threshold is a single hold, to which a wired one adds; longer
+    movement prolongs it. Each message has the time at which it arrives."""
+    times, signal = np.arange(600) / 50, np.zeros(600, bool)
+    signal[50:76] = signal[300:340] = True
+
+    def intervals(blanking: float, delay: float = 0.0):
+        how = 1.125, 0.0, 0.0, True
+        moved, arrived = RadioTiming().run(times, signal, *how, blanking, lambda i: delay)
+        assert (np.diff(arrived) >= 0.0).all()
+        assert (arrived <= times).all()
+        edges = np.flatnonzero(np.diff(moved.astype(int))) + 1
+        return arrived[edges].reshape(-1, 2)
+
+    assert intervals(0.5625) == pytest.approx(np.array([[1.0, 2.125], [6.0, 7.905]]))
+    assert intervals(0.0) == pytest.approx(np.array([[1.0, 2.625], [6.0, 7.905]]))
+    late = intervals(0.5625, 0.015)
+    assert late == pytest.approx(np.array([[1.015, 2.14], [6.015, 7.92]]))
+    # Nothing is noticed for a while after it went off.
+    signal[120:134] = True
+    assert intervals(0.5625) == pytest.approx(np.array([[1.0, 2.125], [6.0, 7.905]]))
+    assert intervals(0.53)[1] == pytest.approx([2.66, 3.785])
+
+
+def test_a_message_arrives_between_two_updates_at_a_time_that_the_seed_repeats():
+    there = walk((-3, 3, 0), (3, 3, 0), 1.0, 10, before=1, after=3)
+    body, parameters = PERSON, pyro(hold_time=1.125, blanking_time=0.5625, message_delay=0.015)
+
+    def changes(seed):
+        detector, found, was = PyroelectricDetector(), [], False
+        for k, feet in enumerate(there):
+            scene = {WARMTH: body.seen(feet, 20.0)}
+            noise = partial(generator, seed, "pir", k)
+            update = Updates.of(Update(k, k / 10, level_at(1.2), scene, noise))
+            reading = detector.sense(parameters, update)
+            assert (k - 1) / 10 < reading.times[0] <= k / 10
+            if reading.active[0] != was:
+                found.append(reading.times[0])
+            was = reading.active[0]
+        return np.array(found)
+
+    one, again, other = changes(1), changes(1), changes(2)
+    assert len(one) >= 2
+    assert np.array_equal(one, again)
+    assert one != pytest.approx(other, abs=1e-6)
+    # How long it is on: tenths of a second and its hold time, give or take the delays.
+    late = (np.diff(one)[::2] - 1.125 + 0.05) % 0.1 - 0.05
+    assert np.abs(late).min() > 0.0
+    assert np.median(np.abs(late)) < 0.03
 
 
 def test_noise_is_seeded_and_can_trigger():

@@ -42,7 +42,10 @@ def _why_waiting(replay: Replay, index: int) -> str:
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
     fell = track.times[int(on[-1]) + 1] if len(on) else -math.inf
-    return waiting(pir.warm_up_time, pir.blocking_time, now, fell)
+    blocking = pir.blocking_time
+    if pir.model == "PYROELECTRIC":
+        blocking = max(blocking, pir.blanking_time)
+    return waiting(pir.warm_up_time, blocking, now, fell)
 
 
 def _missing(replay: Replay, index: int, found: Explanation) -> Facts:

@@ -47,21 +47,23 @@ def _range_scan(
 
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
-    """A detector fitted to those of a real home; docs/pir.md compares both."""
+    """A wireless detector timed as those of a real home; docs/pir.md compares both."""
     values = {
         "model": "PYROELECTRIC",
         "lens": lens,
         "lens_table": None,
         "range_max": LENSES[lens].detection_distance,
-        "hold_time": 1.1,
+        "hold_time": 1.125,
         "blocking_time": 0.0,
         "warm_up_time": 0.0,
         "retrigger": True,
-        "hold_from_onset": True,
+        "blanking_time": 0.5625,
+        "message_delay": 0.015,
     }
     source = (
-        "CASAS home AL, 30 days, 11 motion detectors: 38 % of the times that they are on last 1.1 "
-        f"to 1.2 s, 0.1 % less than 1 s. Assumed: the lens ({LENSES[lens].label}), as none is known"
+        "CASAS home AL, 30 days: the hold is 6 ticks of 3/16 s, a detector ignores movement for 3 "
+        "ticks after each message, and messages are delayed by 15 ms in the mean. Assumed: the "
+        f"lens ({LENSES[lens].label}), as none is known"
     )
     return Preset(identifier, f"Real home (CASAS), {label}", values, source)
 

@@ -212,13 +212,6 @@ class PirParameters(Parameters):
         "Retrigger",
         "Movement during the hold time restarts it. Datasheets: repeatable trigger (H)",
     )
-    hold_from_onset: bool = parameter(
-        False,
-        "Hold from Onset",
-        "The hold time starts when the signal crosses the threshold, as in an edge-triggered "
-        "circuit; otherwise it restarts as long as the signal is above",
-        **PYRO,
-    )
     blocking_time: float = parameter(
         0.0,
         "Blocking time",
@@ -231,6 +224,29 @@ class PirParameters(Parameters):
         "How long the output stays off after the start. Datasheets: stabilisation time",
         unit="s",
     )
+    blanking_time: float = parameter(
+        0.0,
+        "Radio blanking",
+        "How long movement is ignored after each message, on or off, while the radio sends: its "
+        "power would disturb the elements. For wireless detectors",
+        unit="s",
+        short="Blanking",
+        **PYRO,
+    )
+    message_delay: float = parameter(
+        0.0,
+        "Message delay",
+        "Mean time until a message is received (exponential). Events have the time of arrival. "
+        "0: wired, events have the time of the update",
+        unit="s",
+        short="Delay",
+        **PYRO,
+    )
+
+    @property
+    def is_wireless(self) -> bool:
+        """Whether the output is known from messages, each with a time of its own."""
+        return self.blanking_time > 0.0 or self.message_delay > 0.0
 
     @property
     def tilt_count(self) -> int:

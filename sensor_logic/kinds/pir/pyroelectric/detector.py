@@ -4,13 +4,14 @@ to the next change the power on its elements, which respond only to changes."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ....kind import WARMTH
 from ....model import Array, Model, PerPose, Pose, Readings, Updates
-from ....physics.output_timing import OutputTiming
+from ....physics.output_timing import OutputTiming, RadioTiming
 from .calibration import threshold
 from .lenses import LENSES
 from .radiance import net_power
@@ -66,7 +67,7 @@ class PyroelectricDetector(Model):
     """One detector. Its state is that of its elements and amplifier, and its output stage."""
 
     def __init__(self) -> None:
-        self._output = OutputTiming()
+        self._wired, self._radio = OutputTiming(), RadioTiming()
         self._optics = PerPose(_optics)
         self._zones: Zones = ()
         self._chain: Chain | None = None
@@ -84,16 +85,21 @@ class PyroelectricDetector(Model):
         if parameters.signal_noise > 0.0:
             numbers = updates.numbers.tolist()
             signal += [updates.noise(k).normal(0.0, parameters.signal_noise) for k in numbers]
-        moved = self._output.run(
-            updates.times,
-            np.abs(signal) > 1.0,
+        module = (
             parameters.hold_time,
             parameters.blocking_time,
             parameters.warm_up_time,
             parameters.retrigger,
-            parameters.hold_from_onset,
         )
-        return Readings(moved, signal, {"angle_rad": None, "moved": moved, "signal": signal})
+        triggered, arrivals = np.abs(signal) > 1.0, None
+        if parameters.is_wireless:
+            blanking, delay = parameters.blanking_time, partial(_delay, parameters, updates)
+            radio = self._radio.run(updates.times, triggered, *module, blanking, delay)
+            moved, arrivals = radio
+        else:
+            moved = self._wired.run(updates.times, triggered, *module)
+        fields = {"angle_rad": None, "moved": moved, "signal": signal}
+        return Readings(moved, signal, fields, arrivals)
 
     def _filter(self, response: Response, power: Array, times: Array) -> Array:
         """The largest signal (n,) since the update before, in W per m² of lenslet, from the power
@@ -103,6 +109,14 @@ class PyroelectricDetector(Model):
         peaks = self._chain.advance(power, np.diff(times, prepend=self._time))
         self._time = float(times[-1])
         return peaks
+
+
+def _delay(parameters: PirParameters, updates: Updates, i: int) -> float:
+    """How long a message of update i takes (s): exponential, as waits for a free channel are."""
+    # The first number of an update is the signal's noise.
+    return float(updates.noise(int(updates.numbers[i])).exponential(size=2)[1]) * (
+        parameters.message_delay
+    )
 
 
 def _optics(parameters: PirParameters, pose: Pose) -> _Optics:

@@ -232,7 +232,8 @@ def _preset(
         "blocking_time": block,
         "warm_up_time": warm_up,
         "retrigger": True,
-        "hold_from_onset": False,
+        "blanking_time": 0.0,
+        "message_delay": 0.0,
     }
     source = f"{known.source}. {timing}. Assumed: {known.assumed}"
     return Preset(lens, label, values, source)

@@ -9,19 +9,8 @@ from typing import Any
 
 import bpy
 
-from ..instances import Uid, is_holder, shown_in
-from ..sensors import all_sensors
+from ..instances import is_holder, shown_in
 from .panes import Panes
-
-
-def light_housings(view_layer: Any) -> frozenset[Uid]:
-    """What tells the light sensors that are shown, those in instances too: whose solids, and those
-    that hang on them, shade none."""
-    return frozenset(
-        sensor.uid
-        for sensor in all_sensors(view_layer)
-        if sensor.kind.requires_light and sensor.handle.visible_get(view_layer=view_layer)
-    )
 
 
 class Instances:

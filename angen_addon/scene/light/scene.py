@@ -196,11 +196,12 @@ class LightScene:
         for seen in made:
             if seen.type != "LIGHT" or is_portal(seen):
                 yield seen
-            elif (lamp := self._lamp(seen, seen is not obj)) is not None:
+            elif (lamp := self._lamp(obj, seen)) is not None:
                 yield lamp
 
-    def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
-        """The lamp that represents it here, or None; `is_own`: it was made for this scene."""
+    def _lamp(self, obj: Any, lamp: Any) -> Any | None:
+        """The lamp that represents `lamp` here, or None. `obj`: the user's object, which `lamp`
+        is or, made for this scene, stands for."""
         return lamp
 
     def _world(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the preview of light knows of surfaces: colour, whether light passes, whether they glow."""
+"""What materials' nodes tell of a surface: its colour, whether light passes, whether it glows."""
 
 from __future__ import annotations
 
@@ -19,61 +19,46 @@ COLOURED = {"BSDF_DIFFUSE", "BSDF_TRANSLUCENT", "BSDF_GLOSSY", "BSDF_METALLIC"}
 
 
 class Surfaces:
-    """Facts of materials by their session uids, as they are now."""
+    """The colours of materials by their session uids, as they are now."""
 
     def __init__(self) -> None:
         self._materials: dict[int, Any] = {}
-        self._known: dict[int, tuple[Array, Array]] = {0: (np.full(3, 0.8), np.zeros(3))}
-        self._clear: dict[int, bool] = {}
+        self._known: dict[int, Array] = {0: np.full(3, 0.8)}
 
-    def of(self, uid: int) -> tuple[Array, Array]:
-        """Reflectance (3,) and transmittance (3,); of no material, 0, Cycles's grey."""
+    def reflectance(self, uid: int) -> Array:
+        """Return the reflectance (3,) of a material; of no material, 0, Cycles's grey."""
         if uid not in self._known:
-            material = self._material(uid)
-            self._known[uid] = self._known[0] if material is None else _facts(material)
+            self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
+            material = self._materials.get(uid)
+            self._known[uid] = self._known[0] if material is None else _reflectance(material)
         return self._known[uid]
 
-    def are_clear(self, uid: int) -> bool:
-        """Whether light can pass, by ways that these facts do not hold."""
-        if uid not in self._clear:
-            material = self._material(uid)
-            self._clear[uid] = material is not None and is_clear(material)
-        return self._clear[uid]
 
-    def _material(self, uid: int) -> Any:
-        self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
-        return self._materials.get(uid)
-
-
-def _facts(material: Any) -> tuple[Array, Array]:
-    """Reflectance and transmittance to shadow rays, of the material's surface nodes."""
+def _reflectance(material: Any) -> Array:
+    """Return the reflectance (3,) of a material's surface nodes."""
     shown = np.array(material.diffuse_color[:3], np.float64)
     tree = material.node_tree
     outputs = [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"] if tree else []
     if not outputs or not outputs[0].inputs["Surface"].links:
-        return shown, np.zeros(3)
-    return _shader(outputs[0].inputs["Surface"], shown, DEEPEST)
+        return shown
+    return _reflected(outputs[0].inputs["Surface"], shown, DEEPEST)
 
 
-def _shader(socket: Any, shown: Array, depth: int) -> tuple[Array, Array]:
-    """What the shader linked to a socket reflects and lets pass; half grey where not known."""
+def _reflected(socket: Any, shown: Array, depth: int) -> Array:
+    """Return the share (3,) that the shader linked to a socket reflects; half where not known."""
     if not socket.links or depth == 0:
-        return np.zeros(3), np.zeros(3)
+        return np.zeros(3)
     node = socket.links[0].from_node
     if node.type == "MIX_SHADER":
-        one, two = (_shader(node.inputs[i], shown, depth - 1) for i in (1, 2))
+        one, two = (_reflected(node.inputs[i], shown, depth - 1) for i in (1, 2))
         factor = _factor(node.inputs[0], depth - 1)
-        return tuple((1.0 - factor) * a + factor * b for a, b in zip(one, two, strict=True))  # type: ignore[return-value]
+        return np.asarray((1.0 - factor) * one + factor * two, np.float64)
     if node.type == "BSDF_PRINCIPLED":
         through, alpha = _value(node, "Transmission Weight"), _value(node, "Alpha")
-        colour = _colour(node, "Base Color", shown)
-        clear = (1.0 - alpha) + alpha * through * colour
-        return colour * alpha * (1.0 - through), clear
-    if node.type in CLEAR:
-        return np.zeros(3), _colour(node, "Color", np.ones(3))
+        return _colour(node, "Base Color", shown) * alpha * (1.0 - through)
     if node.type in COLOURED:
-        return _colour(node, "Color", shown), np.zeros(3)
-    return (np.zeros(3) if node.type == "EMISSION" else GREY), np.zeros(3)
+        return _colour(node, "Color", shown)
+    return np.zeros(3) if node.type in CLEAR | {"EMISSION"} else GREY
 
 
 def _factor(socket: Any, depth: int) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from ...sensor_logic.model import Array, Index
 from ...sensor_logic.physics.photometry import luminance
 from .animation import all_animated
-from .light.surfaces import Surfaces
+from .light.materials import Surfaces
 from .met_surfaces import MetSurfaces
 from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster

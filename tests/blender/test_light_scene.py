@@ -313,7 +313,7 @@ def test_so_does_one_that_fails(busy, monkeypatch):
     def fail(path):
         raise OSError(f"no space left for {path}")
 
-    monkeypatch.setattr(part("light.exr"), "read_layers", fail)
+    monkeypatch.setattr(part("light.engine"), "read_layers", fail)
     with pytest.raises(OSError, match="no space"):
         measure(*ALL_WAYS)
     assert everything(world) == before

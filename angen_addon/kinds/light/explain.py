@@ -28,10 +28,6 @@ class LightCause:
     field: Field
 
     @property
-    def unit(self) -> str:
-        return self.field.unit
-
-    @property
     def because(self) -> str:
         """The lamp that changed most."""
         changed = _most_changed(self)

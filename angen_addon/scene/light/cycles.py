@@ -5,7 +5,7 @@ To hand a home over to Cycles takes longer than its light paths. A scene that is
 once; afterwards Cycles takes over what changed, to the same bits. It forgets a scene as soon as
 another one is rendered: so there is but one, also for the reference, which is the same scene at
 its first frame. In a day, where the light departs from that, one of the present part of the day is
-asked (begins.py).
+asked (`scene.begins_of`).
 
 The reference takes noise out of a run: a control variate. Its picture by the update's own few light
 paths, with the same random numbers, errs much as the update's picture does; by many paths it hardly
@@ -40,14 +40,12 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import LightShare
 from ....sensor_logic.physics.photometry import luminance
 from . import faces, four_walls
-from .begins import begins_of
-from .colour import to_rec709
 from .cycles_scene import CyclesScene, Steps
+from .engine import to_rec709
 from .frozen import Simulated
 from .picture import TWICE, Picture, Seen, share_out
-from .scene import contents
+from .scene import begins_of, contents
 from .signature import LightChange
-from .still_walls import StillWalls
 
 Array = NDArray[np.float64]
 METHODS: dict[str, Any] = {"FOUR_WALL": four_walls, "ILLUMINANCE": faces}
@@ -181,7 +179,7 @@ class CyclesLight:
         if key not in self._together:
             while len(self._together) >= PICTURES:
                 self._together.pop(next(iter(self._together)))
-            walls = StillWalls(*self._user, self._simulated)
+            walls = four_walls.StillWalls(*self._user, self._simulated)
             collide = partial(method.collide, self._user[0], walls)
             wanted = [Seen(request, method.lids(request, walls)) for request in requests]
             self._together[key] = share_out(wanted, method.COUNT, collide)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.model import LightShare
-from . import engine, exr
+from . import engine
 from .frozen import Simulated
 from .groups import LightGroups
 from .picture import Part, Picture, Seen, camera
@@ -182,7 +182,7 @@ class CyclesScene(LightScene):
         with quietly(), bpy.context.temp_override(**own):
             bpy.ops.render.render(write_still=True)
         self._is_new = False
-        layers = exr.read_layers(path.with_suffix(".exr"))
+        layers = engine.read_layers(path.with_suffix(".exr"))
         passes = {
             name.rpartition(".")[2]: pixels.reshape(-1, 3)[picture.pixels]
             for name, pixels in layers.items()

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import LightShare
 from ..animation import curves, is_animated
-from .nodes import has_nodes
+from .materials import has_nodes
 from .values import POWER, lamp_values, tint_of
 
 Array = NDArray[np.float64]

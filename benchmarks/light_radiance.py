@@ -18,10 +18,10 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.scene.light import probe
 from angen_sensors.angen_addon.scene.light.faces import face_size
-from angen_sensors.angen_addon.scene.light.lamps import lamps_of
+from angen_sensors.angen_addon.scene.light.materials import Surfaces, glows, is_clear
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
-from angen_sensors.angen_addon.scene.light.scene import Housings, shown_objects
-from angen_sensors.angen_addon.scene.light.surfaces import Surfaces, glows, is_clear
+from angen_sensors.angen_addon.scene.light.scene import Housings, is_portal, shown_objects
+from angen_sensors.angen_addon.scene.light.values import tint_of
 from angen_sensors.sensor_logic.physics.photometry import luminance
 
 from .ray_layer import HOME
@@ -84,7 +84,7 @@ def simplify(time_of_day: str) -> None:
     for material in bpy.data.materials:
         if material.node_tree and not glows(material):
             reflects[material] = float(
-                np.clip(luminance(surfaces.of(material.session_uid)[0]), 0, 0.85)
+                np.clip(luminance(surfaces.reflectance(material.session_uid)), 0, 0.85)
             )
         else:
             reflects[material] = 0.3
@@ -148,21 +148,12 @@ def exported(folder: Path, reflecting: bool) -> Path:
     for obj in shown_objects(bpy.context.view_layer):
         if obj.type == "MESH" and obj not in housings:
             text.append(_mesh(obj.evaluated_get(depsgraph), reflecting))
-    for number, lamp in enumerate(lamps_of(depsgraph, bpy.context.view_layer)):
-        power = float(luminance(lamp.power))
-        if power <= 0.0:
-            continue
-        if lamp.type == "SUN":
-            half = max(math.degrees(lamp.angle), 0.01)
-            solid = 2 * math.pi * (1 - math.cos(math.radians(half) / 2))
-            text.append(f"void light s{number}\n0\n0\n3" + f" {power / solid:.9g}" * 3 + "\n")
-            to = " ".join(f"{-c:.9g}" for c in lamp.axis)
-            text.append(f"s{number} source s{number}o\n0\n0\n4 {to} {half:.9g}\n")
-        else:
-            area = 4 * math.pi * lamp.radius**2 if lamp.type == "POINT" else lamp.area
-            radiance = power / (math.pi * area)
-            text.append(f"void light l{number}\n0\n0\n3" + f" {radiance:.9g}" * 3 + "\n")
-            text.append(f"l{number} {_shape(lamp, f'l{number}o')}\n")
+    lamps = [obj for obj in shown_objects(bpy.context.view_layer) if obj.type == "LIGHT"]
+    for number, obj in enumerate(sorted(lamps, key=lambda obj: obj.name)):
+        lamp = obj.evaluated_get(depsgraph)
+        power = float(lamp.data.energy * luminance(tint_of(lamp.data)))
+        if power > 0.0 and not is_portal(obj):
+            text.append(_lamp(lamp, number, power))
     background = bpy.context.scene.world.node_tree.nodes["Background"]
     sky = background.inputs["Strength"].default_value
     if sky > 0.0:
@@ -180,21 +171,37 @@ def compiled(scene: Path) -> Path:
     return octree
 
 
-def _shape(lamp: Any, name: str) -> str:
-    """A lamp as a sphere, a ring or a rectangle, which emit to the front."""
-    if lamp.type == "POINT":
-        numbers = [*lamp.place, lamp.radius]
-        return f"sphere {name}\n0\n0\n4 " + " ".join(f"{c:.9g}" for c in numbers)
-    if lamp.type != "AREA":
-        raise ValueError(f"'{lamp.name}': a lamp of type {lamp.type} cannot be carried over")
-    if lamp.round:
-        numbers = [*lamp.place, *lamp.axis, 0.0, float(np.linalg.norm(lamp.sides[0])) / 2]
-        return f"ring {name}\n0\n0\n8 " + " ".join(f"{c:.9g}" for c in numbers)
-    x, y = lamp.sides / 2
-    corners = np.array(
-        [lamp.place + a * x + b * y for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
-    )
-    return f"polygon {name}\n0\n0\n12 " + " ".join(f"{c:.9g}" for c in corners.ravel())
+def _lamp(lamp: Any, number: int, power: float) -> str:
+    """A lamp of so many W (a sun: W/m²) as a source far away, a sphere, a ring or a rectangle,
+    which emit to the front. Its nodes are left out."""
+    data, matrix = lamp.data, np.array(lamp.matrix_world, np.float64)
+    place, axis = matrix[:3, 3], -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+    if data.type == "SUN":
+        half = max(math.degrees(data.angle), 0.01)
+        solid = 2 * math.pi * (1 - math.cos(math.radians(half) / 2))
+        text = f"void light s{number}\n0\n0\n3" + f" {power / solid:.9g}" * 3 + "\n"
+        return f"{text}s{number} source s{number}o\n0\n0\n4 {_numbers(*-axis, half)}\n"
+    if data.type == "POINT":
+        area = 4 * math.pi * data.shadow_soft_size**2
+        shape, numbers = "sphere", [*place, data.shadow_soft_size]
+    elif data.type == "AREA":
+        sizes = data.size, data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size
+        x, y = (matrix[:3, i] * sizes[i] for i in (0, 1))
+        area = float(np.linalg.norm(np.cross(x, y)))
+        if data.shape in {"DISK", "ELLIPSE"}:
+            area *= math.pi / 4
+            shape, numbers = "ring", [*place, *axis, 0.0, float(np.linalg.norm(x)) / 2]
+        else:
+            shape, signs = "polygon", ((1, 1), (1, -1), (-1, -1), (-1, 1))
+            numbers = np.ravel([place + (a * x + b * y) / 2 for a, b in signs]).tolist()
+    else:
+        raise ValueError(f"'{lamp.name}': a lamp of type {data.type} cannot be carried over")
+    text = f"void light l{number}\n0\n0\n3" + f" {power / (math.pi * area):.9g}" * 3 + "\n"
+    return f"{text}l{number} {shape} l{number}o\n0\n0\n{len(numbers)} {_numbers(*numbers)}\n"
+
+
+def _numbers(*numbers: float) -> str:
+    return " ".join(f"{c:.9g}" for c in numbers)
 
 
 def _mesh(evaluated: Any, reflecting: bool) -> str:

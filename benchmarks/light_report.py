@@ -16,9 +16,8 @@ Written by `python -m benchmarks.light`; do not edit. Machine: {machine}, two co
 
 The Ängen home at a moment at which lamps and daylight shine, its own seven light sensors, and
 copies of them in other places and directions. The error is relative to {reference} light paths
-and three seeds, whose own noise (median) stands beside. `DIRECT` is the preview without a render,
-timed while the playhead moves. That nothing changed is found out in {static:.2f} ms, and then
-nothing is rendered.
+and three seeds, whose own noise (median) stands beside. That nothing changed is found out in
+{static:.2f} ms, and then nothing is rendered.
 
 The home is hard for light paths: its lamps stand in shades and close to ceilings and walls, so
 that most of the light at a sensor comes from small bright spots that paths find by chance. The
@@ -29,7 +28,7 @@ the same share at each.
 
 """
 ERRORS = ("rms=rms:.1%", "median=median:.1%", "worst=worst:.1%")
-COLUMNS = ("method", "engine", "samples", "sensors", "ms a sensor=ms_a_sensor:.1f", *ERRORS)
+COLUMNS = ("method", "samples", "sensors", "ms a sensor=ms_a_sensor:.1f", *ERRORS)
 RUN = """
 ## In a run
 
@@ -126,18 +125,10 @@ def markdown(data: dict[str, Any]) -> str:
 
 
 def table(data: dict[str, Any]) -> str:
-    """For docs/light.md: seven sensors, every way."""
-    told = [
-        {
-            **row,
-            "method": NAMES[row["method"]],
-            "engine": row["engine"].capitalize(),
-            "samples": row["samples"] if row["engine"] == "CYCLES" else "–",
-        }
-        for row in rows(data)
-        if row["sensors"] == SEVEN
-    ]
-    columns = ("method", "engine", "samples", "ms a sensor=ms_a_sensor:.1f", "rms error=rms:.1%")
+    """For docs/light.md: seven sensors."""
+    seven = [row for row in rows(data) if row["sensors"] == SEVEN]
+    told = [{**row, "method": NAMES[row["method"]]} for row in seven]
+    columns = ("method", "samples", "ms a sensor=ms_a_sensor:.1f", "rms error=rms:.1%")
     text = tables.columns(told, *columns, *ERRORS[1:])
     return (
         "Seven sensors in the Ängen home, an update, on two cores; the reference's own noise is "
@@ -205,11 +196,9 @@ def plot(found: list[dict[str, Any]]) -> str:
     series = []
     for method, colour in COLOURS.items():
         seven = [r for r in found if r["method"] == method and r["sensors"] == SEVEN]
-        names = [f"{r['samples']}" if r["engine"] == "CYCLES" else "DIRECT" for r in seven]
+        names = [f"{r['samples']}" for r in seven]
         x, y = [r["ms_a_sensor"] for r in seven], [100 * r["rms"] for r in seven]
-        paths = [i for i, row in enumerate(seven) if row["engine"] == "CYCLES"]
-        line = [x[i] for i in paths], [y[i] for i in paths]
-        series.append(Series(NAMES[method], *line, colour))
+        series.append(Series(NAMES[method], x, y, colour))
         series.append(Series("", x, y, colour, "dots", names))
     panel = Panel("rms error, %", series, 330, legend="numbers: light paths", log=True)
     title = "Seven light sensors of the Ängen home: error over time"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Speed against error of every way to measure light, in the Ängen home with its lamps on.
+"""Speed against error of measuring light with Cycles, in the Ängen home with its lamps on.
 
 The reference has so many light paths that its own noise, told beside, is far below the errors.
 """
@@ -16,7 +16,6 @@ from angen_sensors.angen_addon.scene.light import engine, probe
 from angen_sensors.angen_addon.scene.light.cycles import CyclesLight
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
 from angen_sensors.angen_addon.scene.light.signature import LightSignature
-from angen_sensors.angen_addon.scene.rays.solids import Solids
 
 from .ray_layer import HOME
 
@@ -27,8 +26,6 @@ SAMPLES = (256, 1024, 4096, 16384)
 COUNTS = (1, 7, 50)
 # So many are timed alone: each reads the same whatever others there are.
 MANY, MANY_SAMPLES = 500, 1024
-# The preview is timed while people and doors of the story move.
-SCRUBBED = 12
 
 
 def measure(method: str, reference_samples: int, rounds: int) -> dict[str, Any]:
@@ -37,15 +34,14 @@ def measure(method: str, reference_samples: int, rounds: int) -> dict[str, Any]:
     asked = _requests(max(COUNTS), method)
     true, noise = _reference(asked, reference_samples)
     rows = []
-    for by, samples in [("CYCLES", samples) for samples in SAMPLES] + [("DIRECT", 1)]:
+    for samples in SAMPLES:
         for count in COUNTS:
-            part = [_with(r, engine=by, samples=samples) for r in asked[:count]]
-            found, cost = _scrubbed(part) if by == "DIRECT" else _timed(part, rounds)
+            part = [_with(r, engine="CYCLES", samples=samples) for r in asked[:count]]
+            found, cost = _timed(part, rounds)
             error = np.abs(found / true[:count] - 1.0)
             rows.append(
                 {
                     "method": method,
-                    "engine": by,
                     "samples": samples,
                     "sensors": count,
                     "ms_a_sensor": cost / count,
@@ -119,29 +115,6 @@ def _timed(requests: Sequence[LightRequest], rounds: int) -> tuple[Any, float]:
     kept.close()
     scene.frame_set(FRAME)
     return values, float(np.median(costs)) * 1000.0
-
-
-def _scrubbed(requests: Sequence[LightRequest]) -> tuple[Any, float]:
-    """Values of the preview, and its time an update [ms] as the playhead moves, solids as they
-    are kept for other sensors."""
-    scene, solids, costs = bpy.context.scene, Solids(), []
-    first: Any = None
-
-    def note(_: Any, depsgraph: Any) -> None:
-        solids.note(depsgraph, edited=False)
-
-    bpy.app.handlers.frame_change_post.append(note)
-    for frame in range(FRAME, FRAME + SCRUBBED):
-        scene.frame_set(frame)
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-        solids.sync(depsgraph)
-        start = time.perf_counter()
-        found = probe.measure_direct(solids, depsgraph, requests)
-        costs.append(time.perf_counter() - start)
-        first = first or found
-    bpy.app.handlers.frame_change_post.remove(note)
-    scene.frame_set(FRAME)
-    return np.array([number(first[r.name]) for r in requests]), float(np.median(costs)) * 1000.0
 
 
 def _reference(requests: Sequence[LightRequest], samples: int) -> tuple[Any, float]:

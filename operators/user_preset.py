@@ -19,7 +19,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.authoring.presets import SAME_KIND_OF_VALUE
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.parameters import specs
+from ..sensor_logic.parameters import former_choice, former_text, specs
 from .polls import can_change_sensor, cancelled, has_sensor
 
 OWNER = "settings"
@@ -126,12 +126,23 @@ class ANGEN_OT_user_preset_apply(Operator):
             values = values_in(files[self.name])
         except (OSError, ValueError) as error:
             return cancelled(self, f"The preset '{self.name}' cannot be read: {error}")
+        former = _replace_former(obj, kind, values)
         unknown = _set(getattr(obj.angen_sensor, kind.attribute), kind, values)
         if unknown:
             self.report({"WARNING"}, f"Not known in this version, left out: {', '.join(unknown)}")
         else:
-            self.report({"INFO"}, f"'{obj.name}' is set to: {self.name}")
+            done = f"'{obj.name}' is set to: {self.name}"
+            self.report({"INFO"}, "; ".join(filter(None, (done, former))))
         return {"FINISHED"}
+
+
+def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
+    """Replaces choices of earlier versions among the values; returns a sentence on them."""
+    known = specs(kind.parameters)
+    pairs = [(name, former_choice(known[name], values[name])) for name in values if name in known]
+    found = [(obj.name, name, former) for name, former in pairs if former is not None]
+    values |= {name: former.now for _, name, former in found}
+    return former_text(found)
 
 
 def _set(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:

@@ -55,13 +55,26 @@ class PadContact:
 
 
 @dataclass(frozen=True)
+class LightShare:
+    """The part of a `LightSample` that comes from one source, in the sample's unit and before its
+    rounding and limits. `names`: the lamp objects, several where they share one light datablock;
+    empty for a `source` that is no lamp."""
+
+    names: tuple[str, ...]
+    source: str
+    light: float
+
+
+@dataclass(frozen=True)
 class LightSample:
     """Light at a sensor, before noise and quantisation: the one of the two quantities that its
-    method measures. `note`: a remark for the reader, such as an estimate's."""
+    method measures. `note`: a remark for the reader. `shares`: its parts by source, None where the
+    engine does not tell sources apart."""
 
     luminance_percent: float | None = None
     illuminance_lux: float | None = None
     note: str = ""
+    shares: tuple[LightShare, ...] | None = None
 
 
 @dataclass(frozen=True)

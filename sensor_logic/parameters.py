@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from .quantities import METRES, Lengths, typed
-from .wording import Advice
+from .wording import Advice, named
 
 # The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"
@@ -33,10 +34,21 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class FormerChoice:
+    """An item that older files contain and an enumeration no longer has: `now` is the item that
+    replaces it."""
+
+    identifier: str
+    number: int
+    now: str
+
+
+@dataclass(frozen=True)
 class Spec:
     """The facts about a parameter besides its default. `unit`: SI, angles in radians, or READING.
     The default `minimum` of a number is 0; `positive`: it must be above 0. `used_when`: the choices
-    of other parameters with which the model uses it. `short`: the label for narrow places."""
+    of other parameters with which the model uses it. `short`: the label for narrow places.
+    `former`: the choices that older files contain."""
 
     label: str
     tip: str
@@ -46,6 +58,7 @@ class Spec:
     maximum: float = math.inf
     positive: bool = False
     choices: tuple[Choice, ...] = ()
+    former: tuple[FormerChoice, ...] = ()
     pointer: str = ""
     source: str = ""
     used_when: UsedWhen = ()
@@ -95,6 +108,24 @@ def specs(kind: type[Parameters]) -> dict[str, Spec]:
 def defaults(kind: type[Parameters]) -> dict[str, Any]:
     """Name → default of each parameter."""
     return {f.name: f.default for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
+
+
+def former_choice(spec: Spec, value: Any) -> FormerChoice | None:
+    """Return the former choice that a value from an older file is; None where it is none."""
+    return next((former for former in spec.former if former.identifier == value), None)
+
+
+def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
+    """Return a sentence on former choices that were replaced, each given with the names of the
+    sensor and of the parameter; empty without any."""
+    sensors: dict[tuple[str, FormerChoice], list[str]] = {}
+    for sensor, parameter, former in found:
+        sensors.setdefault((parameter, former), []).append(sensor)
+    return "; ".join(
+        f"{named(names)}: {parameter} {former.identifier} no longer exists and was replaced by "
+        f"{former.now}"
+        for (parameter, former), names in sensors.items()
+    )
 
 
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:

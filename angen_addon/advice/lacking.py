@@ -15,6 +15,7 @@ from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.wording import named
 from ..runtime import state
 from ..scene.animation import all_animated
+from ..scene.former_choices import stored_settings
 from ..scene.sensors import all_sensors, simulated
 
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
@@ -66,9 +67,7 @@ def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
 def _stored_kind(obj: Any) -> int:
     """The number of the object's kind in the file. Read as a property, an unknown kind would be
     0."""
-    stored = getattr(obj, "bl_system_properties_get", None)
-    groups = stored() if stored is not None else obj
-    group = groups.get("angen_sensor") if groups is not None else None
+    group = stored_settings(obj)
     return int(group.get("kind", 0)) if group is not None else 0
 
 

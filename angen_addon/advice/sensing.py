@@ -12,7 +12,7 @@ from ..scene.animation import is_animated
 from ..scene.bearers import has_mass
 from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
-from ..scene.light import panes
+from ..scene.light import materials
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, SensorError, read_parameters
 
@@ -184,7 +184,7 @@ def short_cache(scene: Any) -> Advice | None:
 
 def opaque_glass(view_layer: Any) -> Iterator[Advice]:
     """Warns of glass that keeps lamps and the sun from light sensors."""
-    for name, material in panes.opaque_glass(view_layer).items():
+    for name, material in materials.opaque_glass(view_layer).items():
         yield Advice(
             f"Light sensors see no lamp and no sun through the glass '{material}' of '{name}', "
             "which is no thin, flat, plain pane",

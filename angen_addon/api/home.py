@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
@@ -18,7 +19,7 @@ from ...sensor_logic.days.rows import Day
 from ...sensor_logic.files import OutputError
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import LayoutError
-from ...sensor_logic.parameters import specs
+from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ...sensor_logic.residents.places import Place
 from ..authoring.presets import find_preset, new_sensor
@@ -113,6 +114,10 @@ class HomeSensor:
             raise AngenError(_unknown(sensor, name))
         before = getattr(group, name)
         spec = specs(sensor.kind.parameters).get(name)
+        former = former_choice(spec, value) if spec is not None else None
+        if former is not None:
+            value = former.now
+            warnings.warn(former_text([(sensor.name, name, former)]), stacklevel=2)
         with raised_as_angen_error(*ERRORS):
             try:
                 if spec is not None:

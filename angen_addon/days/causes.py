@@ -91,6 +91,8 @@ class Causes:
                     because[key] = self._because(replay, event)
                 self._tell(event, because[key])
         finally:
+            if self._probes is not None:
+                self._probes.close()
             state.CACHE.running = was_running
             self._left = []
 

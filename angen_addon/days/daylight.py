@@ -23,8 +23,8 @@ from ...sensor_logic.days.truth import DAY_S
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.model import Array
 from ..residents.curves import CONSTANT, Curves
-from ..scene.light.begins import take_begins, tell_begins
-from ..scene.light.nodes import has_nodes
+from ..scene.light.materials import has_nodes
+from ..scene.light.scene import take_begins, tell_begins
 from ..scene.sensors import Sensor
 
 # s

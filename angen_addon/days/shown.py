@@ -17,7 +17,7 @@ from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.places import Places
 from ..residents.keys import MOVED, KeyedStretch
 from ..residents.person import body_of
-from ..scene.light.begins import take_begins
+from ..scene.light.scene import take_begins
 from .daylight import Daylight
 
 # s before and after a stretch that can be scrubbed into.

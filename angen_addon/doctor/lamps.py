@@ -11,7 +11,7 @@ from ...sensor_logic.wording import named
 from ..advice import sensing
 from ..scene.animation import curves, is_animated
 from ..scene.light.engine import why_no_eevee
-from ..scene.light.nodes import has_nodes
+from ..scene.light.materials import has_nodes
 from ..scene.light.scene import is_portal
 from .examined import Examined, Found
 

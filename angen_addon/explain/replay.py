@@ -99,6 +99,14 @@ class Replay:
         self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
         return self.runner.take(self.number(index), step, depsgraph, self.probes)
 
+    def measure_light(self, taken: PendingUpdates) -> None:
+        """Render the light of an update that was just taken, as the run did. Raises SensorError."""
+        assert taken.request is not None
+        layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
+        alone = not handlers.others_follow_frames()
+        for _ in self.probes.measure(self.scene, layer, depsgraph, [taken.request], alone):
+            pass
+
     def take_moved(self, index: int) -> PendingUpdates | None:
         """As `take`, of a sensor that feels the motion through the frame: that follows from the
         frames beside it. Raises SensorError."""
@@ -199,6 +207,9 @@ class Recalled(Replay):
         parameters, updates = self._notes.recall(self.runner, step)
         return PendingUpdates(self.runner, [step], parameters, updates)
 
+    def measure_light(self, taken: PendingUpdates) -> None:
+        """Its light is in the notes."""
+
     def take_moved(self, index: int) -> PendingUpdates | None:
         return self.take(index)
 
@@ -218,10 +229,14 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
     before = [(s, s.settings.active, s.settings.value) for s in all_sensors(view_layer)]
     handlers.ensure()
     state.CACHE.running = True
+    replay = None
     try:
-        yield Replay(scene, sensor, recording)
+        replay = Replay(scene, sensor, recording)
+        yield replay
     finally:
         try:
+            if replay is not None:
+                replay.probes.close()
             with suppress(ReferenceError):
                 for other, active, value in before:
                     outputs.show(other, active, value)

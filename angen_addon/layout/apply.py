@@ -13,6 +13,7 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 
 from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
+from ...sensor_logic.parameters import former_text
 from ...sensor_logic.wording import named
 from ..authoring.housing import Housing, mesh_of
 from ..authoring.of_kind import housing_of
@@ -31,13 +32,15 @@ SAME_SIZE = 1e-3
 
 class Applied(NamedTuple):
     """The names of the sensors that a layout added, changed, left as they were and removed.
-    `cleared`: those of the removed whose objects stay, since they are more than a housing."""
+    `cleared`: those of the removed whose objects stay, since they are more than a housing.
+    `replaced`: a sentence on values of older versions that were replaced."""
 
     added: list[str]
     changed: list[str]
     unchanged: list[str]
     removed: list[str]
     cleared: list[str]
+    replaced: str = ""
 
     @property
     def text(self) -> str:
@@ -46,7 +49,7 @@ class Applied(NamedTuple):
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
         if self.cleared:
             found += f"; ordinary objects again: {named(self.cleared)}"
-        return found
+        return f"{found}; {self.replaced}" if self.replaced else found
 
 
 def apply_layout(path: Path, remove: bool = False) -> Applied:
@@ -71,7 +74,8 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
     removed = [sensor.name for sensor in left_out]
     cleared = [sensor.name for sensor in left_out if not _delete(sensor)]
     view_layer.update()
-    return Applied(added, changed, unchanged, removed, cleared)
+    former = [choice for plan in plans for choice in plan.entry.former_choices(plan.kind)]
+    return Applied(added, changed, unchanged, removed, cleared, former_text(former))
 
 
 class _Rollback:

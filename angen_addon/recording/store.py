@@ -37,7 +37,7 @@ def put_into_file() -> None:
         try:
             kept.stored = kept.stored or _encoded(kept)
         except RecordingFileError as error:
-            _report(f"The recording was not saved with the file: {error}. Export it")
+            report(f"The recording was not saved with the file: {error}. Export it")
             continue
         text = bpy.data.texts.new(TEXT)
         text.use_fake_user = True
@@ -63,7 +63,7 @@ def restore() -> None:
                 kept = _decoded(text.as_string(), room)
                 find_sensors(kept, scene)
             except RecordingFileError as error:
-                _report(f"The recording in this file could not be read: {error}. Simulate again")
+                report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
                 kept.stale_then = str(text.get(STALE, ""))
                 room -= size_of(kept.recording)
@@ -71,8 +71,9 @@ def restore() -> None:
         bpy.data.texts.remove(text)
 
 
-def _report(text: str) -> None:
-    state.CACHE.notice = text
+def report(text: str) -> None:
+    """Show a notice on the file in the sidebar, and print it on standard error."""
+    state.CACHE.notice = ". ".join(filter(None, (state.CACHE.notice, text)))
     if sys.stderr is not None:
         print(f"Ängen Sensors: {text}", file=sys.stderr)
 

@@ -25,7 +25,7 @@ from ...sensor_logic.residents.body.turns import ease, mix, mix_turns, times, tu
 from ...sensor_logic.residents.places import Places
 from ...sensor_logic.residents.timeline import Gesture, Hold, Timeline, swung
 from ..scene.animation import action_curves
-from ..scene.light.begins import BEGINS, begins_of
+from ..scene.light.scene import BEGINS, begins_of
 from .curves import CONSTANT, LINEAR, Curves
 from .person import body_of
 

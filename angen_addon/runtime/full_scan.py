@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..scene.light.views import view_rays
+from ..scene.light.four_walls import view_rays
 from .answers import light_request
 from .last_rays import LastRays, RaysMet
 from .probes import Probes

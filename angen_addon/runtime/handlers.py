@@ -16,6 +16,7 @@ from ..advice import lacking
 from ..recording import store as recording_store
 from ..recording.fingerprint import SHADING
 from ..scene import facts
+from ..scene.former_choices import replace_former_choices
 from ..scene.light.scene import remove_left
 from . import playhead, resting, state
 from .live import live_of
@@ -121,7 +122,10 @@ def before_load(*_: Any) -> None:
 @persistent
 def after_load(*_: Any) -> None:
     remove_left()
+    replaced = replace_former_choices()
     recording_store.restore()
+    if replaced:
+        recording_store.report(replaced)
     _look_again()
     _show_recorded()
     if bpy.context.scene is not None:

@@ -90,7 +90,7 @@ class Live:
         if self.told:
             self._probes.note_edits()
         watching = [s for s in self._runners if s.watches]
-        if due or watching or frame is not None or self._lit:
+        if due or watching or frame is not None:
             self._probes.look(depsgraph, frame, pads)
         self._looked_at = scene.frame_current
         self._watch(watching, [s for s, _, _ in due], step, depsgraph)
@@ -101,7 +101,6 @@ class Live:
             return
         changed = [self._finish(runner, step) for runner in self._runners]
         changed += [self._follow_one(*update, step, depsgraph) for update in due]
-        changed += self._light(depsgraph, scene.frame_current)
         if not played:
             changed += self._show_again()
         if any(changed) and state.CACHE.outputs_are_driven():
@@ -282,6 +281,7 @@ class Live:
             self.readings.pop(name, None)
             return False
         if taken.request is not None:
+            # A frame handler must not render.
             self._lit[name] = taken
             return False
         if runner.sensor.kind.requires_forces and follows:
@@ -289,26 +289,6 @@ class Live:
             self._waiting[uid] = taken
             return False
         return self._show(taken)
-
-    def _light(self, depsgraph: Any, frame: int) -> list[bool]:
-        """Shows the light of the sensors whose engine is DIRECT, as a run would record it; whether
-        binary outputs changed. A frame handler must not render: the others' is left to be done."""
-        direct = [
-            taken
-            for taken in self._lit.values()
-            if taken.request is not None and taken.request.engine == "DIRECT"
-        ]
-        changed = []
-        try:
-            measured = self._probes.direct(depsgraph, [t.request for t in direct]) if direct else ()
-        except SensorError as error:
-            self._fail(direct, error)
-            measured = ()
-        for taken in direct:
-            if taken.runner.sensor.name in measured:
-                del self._lit[taken.runner.sensor.name]
-                changed.append(self._show(taken, frame))
-        return changed
 
     def _fail(self, lit: Iterable[PendingUpdates], error: SensorError) -> None:
         """What was to be measured cannot be."""

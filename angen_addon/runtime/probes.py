@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from ..scene.contact.contact_bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
 from ..scene.light.cycles import CyclesLight
-from ..scene.light.probe import LightError, LightRequest, measure_direct, measuring
+from ..scene.light.probe import LightError, LightRequest, measuring
 from ..scene.light.signature import LightSignature
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.frames import Film
@@ -65,7 +65,6 @@ class Probes:
         self._film: Film | None = None
         # By the sensor's name, what was asked and what was found.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
-        self._direct: Mapping[str, LightSample] = {}
         self._lighting = LightSignature()
         self._light = CyclesLight(told=True)
         self._edits_of_light = -1
@@ -194,23 +193,9 @@ class Probes:
         """Removes from the file what was kept there."""
         self._light.close()
 
-    def direct(self, depsgraph: Any, asked: Sequence[LightRequest | None]) -> set[str]:
-        """Measures by closed forms what they model, also in frame handlers; the names of those
-        that were. A scene that holds more is left to `measure`, which asks Cycles. Raises
-        SensorError."""
-        efficacy = depsgraph.scene.angen_luminous_efficacy
-        requests = [request for request in asked if request is not None]
-        try:
-            found = measure_direct(self.caster.solids, depsgraph, requests, efficacy)
-        except LightError as error:
-            raise SensorError(str(error)) from None
-        # Apart from what was measured, which stands as long as nothing changes.
-        self._direct = {name: sample for name, sample in found.items() if not sample.note}
-        return set(self._direct)
-
     def light(self, name: str) -> LightSample:
         """What was measured last for a sensor."""
-        return self._direct[name] if name in self._direct else self._measured[name][1]
+        return self._measured[name][1]
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""

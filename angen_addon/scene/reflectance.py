@@ -12,7 +12,7 @@ import numpy as np
 from ...sensor_logic.model import Array, Index
 from ...sensor_logic.physics.photometry import luminance
 from .animation import all_animated
-from .light.surfaces import Surfaces
+from .light.materials import Surfaces
 from .met_surfaces import MetSurfaces
 from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster
@@ -48,7 +48,9 @@ class Reflectance(MetSurfaces):
         for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
             which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry
             materials = geometry.materials(depsgraph) or [NO_MATERIAL]
-            each = np.array([luminance(self._surfaces.of(uid)[0]) for uid in materials], np.float64)
+            each = np.array(
+                [luminance(self._surfaces.reflectance(uid)) for uid in materials], np.float64
+            )
             slot: Index = np.zeros(len(which), np.intp)
             if np.ptp(each) > 0.0:
                 slots = geometry.material_slots(depsgraph)

@@ -179,8 +179,8 @@ def furnish(rays: Rays) -> None:
 
 APERTURE = {"aperture_rays": 7, "aperture": 0.01}
 LIGHTS = (
-    ("walls", "FOUR_WALL", "DIRECT"),
-    ("lux", "ILLUMINANCE", "DIRECT"),
+    ("walls", "FOUR_WALL", "CYCLES"),
+    ("lux", "ILLUMINANCE", "CYCLES"),
     ("Cycles", "ILLUMINANCE", "CYCLES"),
 )
 

@@ -44,7 +44,7 @@ def steps() -> Iterator[None]:
     yield
     for obj in bpy.data.objects:
         if obj.angen_sensor.kind == "LIGHT":
-            obj.angen_sensor.light.engine = "DIRECT"
+            obj.angen_sensor.light.samples = 4
     scene.frame_end = FRAMES[1]
     yield
     window.select(SENSOR)

@@ -16,7 +16,7 @@ from typing import Any
 from ..kind import Kind
 from ..kinds import KINDS
 from ..lines import KeyPath, LineError, read_json
-from ..parameters import Spec, defaults, specs
+from ..parameters import FormerChoice, Spec, defaults, former_choice, specs
 from ..spelling import hint
 
 # The key of a layout that switches sensors which it does not name.
@@ -161,11 +161,19 @@ class LayoutEntry:
             if name not in known_specs:
                 text = f"'{name}' is no parameter of a {kind.identifier}: {hint(name, known_specs)}"
                 raise self.error(text, "parameters", name)
+            former = former_choice(known_specs[name], value)
+            value = value if former is None else former.now
             problem = _of_type(types[name], known_specs[name], value)
             if problem:
                 raise self.error(f"{name} {problem}", "parameters", name)
             found[name] = type(types[name])(value) if _is_number(types[name]) else value
         return found
+
+    def former_choices(self, kind: Kind) -> list[tuple[str, str, FormerChoice]]:
+        """The choices in `parameters` that `settings` replaces, as for `former_text`."""
+        known, given = specs(kind.parameters), self.values.get("parameters", {})
+        found = ((name, former_choice(known[name], value)) for name, value in given.items())
+        return [(self.name, name, former) for name, former in found if former is not None]
 
 
 def _is_number(default: Any) -> bool:

@@ -137,7 +137,7 @@ def build(world: Any) -> None:
     world.switch("switch", update_rate=1.0, range_max=1.0, threshold=0.6).location = (2, 1.3, 2.3)
     pad = world.box((1.2, 1.2, 0.1), (0.4, 0, -0.05), "pad")
     world.sensor("PRESSURE", "pad", pad, update_rate=1.0)
-    lux = world.sensor("LIGHT", "lux", update_rate=1.0, method="ILLUMINANCE", engine="DIRECT")
+    lux = world.sensor("LIGHT", "lux", update_rate=1.0, method="ILLUMINANCE", samples=16)
     lux.location, lux.rotation_euler = (0.4, 1.2, 0.5), (3.14159, 0, 0)
     for obj in (scan, sweep, warm, lux):
         obj.angen_sensor.room = "room"

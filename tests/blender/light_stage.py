@@ -38,14 +38,6 @@ def measure(*requests: Any, efficacy: float = 1.0) -> dict[str, Any]:
     return dict(part("light.probe").measure(scene, layer, requests, efficacy))
 
 
-def preview(*requests: Any) -> dict[str, Any]:
-    """By closed forms alone, whatever they do not model."""
-    bpy.context.view_layer.update()
-    solids, depsgraph = part("rays.solids").Solids(), bpy.context.evaluated_depsgraph_get()
-    solids.sync(depsgraph)
-    return dict(part("light.probe").measure_direct(solids, depsgraph, requests, 1.0))
-
-
 def lux(*requests: Any) -> Any:
     """The illuminance of the only request, or of each."""
     found = measure(*(requests or (request(),)))

@@ -137,7 +137,7 @@ def _sensors(world: Any) -> None:
     swept = world.switch("swept", swept=True)
     swept.location, swept.rotation_euler = (0, 0.5, 0.2), up
     for method in ("FOUR_WALL", "ILLUMINANCE"):
-        light = world.sensor("LIGHT", method, method=method, engine="DIRECT", update_rate=12.0)
+        light = world.sensor("LIGHT", method, method=method, samples=16, update_rate=12.0)
         light.location = (0.5, 0.5, 2)
     lamp = bpy.data.lights.new("lamp", "POINT")
     lamp.energy = 100.0

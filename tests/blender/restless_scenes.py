@@ -147,7 +147,7 @@ def hair_that_grows(world: Any, _: Path) -> None:
 @scene(skips=True)
 def a_lamp_of_materials_and_world(world: Any, _: Path) -> None:
     bpy = world.bpy
-    world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", engine="DIRECT")
+    world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", samples=16)
     lamp = bpy.data.lights.new("lamp", "POINT")
     world.link("lamp", lamp, (0, 0, -1))
     world.key(lamp, "energy", {1: 10.0, 20: 10.0, 25: 40.0}, "BEZIER")
@@ -177,7 +177,7 @@ def glowing(world: Any) -> Any:
 
 @scene(skips=False)
 def a_lamp_on_the_frame(world: Any, _: Path) -> None:
-    world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", engine="DIRECT")
+    world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", samples=16)
     lamp = world.bpy.data.lights.new("lamp", "POINT")
     world.link("lamp", lamp, (0, 0, -1))
     drive(lamp, "energy", "frame")

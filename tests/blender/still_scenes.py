@@ -146,7 +146,7 @@ def noise_of_a_sensor(world: Any, _: Path) -> None:
     watched(world)
     world.bpy.data.objects["switch"].angen_sensor.optical_switch.noise_sigma = 0.01
     world.pir("noisy", noise_sigma=0.01)
-    lux = world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", engine="DIRECT")
+    lux = world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", samples=16)
     lux.angen_sensor.light.noise_sigma = 0.5
     world.link("lamp", world.bpy.data.lights.new("lamp", "POINT"), (0, 0.2, -1))
 

@@ -105,7 +105,7 @@ def test_what_follows_the_outputs_is_sensed_as_if_all_were_looked_at_anew(
     pir.location, pir.rotation_euler = (2.0, 0.0, 0.0), (1.5707963, 0.0, -1.5707963)
     lamp(world, "POINT", at=(6.5, 0.0, 1.0), energy=50.0).name = "Bulb"
     world.sensor(
-        "LIGHT", "lux", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
+        "LIGHT", "lux", method="ILLUMINANCE", samples=16, update_rate=24.0, threshold=1.0
     ).location = (5.5, 0.0, 1.0)
     ranger = world.sensor("DISTANCE", "range", update_rate=24.0, noise_sigma=0.0)
     ranger.location, ranger.rotation_euler = (4.5, 0.0, 0.0), pir.rotation_euler

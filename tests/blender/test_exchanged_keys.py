@@ -52,6 +52,10 @@ class Story:
                 else:
                     getattr(owner, path)[index] = values[frame]
                 owner.keyframe_insert(path, index=index, frame=frame)
+            if index < 0:
+                # As in a day, all stretches tell how bright the lamp becomes.
+                setattr(owner, path, values.max())
+                owner.keyframe_insert(path, frame=FRAMES + 100)
 
 
 def sensors(world: Any) -> None:
@@ -65,7 +69,7 @@ def sensors(world: Any) -> None:
     world.switch("switch", update_rate=1.0, range_max=1.0, threshold=0.6).location = (2, 1.3, 2.3)
     pad = world.box((1.2, 1.2, 0.1), (0.4, 0, 0.05), "pad")
     world.sensor("PRESSURE", "pad", pad, update_rate=1.0)
-    lux = world.sensor("LIGHT", "lux", update_rate=1.0, method="ILLUMINANCE", engine="DIRECT")
+    lux = world.sensor("LIGHT", "lux", update_rate=1.0, method="ILLUMINANCE", samples=4)
     lux.location, lux.rotation_euler = (0.4, 1.2, 0.5), (3.14159, 0, 0)
     # Enough that stands still for what moves to have a scene of its own.
     for number in range(24):

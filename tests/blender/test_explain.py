@@ -7,7 +7,7 @@ import random
 import bpy
 import numpy as np
 import pytest
-from light_stage import facing, lamp, material
+from light_stage import lamp, material, plate, sky
 from mathutils import Vector
 
 G = 9.81
@@ -268,65 +268,101 @@ def test_who_presses_with_how_much(physics, world, explained):
 # Light
 
 
-def test_each_lamps_share_and_what_shadows_it(world, explained):
-    """Point lamps above a face: Φ cos θ / (4π r²), 1 lx a W/m² here; one is behind a plate."""
+@pytest.fixture
+def meter(world):
+    """A lux meter that looks up, 1 lx a W/m²; settings of it are given."""
     world.scene.angen_luminous_efficacy = 1.0
+
+    def make(**settings):
+        given = {"method": "ILLUMINANCE", "samples": 256, "update_rate": 24.0, "threshold": 1.0}
+        sensor = world.sensor("LIGHT", "light", **given | settings)
+        sensor.rotation_euler = (math.pi, 0, 0)
+        return sensor
+
+    return make
+
+
+@pytest.mark.parametrize("reference", [0, 4096])
+def test_each_source_has_its_share_of_the_reading(world, explained, meter, reference):
+    """Point lamps above a face: Φ cos θ / (4π r²); one is behind a plate. Two share their data, a
+    panel glows and the sky shines; a wall sends light back. The shares add up to what was read."""
+    world.scene.angen_light_reference = reference
     one = lamp(world, "POINT", at=(0, 0, 2), energy=100.0)
-    two = lamp(world, "POINT", at=(0, 0, 4), energy=100.0)
-    hidden = lamp(world, "POINT", at=(3, 0, 1), energy=500.0)
-    for obj, name in ((one, "One"), (two, "Two"), (hidden, "Hidden")):
-        obj.name = name
-    world.box((0.1, 4, 4), at=(1.5, 0, 0), name="Plate")
-    sensor = world.sensor(
-        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
-    )
-    sensor.matrix_world = facing((0, 0, 1)).tolist()
-    sensor.rotation_euler = (math.pi, 0, 0)
+    one.name = "One"
+    lamp(world, "POINT", at=(0, 0, 4), energy=100.0).name = "Two"
+    lamp(world, "POINT", at=(3, 0, 1), energy=500.0).name = "Hidden"
+    shared = lamp(world, "POINT", at=(0, 1, 2), energy=10.0)
+    shared.name = "Left"
+    world.link("Right", shared.data, (0, -1, 2))
+    # Black, so that no light of the hidden lamp goes round.
+    world.box((0.1, 40, 40), at=(1.5, 0, 0), name="Plate").data.materials.append(material(1e-9))
+    plate(world, 0.2, (-0.5, 0, 1), (0, 0, -1), material(glows=1.0))
+    sky(world, 0.05)
+    sensor = meter(samples=4096)
     world.key(one.data, "energy", {1: 0.0, 6: 100.0}, "CONSTANT")
-    recording = world.run()
-    _, found = explained(sensor, 5, recording)
-    lamps = found.cause.now.lamps
-    assert lamps["One"].light == pytest.approx(100 / (4 * math.pi * 4), rel=2e-3)
-    assert lamps["Two"].light == pytest.approx(100 / (4 * math.pi * 16), rel=2e-3)
-    assert lamps["Hidden"].light == 0.0
-    assert lamps["Hidden"].unshaded == pytest.approx(
-        500 / (4 * math.pi * 10) / math.sqrt(10), rel=2e-3
-    )
-    assert lamps["Hidden"].blocker == "Plate"
-    total = recording.tracks["light"].value[5]
-    assert found.cause.now.total == pytest.approx(total, rel=1e-6)
-    assert found.headline == "Lit: 'One' changed from 0 lx to 1.99 lx of the estimate"
-    assert ("Hidden", "nothing: shadowed by 'Plate'") in found.facts
+    recording = world.run(1, 8)
+    track, found = explained(sensor, 5, recording)
+    shares = {share.names or share.source: share.light for share in found.cause.now}
+    assert shares["One",] == pytest.approx(100 / (4 * math.pi * 4), rel=0.02)
+    assert shares["Two",] == pytest.approx(100 / (4 * math.pi * 16), rel=0.02)
+    assert shares["Left", "Right"] == pytest.approx(20 * 2 / (4 * math.pi * 5**1.5), rel=0.02)
+    assert shares["Hidden",] == pytest.approx(0.0, abs=1e-4)
+    # What the plate leaves of the half space.
+    seen = (1 + 1.45 / math.hypot(1.45, 20)) / 2
+    assert shares["World"] == pytest.approx(0.05 * math.pi * seen, rel=0.05)
+    assert shares["Other sources"] == pytest.approx(0.04 / 1.25**2, rel=0.05)
+    assert sum(shares.values()) == pytest.approx(track.value[5], rel=1e-6)
+    assert found.headline == "Lit: 'One' changed from 0 lx to 1.99 lx"
+    assert found.because == "One"
+    facts = dict(found.facts)
+    assert facts["Reading"].endswith("(Cycles)") and "Hidden" not in facts
+    assert facts["All light"] == facts["Reading"].removesuffix(" (Cycles)")
+    assert {"Left, Right", "World", "Other sources"} <= facts.keys()
+    _, later = explained(sensor, 6, recording)
+    assert later.headline == f"Lit: 'One' gives {shares['One',] / track.value[5]:.0%} of the light"
+
+
+def test_shares_of_four_walls_are_in_percent_and_those_of_dimmed_lamps_follow(
+    world, explained, meter
+):
+    box = world.box((4, 4, 4))
+    box.data.materials.append(material(0.5))
+    lamps = [lamp(world, "POINT", at=(0, y, 0), energy=3.0) for y in (-0.1, 0.1)]
+    lamps[0].name, lamps[1].name = "Steady", "Dimmed"
+    world.key(lamps[1].data, "energy", {1: 3.0, 3: 1.5}, "CONSTANT")
+    sensor = meter(method="FOUR_WALL", threshold=10.0)
+    recording = world.run(1, 4)
+    track, found = explained(sensor, 2, recording)
+    then, now = ({s.names: s.light for s in of} for of in (found.cause.before, found.cause.now))
+    assert now["Dimmed",] == pytest.approx(then["Dimmed",] / 2, rel=1e-5)
+    assert now["Steady",] == pytest.approx(then["Steady",], rel=1e-5)
+    # The reading itself is in whole counts of 8 bits.
+    assert sum(now.values()) == pytest.approx(track.value[2], abs=100 / 255)
+    assert "'Dimmed' changed from" in found.headline and "%" in found.headline
 
 
 @pytest.mark.parametrize("power", [-60.0, -1000.0])
-def test_a_lamp_that_takes_light_away_is_told_of(world, explained, power):
-    """Of what comes, so much goes again; a reading is no less than none, nor is its estimate."""
-    world.scene.angen_luminous_efficacy = 1.0
+def test_a_lamp_that_takes_light_away_is_told_of(world, explained, meter, power):
+    """Of what comes, so much goes again; a reading is no less than none."""
     lamp(world, "POINT", at=(0, 0, 2), energy=100.0).name = "Plus"
     lamp(world, "POINT", at=(0, 0, 4), energy=power).name = "Minus"
-    sensor = world.sensor(
-        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
-    )
-    sensor.rotation_euler = (math.pi, 0, 0)
+    sensor = meter(samples=4096)
     recording = world.run(1, 2)
     _, found = explained(sensor, 1, recording)
     facts, away = dict(found.facts), -power / 100.0 / 4.0
-    assert facts["Plus"] == "100%: 1.99 lx"
-    assert facts["Minus"].startswith(f"takes {away:.0%} away: -")
+    assert facts["Plus"].startswith("100%: ")
+    taken = facts["Minus"].removeprefix("takes ").partition("%")[0]
+    assert float(taken) == pytest.approx(100 * away, rel=0.05)
     reading = recording.tracks["light"].value[1]
     if away < 1.0:
-        assert found.headline == "Lit: 'Plus' gives 100% of the estimated light"
-        assert facts["Estimate"].startswith(f"about {reading:.3g} lx")
+        assert found.headline == "Lit: 'Plus' gives 100% of the light"
+        assert facts["All light"] == f"{reading:.3g} lx"
     else:
         assert reading == 0.0 and found.headline == "Dark: 'Minus' takes the light away"
-        assert facts["Estimate"].startswith("about 0 lx (")
-        assert ", which make -" in facts["Estimate"]
+        assert facts["All light"].startswith("-")
 
 
-def test_light_behind_something_transparent_is_not_told_to_be_none(world, explained):
-    """A curtain that lets half of the light pass, in a way that closed forms do not know, comes
-    between: the reading is halved, and no number of the estimate is told of the lamp."""
+def test_a_lamp_behind_a_curtain_has_the_share_that_passes(world, explained, meter):
     lamp(world, "POINT", at=(0, 0, 2), energy=400.0).name = "Bulb"
     cloth = material(0.5, name="cloth")
     nodes, links = cloth.node_tree.nodes, cloth.node_tree.links
@@ -335,21 +371,52 @@ def test_light_behind_something_transparent_is_not_told_to_be_none(world, explai
     curtain = world.box((1, 1, 0.001), at=(0, 0, 1), name="Curtain")
     curtain.data.materials.append(cloth)
     world.key(curtain, "location", {1: (5, 0, 1), 6: (0, 0, 1)}, "CONSTANT")
-    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 256, "update_rate": 24.0}
-    sensor = world.sensor("LIGHT", "light", **settings)
-    sensor.rotation_euler = (math.pi, 0, 0)
+    sensor = meter()
     recording = world.run(1, 8)
     before, after = recording.tracks["light"].value[4:6]
     assert before > 1.5 * after > 0.0
     _, found = explained(sensor, 5, recording)
-    assert found.headline == (
-        "Lit: 'Bulb' is behind 'Curtain' now, which lets a part of its light pass"
-    )
-    facts = dict(found.facts)
-    assert facts["Bulb"].startswith("behind 'Curtain'") and "lx" not in facts["Bulb"]
-    assert "transparent materials" in facts["Not estimated"]
-    _, found = explained(sensor, 6, recording)
-    assert found.headline == "Lit: 'Bulb' shines through 'Curtain'"
+    assert found.headline == f"Lit: 'Bulb' changed from {before:.3g} lx to {after:.3g} lx"
+
+
+def test_without_light_nothing_is_named(world, explained, meter):
+    world.scene.world = None
+    _, found = explained(meter(samples=4), 1)
+    assert (found.headline, found.because) == ("Dark: no light reaches it", "")
+    assert dict(found.facts)["All light"] == "0 lx"
+
+
+def test_eevee_tells_no_lamp(world, explained, meter, addon_part, monkeypatch):
+    """And is not asked again: its picture has no light groups."""
+    probe = addon_part("angen_addon.scene.light.probe")
+    light = addon_part("angen_addon.scene.light.cycles").Light
+    asked = []
+
+    def by_eevee(scene, view_layer, group):
+        asked.append(group)
+        return {request.name: light(np.full(3, 2.0)) for request in group}, []
+
+    monkeypatch.setattr(probe.engine, "why_no_eevee", lambda: "")
+    monkeypatch.setattr(probe, "_by_eevee", by_eevee)
+    lamp(world, "POINT")
+    sensor = meter(engine="EEVEE")
+    recording = world.run(1, 2)
+    count = len(asked)
+    _, found = explained(sensor, 1, recording)
+    assert count and len(asked) == count
+    assert found.headline == "Lit: EEVEE cannot tell lamps apart, Cycles can"
+    assert dict(found.facts)["Reading"] == "2.00 lx (EEVEE)"
+    assert found.because == "" and "All light" not in dict(found.facts)
+
+
+def test_nothing_of_the_light_scene_is_left(world, explained, meter):
+    lamp(world, "POINT")
+    sensor, recording = meter(samples=4), world.run(1, 2)
+    held = [len(getattr(bpy.data, n)) for n in ("scenes", "objects", "lights", "meshes", "images")]
+    explained(sensor, 1, recording)
+    assert held == [
+        len(getattr(bpy.data, n)) for n in ("scenes", "objects", "lights", "meshes", "images")
+    ]
 
 
 # Pyroelectric detectors

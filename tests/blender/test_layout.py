@@ -151,7 +151,7 @@ def test_sensors_are_added_changed_and_removed(world, listed, apply):
         {"name": "Door", "kind": "OPTICAL_SWITCH"},
     ]  # fmt: skip
     applied = apply(layout, remove=True)
-    assert applied == (["new"], ["old", "Door"], [], ["gone"], [])
+    assert applied == (["new"], ["old", "Door"], [], ["gone"], [], "")
     told = {sensor["name"]: sensor for sensor in listed()}
     assert told["old"]["location"] == [0, 0, 1.5] and not told["old"]["enabled"]
     assert told["old"]["collection"] == "Switches"

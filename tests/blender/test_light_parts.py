@@ -15,7 +15,7 @@ def room(world):
 
 def test_where_parts_have_references_far_from_the_first_one_theirs_counts(room, fcurves):
     """In the part from frame 5 on the screen hangs elsewhere, and the point lamp too."""
-    tell = part("light.begins").tell_begins
+    tell = part("light.scene").tell_begins
     for name in ("screen", "point"):
         objects(name).animation_data_clear()
         move(objects(name), "location", ((1, 1, 0), (-1, -1, 0.5)))
@@ -35,5 +35,5 @@ def test_where_parts_have_references_far_from_the_first_one_theirs_counts(room, 
         assert {key[2] for key in other._references} == {1, 5}
     finally:
         other.close()
-        part("light.begins").take_begins(bpy.context.scene)
+        part("light.scene").take_begins(bpy.context.scene)
     assert found == pytest.approx(many, rel=1e-5)

@@ -169,30 +169,6 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     assert told(world).icon == readings.IDLE
 
 
-def test_closed_forms_are_shown_at_once_where_a_run_records_them(world, lamp, monkeypatch):
-    """And where the scene holds what they do not model, Cycles is waited for."""
-    lamp.angen_sensor.light.engine = "DIRECT"
-    recorded = world.series(world.run(), "lux", "illuminance_lux")
-    state.CACHE.clear()
-    calls = counted(monkeypatch)
-    world.scene.angen_live = True
-    for frame in (5, 20, 11):
-        world.scene.frame_set(frame)
-        assert lamp.angen_sensor.value == pytest.approx(recorded[frame - 1], rel=1e-6)
-        assert told(world).old == "" and not state.CACHE.live.left_to_do
-    panel = world.box((1, 1, 0.01), at=(0, 0, 3), name="panel")
-    glowing = bpy.data.materials.new("glowing")
-    if bpy.app.version < (5, 0):
-        glowing.use_nodes = True
-    glowing.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
-    glowing.node_tree.nodes["Principled BSDF"].inputs["Emission Color"].default_value = (1, 1, 1, 1)
-    panel.data.materials.append(glowing)
-    world.update()
-    world.scene.frame_set(6)
-    assert told(world).icon in {readings.OLD, readings.UNKNOWN} and told(world).old
-    assert state.CACHE.live.left_to_do and not calls
-
-
 def test_at_rest_as_many_paths_are_traced_as_a_reference_has(world, lamp):
     """Few paths without a reference would say that it is lit where a run says dark."""
     room = world.box((6, 6, 5), name="room")

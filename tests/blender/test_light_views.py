@@ -58,7 +58,7 @@ def test_each_view_looks_where_it_should(world, wall):
     found, _ = part("light.cycles_scene").finished(light.light([asked]))
     light.close()
     found = found[asked.name]
-    assert found == pytest.approx(np.outer(radiances, [1, 1, 1]))
+    assert found.colours == pytest.approx(np.outer(radiances, [1, 1, 1]))
 
 
 def test_colours_count_by_luminance_of_their_counts(world):
@@ -110,14 +110,6 @@ def test_eevee_is_refused_with_a_reason_where_it_cannot_run(world, monkeypatch):
     monkeypatch.setattr(engine, "_why_no_eevee_in_background", lambda: "no GPU; choose Cycles")
     with pytest.raises(part("light.probe").LightError, match="choose Cycles"):
         look(engine="EEVEE")
-
-
-def test_the_preview_sees_the_same_walls(world):
-    box = world.box((4, 4, 4))
-    box.data.materials.append(material(0.5))
-    lamp(world, "POINT", at=(0, 0, 0), energy=50.0)
-    found = {e: look(engine=e, samples=4096) for e in ("CYCLES", "DIRECT")}
-    assert found["DIRECT"] == pytest.approx(found["CYCLES"], rel=0.2)
 
 
 def test_many_sensors_are_one_render_each_with_its_own_light(world):

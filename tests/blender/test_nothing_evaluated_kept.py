@@ -148,7 +148,7 @@ def test_light_has_the_colour_that_nodes_give(world):
         lamp = bpy.data.lights.new("lamp", "POINT")
         lamp.energy = 100.0
         world.link("lamp", lamp, (1, 0, -0.5))
-        sensor = world.sensor("LIGHT", "light", method="ILLUMINANCE", engine="DIRECT")
+        sensor = world.sensor("LIGHT", "light", method="ILLUMINANCE", samples=16)
         sensor.rotation_euler.x = 3.14159265
         found[name] = world.series(world.run(1, 2), "light", "illuminance_lux")[0]
     assert found["black"] == 0.0

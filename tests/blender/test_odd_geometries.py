@@ -140,7 +140,7 @@ def test_a_switch_a_detector_and_a_pad_read_it(world, name):
     hot.location = (0, 0, -0.1)
     pad = world.box((2, 2, 0.01), (0, 0, -1.0), "floor")
     world.sensor("PRESSURE", "pad", pad, update_rate=24.0)
-    light = world.sensor("LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0)
+    light = world.sensor("LIGHT", "light", method="ILLUMINANCE", samples=16, update_rate=24.0)
     light.location = (0, 0, -0.05)
     lamp = bpy.data.lights.new("lamp", "POINT")
     world.link("lamp", lamp, (0.3, 0.2, 0.1))

@@ -290,7 +290,7 @@ def test_something_animated_that_was_moved_is_back_at_the_next_frame(home):
 
 
 def test_what_only_light_sensors_see_counts_where_there_is_one(home):
-    home.sensor("LIGHT", "lux", method="ILLUMINANCE", engine="DIRECT", update_rate=1.0)
+    home.sensor("LIGHT", "lux", method="ILLUMINANCE", samples=16, update_rate=1.0)
     home.scene.frame_end = 2
     home.update()
     ops.simulate()

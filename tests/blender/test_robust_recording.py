@@ -100,7 +100,7 @@ def image(world):
         paint.use_nodes = True
     paint.node_tree.nodes.new("ShaderNodeTexImage").image = made
     box().data.materials.append(paint)
-    world.sensor("LIGHT", "Light", engine="DIRECT")
+    world.sensor("LIGHT", "Light", samples=16)
 
 
 SCENES = (

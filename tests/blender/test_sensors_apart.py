@@ -222,7 +222,6 @@ ADDED = {
     "pad": ("PRESSURE", {"update_rate": 24.0}),
     "walls by Cycles": ("LIGHT", {"method": "FOUR_WALL", **CYCLES}),
     "lux by Cycles": ("LIGHT", {"method": "ILLUMINANCE", **CYCLES}),
-    "closed forms": ("LIGHT", {"engine": "DIRECT", "samples": 4, "update_rate": 24.0}),
 }
 
 
@@ -295,7 +294,7 @@ def differing(found, expected):
     )
 
 
-QUICK = ("range scan", "swept switch", "pad", "closed forms")
+QUICK = ("range scan", "swept switch", "pad")
 
 
 @pytest.mark.parametrize("scene", (falling, person, instances), ids=lambda scene: scene.__name__)

@@ -53,7 +53,7 @@ def plain_home(world: Any, tmp_path: Path) -> Path:
     housing = world.box((0.1, 0.1, 0.1), (0.0, 0, 0), "housing")
     housing.parent = warm
     world.switch("Swept", swept=True).location = (0.5, 0, 0)
-    light = world.sensor("LIGHT", "Light", engine="DIRECT", update_rate=24.0)
+    light = world.sensor("LIGHT", "Light", samples=16, update_rate=24.0)
     light.location = (0, 0, 0.2)
     lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (0.5, 0, 0))
     world.key(lamp.data, "energy", {1: 10.0, 24: 40.0})

@@ -18,7 +18,7 @@ def lit(world):
     world.scene.angen_luminous_efficacy = 1.0
     lamp(world, "POINT", at=(0, 0, 10), energy=1445.0 * 4 * math.pi * 100)
     obj = world.sensor(
-        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=300.0
+        "LIGHT", "light", method="ILLUMINANCE", samples=16, update_rate=24.0, threshold=300.0
     )
     obj.matrix_world = facing((0, 0, 1)).tolist()
     obj.rotation_euler = (math.pi, 0, 0)

@@ -150,3 +150,17 @@ def test_what_is_of_one_file_is_not_saved(world, user_preset, addon_part):
     ops.user_preset_save(name="pad")
     (file,) = user_preset.user_presets(addon_part("sensor_logic.kinds").KINDS["PRESSURE"])
     assert "partner" not in file.read_text()
+
+
+def test_a_preset_of_an_earlier_version_with_the_engine_direct_sets_cycles(
+    world, user_preset, addon_part, capfd
+):
+    sensor = make(world, "LIGHT", engine="EEVEE")
+    ops.user_preset_save(name="old")
+    (file,) = user_preset.user_presets(addon_part("sensor_logic.kinds").KINDS["LIGHT"])
+    file.write_text(file.read_text().replace("'EEVEE'", "'DIRECT'"))
+    capfd.readouterr()
+    assert ops.user_preset_apply(name="old") == {"FINISHED"}
+    assert sensor.angen_sensor.light.engine == "CYCLES"
+    told = capfd.readouterr().out
+    assert told.count("engine DIRECT no longer exists and was replaced by CYCLES") == 1

@@ -154,7 +154,7 @@ def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
     world.scene.angen_luminous_efficacy = 1.0
     source = lamp(world, "POINT", at=(0, 0, 10), energy=100.0 * 4 * math.pi * 100)
     obj = world.sensor(
-        "LIGHT", "light", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=500.0
+        "LIGHT", "light", method="ILLUMINANCE", samples=16, update_rate=24.0, threshold=500.0
     )
     obj.matrix_world = facing((0, 0, 1)).tolist()
     obj.rotation_euler = (math.pi, 0, 0)

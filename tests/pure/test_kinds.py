@@ -83,7 +83,7 @@ ALSO = {
 CHOICES = {
     ("PIR", "sweep"): {"SAWTOOTH": 0, "ALL": 1},
     ("LIGHT", "method"): {"FOUR_WALL": 0, "ILLUMINANCE": 1},
-    ("LIGHT", "engine"): {"CYCLES": 0, "EEVEE": 1, "DIRECT": 2},
+    ("LIGHT", "engine"): {"CYCLES": 0, "EEVEE": 1},
 }
 EVENTS = {
     "PIR": ["moved"],

@@ -4,44 +4,39 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
-from weakref import WeakKeyDictionary
 
-from ....sensor_logic.kind import Field
-from ....sensor_logic.wording import quoted
-from ...explain.facts import Explanation, at_frame, more_needed
-from ...explain.lamps import LampShare, LightParts, light_parts
+from ....sensor_logic.kind import LIGHT, Field
+from ....sensor_logic.model import LightSample, LightShare
+from ....sensor_logic.wording import listed, named, quoted
+from ...explain.facts import Explanation, Facts, at_frame, more_needed
 from ...explain.replay import Replay
-from ...runtime.probes import Probes
-from ...runtime.time_base import evaluated_depsgraph
 
-LAMPS_SHOWN = 6
-SHADOWED_SHOWN = 3
+SHOWN = 6
 # Shares of the whole light below this get no line.
 LITTLE = 1e-3
-_last: WeakKeyDictionary[Probes, dict[str, tuple[tuple[int, int], LightParts | None]]] = (
-    WeakKeyDictionary()
-)
+# A share must change by this part of the whole light to be named.
+NOTABLE = 0.01
 
 
 @dataclass(frozen=True)
 class LightCause:
-    """The parts of the light at the update and at the one before, if any, in the unit of
-    `field`."""
+    """The shares of the light at the update and at the one before, in the unit of `field`; empty
+    where the engine does not tell lamps apart, or there was no update before."""
 
-    now: LightParts
-    before: LightParts | None
+    now: tuple[LightShare, ...]
+    before: tuple[LightShare, ...]
     field: Field
-
-    @property
-    def unit(self) -> str:
-        return self.field.unit
 
     @property
     def because(self) -> str:
         """The lamp that changed most."""
         changed = _most_changed(self)
-        return changed[1].name if changed is not None else ""
+        return changed[1].names[0] if changed is not None and changed[1].names else ""
+
+    @property
+    def given(self) -> float:
+        """The light that comes, without what lamps of negative power take away again."""
+        return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
@@ -55,153 +50,88 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a light sensor: its lamps by the closed forms. Raises SensorError."""
-    track, sensor = replay.track, replay.sensor
-    before = _parts(replay, index - 1) if index > 0 else None
-    now = _parts(replay, index)
+    """Explain update `index` of a light sensor by the light groups of its picture. Raises
+    SensorError."""
+    track, sensor, text = replay.track, replay.sensor, replay.sensor.reading.text
+    before = _light(replay, index - 1) if index > 0 else None
+    now = _light(replay, index)
     if now is None:
         return replay.off(index)
-    text = sensor.reading.text
-    cause = LightCause(now, before, sensor.reading)
-    engine = sensor.parameters.bl_rna.properties["engine"].enum_items
-    used = engine[sensor.parameters.engine].name
-    if sensor.parameters.engine == "DIRECT" and now.note:
-        # The run renders with Cycles where the closed forms do not model something.
-        used = "Cycles"
-    facts = [
-        ("Reading", f"{text(track.value[index])} ({used})"),
-        ("Estimate", _estimate(cause)),
-    ]
+    cause = LightCause(now.shares or (), (before and before.shares) or (), sensor.reading)
+    engines = sensor.parameters.bl_rna.properties["engine"].enum_items
+    facts = [("Reading", f"{text(track.value[index])} ({engines[sensor.parameters.engine].name})")]
     if index > 0:
         when = at_frame(track.frames[index - 1], track.times[index - 1])
         facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
-    facts += _lamp_facts(cause)
+    facts += _share_facts(cause)
     if now.note:
-        facts.append(("Not estimated", now.note))
+        facts.append(("Note", now.note))
     word = sensor.kind.active_label if track.active[index] else sensor.kind.idle_label
-    headline = f"{word}: {_headline(cause)}"
-    return replay.explanation(index, headline, tuple(facts), "", cause)
+    return replay.explanation(index, f"{word}: {_headline(cause)}", tuple(facts), "", cause)
 
 
-def _parts(replay: Replay, index: int) -> LightParts | None:
-    """Those of an update; the last of each sensor are kept as long as the probes live and nothing
-    but frames changes: the next update asks for them again."""
-    known, sensor = _last.setdefault(replay.probes, {}), replay.sensor.name
-    when = replay.step(index), replay.probes.edits
-    if sensor not in known or known[sensor][0] != when:
-        pending, found = replay.take(index), None
-        if pending is not None:
-            solids, efficacy = replay.probes.caster.solids, replay.scene.angen_luminous_efficacy
-            found = light_parts(solids, evaluated_depsgraph(), pending.request, efficacy)
-        known[sensor] = when, found
-    return known[sensor][1]
+def _light(replay: Replay, index: int) -> LightSample | None:
+    """Return the light of an update, without its shares where it is EEVEE's; None where the sensor
+    is off."""
+    taken = replay.take(index)
+    if taken is None or taken.parameters.engine == "EEVEE":
+        return None if taken is None else LightSample()
+    replay.measure_light(taken)
+    found: LightSample = taken.update.ask(LIGHT)
+    return found
 
 
-def _estimate(cause: LightCause) -> str:
-    """Within what the sensor can read, as its reading is."""
-    text, total = cause.field.text, cause.now.total
-    shown = min(max(total, 0.0), 100.0 if cause.unit == "%" else inf)
-    of = "direct light and one mean for the walls"
-    if shown != total:
-        of += f", which make {text(total)}"
-    return f"about {text(shown)} ({of})"
-
-
-def _lamp_facts(cause: LightCause) -> list[tuple[str, str]]:
-    now, text = cause.now, cause.field.text
-    whole = max(now.given, 1e-9)
-    ordered = sorted(now.lamps.values(), key=lambda lamp: (-lamp.light, lamp.name))
-    giving = [lamp for lamp in ordered if lamp.light > LITTLE * whole and not lamp.through]
-    facts = [
-        (lamp.name, f"{lamp.light / whole:.0%}: {text(lamp.light)}{_shade(lamp)}")
-        for lamp in giving[:LAMPS_SHOWN]
-    ]
-    if len(giving) > LAMPS_SHOWN:
-        left = sum(lamp.light for lamp in giving[LAMPS_SHOWN:])
-        facts.append((f"{len(giving) - LAMPS_SHOWN} more", f"{left / whole:.0%}"))
-    taking = [lamp for lamp in ordered if lamp.light < -LITTLE * whole and not lamp.through]
-    for lamp in taking[::-1][:LAMPS_SHOWN]:
-        away = f"takes {-lamp.light / whole:.0%} away: {text(lamp.light)}{_shade(lamp)}"
-        facts.append((lamp.name, away))
-    if abs(now.rest) > LITTLE * whole:
-        facts.append(("Walls and sky", f"{now.rest / whole:.0%}: {text(now.rest)}"))
-    others = [
-        lamp
-        for lamp in sorted(ordered, key=lambda lamp: (-abs(lamp.unshaded), lamp.name))
-        if lamp not in giving and lamp not in taking and abs(lamp.unshaded) > LITTLE * whole
-    ]
-    facts += [(lamp.name, _behind(lamp)) for lamp in others if lamp.through]
-    dark = [lamp for lamp in others if not lamp.through]
-    for lamp in dark[:SHADOWED_SHOWN]:
-        facts.append((lamp.name, f"nothing: shadowed by {quoted(lamp.blocker)}"))
-    if len(dark) > SHADOWED_SHOWN:
-        facts.append((f"{len(dark) - SHADOWED_SHOWN} more", "shadowed"))
-    return facts
-
-
-def _shade(lamp: LampShare) -> str:
-    lost = 1.0 - lamp.light / lamp.unshaded if lamp.unshaded else 0.0
-    if lost < 0.01:
-        return ""
-    by = f" by {quoted(lamp.blocker)}" if lamp.blocker else ""
-    return f", {lost:.0%} of it shadowed{by}"
-
-
-def _behind(lamp: LampShare) -> str:
-    return f"behind {quoted(lamp.through)}, which lets a part of its light pass: no estimate"
+def _share_facts(cause: LightCause) -> Facts:
+    """Return a line for each source that gives or takes light, and one for their sum."""
+    if not cause.now:
+        return []
+    text, whole = cause.field.text, cause.given
+    ordered = sorted(cause.now, key=lambda share: -share.light)
+    giving = [share for share in ordered if share.light > LITTLE * whole]
+    facts = [(_label(s), f"{s.light / whole:.0%}: {text(s.light)}") for s in giving[:SHOWN]]
+    if len(giving) > SHOWN:
+        left = sum(share.light for share in giving[SHOWN:])
+        facts.append((f"{len(giving) - SHOWN} more", f"{left / whole:.0%}: {text(left)}"))
+    taking = [share for share in ordered[::-1] if share.light < -LITTLE * whole]
+    for share in taking[:SHOWN]:
+        facts.append((_label(share), f"takes {-share.light / whole:.0%}: {text(share.light)}"))
+    return [*facts, ("All light", text(sum(share.light for share in cause.now)))]
 
 
 def _headline(cause: LightCause) -> str:
-    now, whole = cause.now, max(cause.now.given, 1e-9)
-    changed = _most_changed(cause)
+    if not cause.now:
+        return "EEVEE cannot tell lamps apart, Cycles can"
+    changed, text = _most_changed(cause), cause.field.text
     if changed is not None:
-        return _change(cause, *changed)
-    most = max(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
-    if most is not None and most.through and most.unshaded > LITTLE * whole:
-        return f"{quoted(most.name)} shines through {quoted(most.through)}"
-    least = min(now.lamps.values(), key=lambda lamp: lamp.light, default=None)
-    if least is not None and least.light < 0.0 and now.total <= LITTLE * whole:
-        return f"{quoted(least.name)} takes the light away"
-    if most is None or most.light <= LITTLE * whole:
-        return "no lamp shines on it directly"
-    return f"{quoted(most.name)} gives {most.light / whole:.0%} of the estimated light"
+        then, now = changed
+        return f"{_quoted(now)} changed from {text(then.light)} to {text(now.light)}"
+    most = max(cause.now, key=lambda share: share.light)
+    least = min(cause.now, key=lambda share: share.light)
+    if least.light < 0.0 and sum(s.light for s in cause.now) <= LITTLE * cause.given:
+        return f"{_quoted(least)} takes the light away"
+    if most.light <= 0.0:
+        return "no light reaches it"
+    return f"{_quoted(most)} gives {most.light / cause.given:.0%} of the light"
 
 
-def _change(cause: LightCause, then: LampShare, now: LampShare) -> str:
-    """How a lamp's light changed. The closed forms have no estimate for light that passes through
-    an object."""
-    name, text = quoted(now.name), cause.field.text
-    if now.through and not then.through:
-        return f"{name} is behind {quoted(now.through)} now, which lets a part of its light pass"
-    if then.through and not now.through:
-        return f"{name} is behind {quoted(then.through)} no more"
-    if now.through:
-        return f"{name}, behind {quoted(now.through)}, changed"
-    return f"{name} changed from {text(then.light)} to {text(now.light)} of the estimate"
-
-
-def _most_changed(cause: LightCause) -> tuple[LampShare, LampShare] | None:
-    """The lamp whose part changed most since the update before: its part then and now."""
-    if cause.before is None:
+def _most_changed(cause: LightCause) -> tuple[LightShare, LightShare] | None:
+    """Return the share that changed most since the update before, then and now; None where none
+    changed notably."""
+    if not cause.before or not cause.now:
         return None
-    then, now = cause.before.lamps, cause.now.lamps
+    then, now = ({(s.names, s.source): s for s in found} for found in (cause.before, cause.now))
     pairs = [
-        (then.get(name, _nothing(name)), now.get(name, _nothing(name)))
-        for name in sorted({*then, *now})
+        (then.get(key, LightShare(*key, 0.0)), now.get(key, LightShare(*key, 0.0)))
+        for key in dict.fromkeys([*now, *then])
     ]
-    best = max(pairs, key=lambda pair: _difference(*pair), default=None)
-    least = LITTLE * max(cause.now.given, cause.before.given, 1e-9)
-    return best if best is not None and _difference(*best) > 10 * least else None
+    best = max(pairs, key=lambda pair: abs(pair[1].light - pair[0].light))
+    whole = max(cause.given, sum(max(s.light, 0.0) for s in cause.before))
+    return best if abs(best[1].light - best[0].light) > NOTABLE * whole else None
 
 
-def _nothing(name: str) -> LampShare:
-    return LampShare(name, 0.0, 0.0, "", "")
+def _label(share: LightShare) -> str:
+    return listed([*share.names], 2) if share.names else share.source
 
 
-def _difference(then: LampShare, now: LampShare) -> float:
-    """The largest change of a lamp's part that is possible."""
-    if bool(then.through) != bool(now.through):
-        return max(then.unshaded, now.unshaded)
-    if now.through:
-        return abs(now.unshaded - then.unshaded)
-    return abs(now.light - then.light)
+def _quoted(share: LightShare) -> str:
+    return named(share.names, 2) if share.names else quoted(share.source)

@@ -11,7 +11,7 @@ import numpy as np
 from ....sensor_logic.model import Pose
 from ...runtime.last_rays import RaysMet
 from ...runtime.sight import SensorRays, Sight
-from ...scene.light.views import view_rays
+from ...scene.light.four_walls import view_rays
 from ...view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 
 # m: how far the lobe of an illuminance sensor is drawn.

@@ -14,7 +14,7 @@ from ...scene.sensors import Sensor
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Shows the note of the last live reading, such as on what the closed forms do not model."""
+    """Shows the note of the last live reading, such as on a view that is narrower than asked."""
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:
         draw_lines(layout, capital(note), "INFO")

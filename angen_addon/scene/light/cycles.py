@@ -5,7 +5,7 @@ To hand a home over to Cycles takes longer than its light paths. A scene that is
 once; afterwards Cycles takes over what changed, to the same bits. It forgets a scene as soon as
 another one is rendered: so there is but one, also for the reference, which is the same scene at
 its first frame. In a day, where the light departs from that, one of the present part of the day is
-asked (begins.py).
+asked (`scene.begins_of`).
 
 The reference takes noise out of a run: a control variate. Its picture by the update's own few light
 paths, with the same random numbers, errs much as the update's picture does; by many paths it hardly
@@ -37,15 +37,15 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.model import LightShare
+from ....sensor_logic.physics.photometry import luminance
 from . import faces, four_walls
-from .begins import begins_of
-from .colour import to_rec709
 from .cycles_scene import CyclesScene, Steps
+from .engine import to_rec709
 from .frozen import Simulated
 from .picture import TWICE, Picture, Seen, share_out
-from .scene import contents
+from .scene import begins_of, contents
 from .signature import LightChange
-from .still_walls import StillWalls
 
 Array = NDArray[np.float64]
 METHODS: dict[str, Any] = {"FOUR_WALL": four_walls, "ILLUMINANCE": faces}
@@ -90,6 +90,15 @@ class _Asked:
     def pixels(self) -> Hashable:
         bits = tuple((pixel, _bits(seen.request)) for pixel, seen in self.together.items())
         return self.method.__name__, bits
+
+
+@dataclass(frozen=True)
+class Light:
+    """What a request finds: linear Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in
+    W/m². `shares`: the parts of its mean luminance by source; None where they are not known."""
+
+    colours: Array
+    shares: tuple[LightShare, ...] | None = None
 
 
 class CyclesLight:
@@ -146,21 +155,21 @@ class CyclesLight:
         if change & ~LightChange.POWER:
             self._found.clear()
 
-    def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Array], list[str]]]:
-        """What each of some requests of one method and number of paths finds, by name: linear
-        Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m²; and notes."""
+    def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Light], list[str]]]:
+        """What each of some requests of one method and number of paths finds, by name; and
+        notes."""
         method, samples = METHODS[requests[0].method], requests[0].samples
         pixels = TWICE * method.COUNT
         few = max(1, math.ceil(samples / pixels))
         many = 0
         if self.refers(samples) and all(r.steady for r in requests) and not self._asks_for_frame():
             many = math.ceil(self.reference / pixels)
-        found: dict[str, Array] = {}
+        found: dict[str, Light] = {}
         notes: list[str] = []
         for together in self._shared_out(method, requests):
             asked = _Asked(method, together, few, many)
             light = yield from self._light(asked)
-            found.update(zip((seen.request.name for seen in together.values()), light, strict=True))
+            found |= {s.request.name: one for s, one in zip(together.values(), light, strict=True)}
             notes += self._picture(asked).notes
         return found, notes
 
@@ -170,7 +179,7 @@ class CyclesLight:
         if key not in self._together:
             while len(self._together) >= PICTURES:
                 self._together.pop(next(iter(self._together)))
-            walls = StillWalls(*self._user, self._simulated)
+            walls = four_walls.StillWalls(*self._user, self._simulated)
             collide = partial(method.collide, self._user[0], walls)
             wanted = [Seen(request, method.lids(request, walls)) for request in requests]
             self._together[key] = share_out(wanted, method.COUNT, collide)
@@ -194,13 +203,14 @@ class CyclesLight:
         if scene is not None:
             scene.close()
 
-    def _light(self, asked: _Asked) -> Steps[Array]:
-        """(requests, …): the light of requests that share a picture."""
+    def _light(self, asked: _Asked) -> Steps[list[Light]]:
+        """The light of requests that share a picture."""
         scene = self._stand(PRESENT)
-        weights, state = scene.weights(), (self._contents, scene.groups.state)
+        weights, sources = scene.weights(), scene.sources
+        state = self._contents, scene.groups.state
         if not asked.many:
             own = yield from self._own(asked)
-            return _light_of(asked, own.mean(2), weights)
+            return _light_of(asked, own.mean(2), weights, sources)
         first, begin = begins_of(self._user[0], self._user[0].frame_float)
         stops = asked.few, asked.near, asked.many
         by_few, by_more, by_many = yield from self._reference(asked, stops, state, first)
@@ -216,7 +226,8 @@ class CyclesLight:
         for one in far:
             found[:, one] = yield from self._closer(asked, own, one)
             known[:, one] = by_more[:, one]
-        return _light_of(asked, _corrected(found.mean(2), known.mean(2), by_many.mean(2)), weights)
+        passes = _corrected(found.mean(2), known.mean(2), by_many.mean(2))
+        return _light_of(asked, passes, weights, sources)
 
     def _own(self, asked: _Asked) -> Steps[Array]:
         """(groups, requests, TWICE, views, 3): what an update's own few light paths find."""
@@ -331,10 +342,19 @@ def _twice(passes: Array) -> Array:
     return passes.reshape(*passes.shape[:2], TWICE, -1, 3)
 
 
-def _light_of(asked: _Asked, passes: Array, weights: Array) -> Array:
-    """Of passes (groups, requests, views, 3) and the weights (groups, 3) of the groups."""
+def _light_of(
+    asked: _Asked, passes: Array, weights: Array, sources: Sequence[LightShare]
+) -> list[Light]:
+    """The light of each request from passes (groups, requests, views, 3), and the weights
+    (groups, 3) and sources (groups) of the groups."""
     light = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->rvc", passes, weights))
-    return light if asked.method.COUNT > 1 else light[:, 0]
+    colours = light if asked.method.COUNT > 1 else light[:, 0]
+    apart = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->grvc", passes, weights))
+    parts = np.nan_to_num(luminance(apart).mean(axis=2), nan=0.0, posinf=0.0, neginf=0.0)
+    return [
+        Light(one, tuple(replace(s, light=float(p)) for s, p in zip(sources, part, strict=True)))
+        for one, part in zip(colours, parts.T, strict=True)
+    ]
 
 
 def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:

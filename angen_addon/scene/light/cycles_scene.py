@@ -17,7 +17,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import engine, exr
+from ....sensor_logic.model import LightShare
+from . import engine
 from .frozen import Simulated
 from .groups import LightGroups
 from .picture import Part, Picture, Seen, camera
@@ -34,6 +35,8 @@ FIRST_PICTURE = "Cycles takes the scene in"
 PATHS, LONGEST_S, SHORTEST_S = 1 << 16, 0.4, 0.15
 # So few cost less than what Blender needs for any picture.
 FEWEST = 1 << 12
+# What glows in no light group: surfaces, and lamps in instances.
+OTHERS = "Other sources"
 # What the groups leave of the whole is a difference of single-precision sums: less is nothing.
 ROUNDING = 1e-5
 
@@ -85,8 +88,8 @@ class CyclesScene(LightScene):
         scene.collection.objects.link(scene.camera)
         self.groups = LightGroups(self, self._lamps)
 
-    def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
-        return self.groups.add(lamp if is_own else self.own(lamp.copy()))
+    def _lamp(self, obj: Any, lamp: Any) -> Any | None:
+        return self.groups.add(self.own(lamp.copy()) if lamp is obj else lamp, obj.name)
 
     def _world(self) -> None:
         super()._world()
@@ -119,6 +122,11 @@ class CyclesScene(LightScene):
     def weights(self) -> Array:
         """(groups, 3): the present brightness of each group, and of what is in none."""
         return np.concatenate([self.groups.weights(), np.ones((1, 3))])
+
+    @property
+    def sources(self) -> list[LightShare]:
+        """The source of each group's light, and of what is in none, with no light yet."""
+        return [*self.groups.sources, LightShare((), OTHERS, 0.0)]
 
     def traced(
         self,
@@ -174,7 +182,7 @@ class CyclesScene(LightScene):
         with quietly(), bpy.context.temp_override(**own):
             bpy.ops.render.render(write_still=True)
         self._is_new = False
-        layers = exr.read_layers(path.with_suffix(".exr"))
+        layers = engine.read_layers(path.with_suffix(".exr"))
         passes = {
             name.rpartition(".")[2]: pixels.reshape(-1, 3)[picture.pixels]
             for name, pixels in layers.items()

@@ -14,18 +14,15 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import exr
-from .colour import to_rec709
+from . import engine
 from .faces import face, face_size, white
+from .four_walls import NEAREST_CLIP, WALLS, WIDEST
 
 Array = NDArray[np.float64]
-WALLS = 4
 # The least that Blender renders.
 PIXELS = 4
 # EEVEE's samples jitter the lamps; its pixels converge sooner than light paths do.
 EEVEE_SAMPLES = 64
-NEAREST_CLIP = 1e-6
-WIDEST = math.radians(170.0)
 LENS_MM = 500.0
 WIDE_LENS_MM = 10.0
 # A view of a sensor's own face, in sides of the face: how far off the camera stands.
@@ -113,11 +110,11 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
     with tempfile.TemporaryDirectory(prefix="angen_light_", dir=bpy.app.tempdir) as folder:
         render.filepath = str(Path(folder, "view"))
         bpy.ops.render.render(write_still=True, scene=scene.name)
-        pictures = [exr.read_layers(Path(folder, f"view{name}.exr"))[""] for name in names]
+        pictures = [engine.read_layers(Path(folder, f"view{name}.exr"))[""] for name in names]
     for obj in objects:
         # The next render of views must find cameras of its own by their names.
         bpy.data.objects.remove(obj)
-    return to_rec709(np.array([picture.mean(axis=(0, 1)) for picture in pictures]))
+    return engine.to_rec709(np.array([picture.mean(axis=(0, 1)) for picture in pictures]))
 
 
 def _name_views(scene: Any, objects: Sequence[Any]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .nodes import Nodes
+from .materials import Nodes
 from .picture import CORNERS, Picture, Seen
 
 Array = NDArray[np.float64]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The four views of each sensor that looks at four walls, by Cycles."""
+"""The four views of each sensor that looks at four walls: as rays, and by Cycles."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .nodes import Nodes
+from ..animation import stays
+from .frozen import Simulated
+from .materials import Nodes, is_clear
 from .picture import CORNERS, Picture, Seen
-from .still_walls import StillWalls
+from .scene import Housings, is_left_out
 
 Array = NDArray[np.float64]
 WALLS = 4
@@ -28,6 +30,9 @@ BEYOND = 1e8
 OVERLAP = 1.01
 # A lid knows rays of its own view by their length, within this share.
 SAME_LENGTH = 1e-3
+# So many things that may go away, or let light pass, are looked through; and from this far behind
+# each, in Blender units.
+THROUGH, STEP = 16, 1e-4
 
 
 def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
@@ -67,6 +72,19 @@ def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
             picture.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
     if corners:
         picture.add_squares(corners, {"angen_reach": reaches}, _lid(picture.own))
+
+
+def view_rays(request: Any) -> tuple[Array, Array, Array]:
+    """Origins (4, 5, 3), unit directions (4, 5, 3) and reach (4, 5), in Blender units, of what a
+    light sensor asks (a LightRequest): the axis and the corners of each view along −Z, −X, +Z, +X.
+
+    They start on the plane at clip_start and reach that at clip_end.
+    """
+    ways = np.array([[view[:, 2], *_rays(request, view)] for view in _views(request)])
+    size = np.linalg.norm(ways, axis=-1)
+    start = max(request.clip_start, NEAREST_CLIP)
+    origins = request.matrix[:3, 3] + start * ways
+    return origins, ways / size[..., None], (request.clip_end - start) * size
 
 
 def _views(request: Any) -> list[Array]:
@@ -127,3 +145,50 @@ def _lid(own: Any) -> Any:
     mixed = nodes.add("ShaderNodeMixShader", _0=same, _1=clear, _2=portal).outputs[0]
     nodes.add("ShaderNodeOutputMaterial", surface=mixed)
     return nodes.material
+
+
+class StillWalls:
+    """Tells whether a camera could look along a way in the scene at any frame. What stands still
+    and is opaque is in the way at all of them. Asks the scene as it is evaluated now."""
+
+    def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
+        self._scene = scene
+        self._depsgraph = view_layer.depsgraph
+        self._simulated = simulated
+        self._housings = Housings()
+        self._closes: dict[int, bool] = {}
+
+    def are_between(self, origins: Array, ways: Array, length: float) -> bool:
+        """Whether on all ways (n, 3) from origins (n, 3) something is met within `length` times
+        the way. In doubt it is not."""
+        reaches = length * np.linalg.norm(ways, axis=1)
+        return length > 0.0 and all(map(self._is_between, origins, ways, reaches))
+
+    def _is_between(self, origin: Array, way: Array, reach: float) -> bool:
+        way = way / np.linalg.norm(way)
+        for _ in range(THROUGH):
+            hit, place, _, _, obj, _ = self._scene.ray_cast(
+                self._depsgraph, origin.tolist(), way.tolist(), distance=reach
+            )
+            if not hit or self._is_wall(obj):
+                return bool(hit)
+            gone = float((np.array(place) - origin) @ way) + STEP
+            origin, reach = origin + gone * way, reach - gone
+            if reach <= 0.0:
+                return False
+        return False
+
+    def _is_wall(self, obj: Any) -> bool:
+        uid = obj.original.session_uid
+        if uid not in self._closes:
+            self._closes[uid] = self._closes_ways(obj.original)
+        return self._closes[uid]
+
+    def _closes_ways(self, obj: Any) -> bool:
+        if not obj.visible_camera or is_left_out(obj, self._housings) or obj in self._simulated:
+            return False
+        data = obj.data
+        still = stays(obj) and not obj.modifiers and not getattr(data, "shape_keys", None)
+        return still and not any(
+            slot.material and is_clear(slot.material) for slot in obj.material_slots
+        )

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.model import LightShare
 from ..animation import curves, is_animated
-from .lamps import tint_of
-from .nodes import has_nodes
-from .values import POWER, lamp_values
+from .materials import has_nodes
+from .values import POWER, lamp_values, tint_of
 
 Array = NDArray[np.float64]
 # What a lamp has where nobody knows how bright the lamps become, W.
@@ -31,12 +31,13 @@ LAMP = 20.0
 # what it is at its brightest.
 SUN, WORLD, WORLD_SHARE = 0.01, 0.015, 0.1
 TINY = 1e-9
+WORLD_SOURCE = "World"
 
 
 @dataclass
 class _Group:
     """Lamps that share the user's `data`; in the light scene, `made`: a copy of these with another
-    `power`, made when what else they hold was `values`."""
+    `power`, made when what else they hold was `values`. `users`: names of the user's objects."""
 
     name: str
     data: Any
@@ -44,6 +45,7 @@ class _Group:
     values: str = ""
     made: Any = None
     lamps: list[Any] = field(default_factory=list)
+    users: list[str] = field(default_factory=list)
 
 
 class LightGroups:
@@ -57,9 +59,9 @@ class LightGroups:
         known = [power for data in lamps if data.type != "SUN" and (power := _highest_power(data))]
         self._power = float(np.median(known)) if known else LAMP
 
-    def add(self, lamp: Any) -> Any | None:
-        """Gives a lamp that was made for the light scene a power and a group; None: it never
-        shines."""
+    def add(self, lamp: Any, user: str) -> Any | None:
+        """Gives a lamp that was made for the light scene, for the user's object of a name, a power
+        and a group; None: it never shines."""
         data = lamp.data
         group = self._groups.get(data.session_uid)
         if group is None:
@@ -71,6 +73,8 @@ class LightGroups:
             self._light_scene.view_layer.lightgroups.add(name=name)
             self._make_data(group)
         group.lamps.append(lamp)
+        if user not in group.users:
+            group.users.append(user)
         lamp.data, lamp.lightgroup = group.made, group.name
         return lamp
 
@@ -118,6 +122,12 @@ class LightGroups:
     def names(self) -> list[str]:
         world = ["world"] if self._strength else []
         return [group.name for group in self._groups.values()] + world
+
+    @property
+    def sources(self) -> list[LightShare]:
+        """The source of each group's light, with no light yet."""
+        lamps = [LightShare(tuple(g.users), "", 0.0) for g in self._groups.values()]
+        return lamps + ([LightShare((), WORLD_SOURCE, 0.0)] if self._strength else [])
 
     @property
     def state(self) -> Hashable:

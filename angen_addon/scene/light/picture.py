@@ -20,7 +20,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from .nodes import Nodes
+from .materials import Nodes
 
 Array = NDArray[np.float64]
 # Each view has so many pixels, whose random numbers have nothing in common.

@@ -7,7 +7,7 @@ Never to be called in a frame handler, where a render crashes Blender, nor durin
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import LightSample
 from ....sensor_logic.physics.photometry import EFFICACY, illuminance, luminance_percent
-from ..rays.solids import Solids
 from . import eevee, engine
-from .cycles import CyclesLight
+from .cycles import CyclesLight, Light
 from .cycles_scene import Steps, finished
-from .direct import direct_of
 from .scene import LightScene, quietly
 
 Array = NDArray[np.float64]
@@ -72,7 +70,6 @@ def measuring(
 ) -> Steps[dict[str, LightSample]]:
     """The light of each request, by name. What it reads does not depend on the other requests.
 
-    Where the closed forms of DIRECT do not model all that the scene holds, Cycles is asked instead.
     With `kept`, much of the work is kept there for the next time. Before each picture it yields,
     in words what takes long; until it goes on, nothing may change the scene. Raises LightError.
     """
@@ -82,21 +79,12 @@ def measuring(
     asked = sorted(requests, key=lambda request: request.name)
     _check(scene, asked)
     samples: dict[str, LightSample] = {}
-    closed_forms = [r for r in asked if r.engine == "DIRECT"]
-    if closed_forms:
-        solids = Solids()
-        solids.sync(view_layer.depsgraph)
-        samples.update(measure_direct(solids, view_layer.depsgraph, closed_forms, efficacy))
     groups: dict[tuple[str, str, int, bool], list[LightRequest]] = {}
     for request in asked:
-        known = samples.get(request.name)
-        if known is None or known.note:
-            # What the closed forms do not model, Cycles measures.
-            by = "CYCLES" if request.engine == "DIRECT" else request.engine
-            # One that moves would take the others' pictures from them.
-            apart = kept is not None and kept.refers(request.samples) and not request.steady
-            key = by, request.method, request.samples, apart
-            groups.setdefault(key, []).append(request)
+        # One that moves would take the others' pictures from them.
+        apart = kept is not None and kept.refers(request.samples) and not request.steady
+        key = request.engine, request.method, request.samples, apart
+        groups.setdefault(key, []).append(request)
     lights = kept or CyclesLight()
     try:
         if any(by == "CYCLES" for by, *_ in groups):
@@ -108,11 +96,8 @@ def measuring(
                 yield "light by EEVEE"
                 with quietly():
                     found, notes = _by_eevee(scene, view_layer, group)
-            for request in group:
-                before = samples.get(request.name)
-                handed_over = [f"by Cycles, for the sake of {before.note}"] if before else []
-                note = "; ".join(handed_over + notes)
-                samples[request.name] = _sample(request, found[request.name], efficacy, note)
+            note = "; ".join(notes)
+            samples |= {r.name: _sample(r, found[r.name], efficacy, note) for r in group}
     finally:
         if kept is None:
             lights.close()
@@ -121,7 +106,7 @@ def measuring(
 
 def _by_eevee(
     scene: Any, view_layer: Any, group: list[LightRequest]
-) -> tuple[dict[str, Array], list[str]]:
+) -> tuple[dict[str, Light], list[str]]:
     """What requests of one method and number of samples find by EEVEE, by name, and notes."""
     with LightScene(scene, view_layer) as light_scene:
         engine.set_up(light_scene.scene, "EEVEE")
@@ -129,24 +114,8 @@ def _by_eevee(
         light = way(light_scene, group, group[0].samples)
         if light_scene.scene.world is not None:
             light_scene.notes.append(THROUGH_WALLS)
-        return dict(zip((r.name for r in group), light, strict=True)), light_scene.notes
-
-
-def measure_direct(
-    solids: Solids,
-    depsgraph: Any,
-    requests: Iterable[LightRequest],
-    efficacy: float = EFFICACY,
-) -> dict[str, LightSample]:
-    """The preview of each request, by name; a sample's note lists what it does not model.
-
-    Renders nothing and changes nothing: also for frame handlers. `solids`: as synced with the
-    depsgraph; what their rays meet is remembered as long as they live. Raises LightError.
-    """
-    asked = sorted(requests, key=lambda request: request.name)
-    _check(depsgraph.scene, asked)
-    direct = direct_of(solids, depsgraph)
-    return {r.name: _sample(r, direct.light(r), efficacy, direct.note) for r in asked}
+        found = {r.name: Light(colours) for r, colours in zip(group, light, strict=True)}
+        return found, light_scene.notes
 
 
 def _check(scene: Any, requests: list[LightRequest]) -> None:
@@ -170,11 +139,14 @@ def _check(scene: Any, requests: list[LightRequest]) -> None:
             raise LightError(reason)
 
 
-def _sample(request: LightRequest, colours: Array, efficacy: float, note: str) -> LightSample:
+def _sample(request: LightRequest, light: Light, efficacy: float, note: str) -> LightSample:
+    colours = light.colours
     if not np.isfinite(colours).all():
         colours = np.nan_to_num(colours, nan=0.0, posinf=0.0, neginf=0.0)
         note = "; ".join(filter(None, [note, "some of the light is not a number and left out"]))
-    if request.method == "FOUR_WALL":
-        percent = luminance_percent(colours, request.exposure)
-        return LightSample(luminance_percent=percent, note=note)
-    return LightSample(illuminance_lux=illuminance(colours, efficacy), note=note)
+    is_walls = request.method == "FOUR_WALL"
+    unit = 100.0 * request.exposure if is_walls else efficacy
+    shares = light.shares and tuple(replace(s, light=unit * s.light) for s in light.shares)
+    if is_walls:
+        return LightSample(luminance_percent(colours, request.exposure), None, note, shares)
+    return LightSample(None, illuminance(colours, efficacy), note, shares)

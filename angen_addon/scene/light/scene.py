@@ -9,22 +9,22 @@ it nor unapplied changes of the view matter.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator
+from bisect import bisect_right
+from collections.abc import Callable, Container, Hashable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import bpy
+from mathutils import Matrix
 
 from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.quiet import standard_output_silenced
 from ..animation import is_animated
-from ..timed import FILM_SOURCES
-from .begins import BEGINS
+from ..instances import is_holder, shown_in
+from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS
 from .frozen import Frozen, Simulated
-from .instances import Instances
-from .panes import Panes, glass_of
-from .twins import twins
+from .materials import Panes, glass_of, glows
 from .values import MARK, own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
@@ -54,6 +54,12 @@ HANDLERS = (
     "render_stats",
     "render_write",
 )
+# Custom property of a scene: the first frames of its parts, from the first to the last.
+BEGINS = "angen_light_begins"
+# Twins are tiny and out of the way: the bounds of the scene hardly grow.
+TWINS_PLACE, TWINS_SCALE = (0.0, 0.0, -10.0), 1e-6
+# What no ray at all sees, Cycles leaves out: those that fog scatters might meet such a speck.
+TWINS_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
 class LightScene:
@@ -197,11 +203,12 @@ class LightScene:
         for seen in made:
             if seen.type != "LIGHT" or is_portal(seen):
                 yield seen
-            elif (lamp := self._lamp(seen, seen is not obj)) is not None:
+            elif (lamp := self._lamp(obj, seen)) is not None:
                 yield lamp
 
-    def _lamp(self, lamp: Any, is_own: bool) -> Any | None:
-        """The lamp that represents it here, or None; `is_own`: it was made for this scene."""
+    def _lamp(self, obj: Any, lamp: Any) -> Any | None:
+        """The lamp that represents `lamp` here, or None. `obj`: the user's object, which `lamp`
+        is or, made for this scene, stands for."""
         return lamp
 
     def _world(self) -> None:
@@ -320,3 +327,104 @@ def _alive(datablock: Any) -> bool:
         return datablock.session_uid != 0
     except ReferenceError:
         return False
+
+
+class Instances:
+    """Stand-ins for panes that let light pass, and for instances of collections with panes or
+    housings of light sensors in them, which would shade these. `own`: takes charge of what is
+    made."""
+
+    def __init__(self, own: Callable[[Any], Any], housings: Container[Any], panes: Panes) -> None:
+        self._own = own
+        self._housings = housings
+        self._panes = panes
+        self._differs: dict[Any, bool] = {}
+        self._made: dict[Any, Any] = {}
+
+    def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
+        """The object, or a copy of it that instances the same without housings, or whose panes let
+        light pass; `is_copy`: it is one that may be changed."""
+        if not is_holder(obj):
+            return self._panes.stand_in(obj, is_copy)
+        if not self._is_changed(obj.instance_collection):
+            return obj
+        copy = obj if is_copy else self._own(obj.copy())
+        copy.instance_collection = self._without(obj.instance_collection)
+        return copy
+
+    def _is_changed(self, collection: Any) -> bool:
+        if collection not in self._differs:
+            # A damaged file may have it within itself.
+            self._differs[collection] = False
+            self._differs[collection] = any(
+                obj in self._housings
+                or self._panes.is_pane(obj)
+                or (is_holder(obj) and self._is_changed(obj.instance_collection))
+                for obj in shown_in(collection)
+            )
+        return self._differs[collection]
+
+    def _without(self, collection: Any) -> Any:
+        if collection not in self._made:
+            made = self._made[collection] = self._own(bpy.data.collections.new(".angen_light"))
+            made.instance_offset = collection.instance_offset
+            for obj in shown_in(collection):
+                if obj not in self._housings:
+                    made.objects.link(self.stand_in(obj))
+        return self._made[collection]
+
+
+def twins(objects: Iterable[Any], own: Callable[[Any], Any]) -> Any:
+    """Return an object that shows those of `objects` a second time that may be. `own`: takes
+    charge of what is made.
+
+    This spares Cycles from building its tree of triangles anew at each picture. In a background
+    render Cycles puts all meshes that are shown once into one tree, which is built again whatever
+    moved. A mesh that is shown twice has a tree of its own, which is kept. So each is shown a
+    second time, where hardly a ray sees it.
+    """
+    again = own(bpy.data.collections.new(".angen_light"))
+    for obj in objects:
+        if _may_be_twice(obj):
+            again.objects.link(obj)
+    holder = own(bpy.data.objects.new(".angen_light", None))
+    holder.instance_type, holder.instance_collection = "COLLECTION", again
+    tiny = Matrix.Diagonal((TWINS_SCALE, TWINS_SCALE, TWINS_SCALE, 1.0))
+    holder.matrix_world = Matrix.Translation(TWINS_PLACE) @ tiny
+    for rays in TWINS_RAYS:
+        setattr(holder, f"visible_{rays}", False)
+    return holder
+
+
+def _may_be_twice(obj: Any) -> bool:
+    if obj.type != "MESH" or obj.instance_type != "NONE":
+        return False
+    if any(modifier.type in INSTANCING_MODIFIERS for modifier in obj.modifiers):
+        return False
+    materials = [slot.material for slot in obj.material_slots if slot.material]
+    # What glows or fills a space is looked for wherever it is.
+    return not any(glows(material) or _fills(material) for material in materials)
+
+
+def _fills(material: Any) -> bool:
+    tree = material.node_tree
+    return tree is not None and any(
+        node.type == "OUTPUT_MATERIAL" and node.inputs["Volume"].is_linked for node in tree.nodes
+    )
+
+
+def tell_begins(scene: Any, frames: Sequence[int]) -> None:
+    """Note at which frames references of light stand: the first of all, and of a day, whose sun
+    goes on, the first of each part. So they are the same for whoever asks."""
+    scene[BEGINS] = list(frames)
+
+
+def take_begins(scene: Any) -> None:
+    scene.pop(BEGINS, None)
+
+
+def begins_of(scene: Any, frame: float) -> tuple[int, int]:
+    """The frames at which references stand for a frame of a scene: the first of all, and that of
+    its part."""
+    begins = scene.get(BEGINS, [scene.frame_start])
+    return int(begins[0]), int(begins[max(bisect_right(begins, frame) - 1, 0)])

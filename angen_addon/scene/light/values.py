@@ -10,9 +10,9 @@ from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..timed import DEFORMING_MODIFIERS, films
-from .lamps import tint_of
 
 SIMPLE = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING", "POINTER"}
 # Bookkeeping and looks, which change by themselves.
@@ -157,6 +157,12 @@ def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
             power = data.session_uid, data.energy, *tint_of(data)
             (apart if is_apart else other).append(power)
     return apart, other
+
+
+def tint_of(data: Any) -> NDArray[np.float64]:
+    """(3,): what a lamp's energy is multiplied with, beside what its nodes do."""
+    tint = np.array(data.color, np.float64) * 2.0 ** getattr(data, "exposure", 0.0)
+    return tint * np.array(data.temperature_color) if getattr(data, "use_temperature", 0) else tint
 
 
 def own_properties(owner: Any) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from typing import Any
 
 from ...kind import LIGHT
 from ...model import LightSample, Model, Reading, Update
-from ...parameters import READING, Choice, Parameters, parameter
+from ...parameters import READING, Choice, FormerChoice, Parameters, parameter
 from ...physics import divider
 from ...quantities import METRES, Lengths
 from ...wording import Advice
@@ -49,8 +49,8 @@ class LightParameters(Parameters):
         choices=(
             Choice("CYCLES", "Cycles", "Path tracing", 0),
             Choice("EEVEE", "EEVEE", "Rasterising; needs a GPU", 1),
-            Choice("DIRECT", "Direct", "Closed-form direct light, a fast preview", 2),
         ),
+        former=(FormerChoice("DIRECT", 2, "CYCLES"),),
     )
     samples: int = parameter(
         1024, "Samples", "Light paths per reading", minimum=1, maximum=1_000_000

@@ -135,7 +135,7 @@ def test_a_run_of_one_sensor_reads_what_it_reads_among_all(
     world.switch("switch")
     lamp(world, "POINT", at=(5.5, 0.0, 0.5), energy=50.0).name = "Bulb"
     world.sensor(
-        "LIGHT", "lux", method="ILLUMINANCE", engine="DIRECT", update_rate=24.0, threshold=1.0
+        "LIGHT", "lux", method="ILLUMINANCE", samples=4, update_rate=24.0, threshold=1.0
     ).location = (5.5, 0.0, 1.0)
     pir = world.pir("pir")
     pir.location, pir.rotation_euler = (4.0, 0.0, 0.0), (1.5707963, 0.0, -1.5707963)

@@ -41,7 +41,7 @@ def open(path: str | Path) -> Home:
 
 # What users may want to name beside `open`, and where it is; only homes need Blender's module.
 _NAMES = {
-    "AngenError": "angen_addon.api.error",
+    "AngenError": "sensor_logic.error",
     "EventRow": "angen_addon.api.recording",
     "Home": "angen_addon.api.home",
     "HomeSensor": "angen_addon.api.home",

@@ -18,10 +18,11 @@ from ..angen_addon.coverage.maps import Enough, MapProgress, cover
 from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
-from ..angen_addon.scene.sensors import SensorError, all_sensors, decimal
+from ..angen_addon.scene.sensors import all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
-from ..sensor_logic.files import OutputError, check_folder
+from ..sensor_logic.error import AngenError
+from ..sensor_logic.files import check_folder
 from ..sensor_logic.wording import plural
 from .polls import can_look, cancelled, needs
 
@@ -74,7 +75,7 @@ class Staged:
             for result in self._begin(context):  # noqa: B007
                 pass
             self._finish(context, result)
-        except SensorError as error:
+        except AngenError as error:
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
             return {"CANCELLED"}
         return {"FINISHED"}
@@ -84,7 +85,7 @@ class Staged:
             return self.execute(context)
         try:
             self._run = self._begin(context)
-        except SensorError as error:
+        except AngenError as error:
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
             return {"CANCELLED"}
         manager = context.window_manager
@@ -108,7 +109,7 @@ class Staged:
             self.cancel(context)
             self.report({"INFO"}, "Cancelled; nothing has changed")  # type: ignore[attr-defined]
             return {"CANCELLED"}
-        except SensorError as error:
+        except AngenError as error:
             self.cancel(context)
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
             return {"CANCELLED"}
@@ -205,7 +206,7 @@ class ANGEN_OT_export_coverage(Operator, ExportHelper):
         path = Path(bpy.path.abspath(self.filepath))
         try:
             if path.suffix.lower() not in {".svg", ".csv"}:
-                raise OutputError(f"Export: {path.name} must end in .svg or .csv")
+                raise AngenError(f"Export: {path.name} must end in .svg or .csv")
             check_folder(path.parent, "Export")
             *_, found = begin_map(context)
             assert isinstance(found, CoverageMap)
@@ -215,7 +216,7 @@ class ANGEN_OT_export_coverage(Operator, ExportHelper):
                 sensors = all_sensors(context.view_layer)
                 text = picture(depsgraph, sensors, found, f"Coverage of {context.scene.name}")
             write({path: text})
-        except (OutputError, SensorError) as error:
+        except AngenError as error:
             return cancelled(self, error)
         self.report({"INFO"}, f"Written: {path}"[:200])
         return {"FINISHED"}

@@ -13,11 +13,12 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.days import shown
 from ..angen_addon.days.daylight import Daylight
-from ..angen_addon.days.run import DayError, Household, Plan, resident_of
+from ..angen_addon.days.run import Household, Plan, resident_of
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import all_sensors, simulated
 from ..sensor_logic.days.times import hours_minutes
 from ..sensor_logic.days.truth import activities
+from ..sensor_logic.error import InputError
 from ..sensor_logic.residents.acted import Acted
 from ..sensor_logic.residents.places import Places
 from .polls import can_look, cancelled, needs
@@ -27,22 +28,22 @@ _acted: tuple[Any, Acted, Places, Plan] | None = None
 
 
 def _settings(scene: Any) -> tuple[Plan, date, int]:
-    """Routine, start and seed from the panel's settings. Raises DayError."""
+    """Routine, start and seed from the panel's settings. Raises InputError."""
     settings = scene.angen_day
     try:
         start = date.fromisoformat(settings.date)
         start + timedelta(settings.number)
     except (ValueError, OverflowError):
-        raise DayError(f"start: '{settings.date}' is not a date such as 2026-03-02") from None
+        raise InputError(f"start: '{settings.date}' is not a date such as 2026-03-02") from None
     if settings.text is not None:
         return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
-        raise DayError("choose a routine: a file, or a text in this file")
+        raise InputError("choose a routine: a file, or a text in this file")
     return Plan.read(Path(bpy.path.abspath(settings.routine))), start, settings.seed
 
 
 def _day(scene: Any) -> tuple[Acted, Places, Plan]:
-    """The day of the panel's settings; computes it unless it was the last one. Raises DayError."""
+    """The day of the panel's settings; computes it unless it was the last. Raises InputError."""
     global _acted
     plan, start, seed = _settings(scene)
     key = bpy.data.filepath, scene.name, plan.text, start, seed, scene.angen_day.number
@@ -77,7 +78,7 @@ class ANGEN_OT_day_read(Operator):
         _acted = None
         try:
             acted, places, _ = _day(scene)
-        except DayError as error:
+        except InputError as error:
             return cancelled(self, error)
         settings = scene.angen_day
         settings.done.clear()
@@ -122,7 +123,7 @@ class ANGEN_OT_day_show(Operator):
         try:
             acted, places, plan = _day(scene)
             residents = {p.name: resident_of(p) for p in plan.routine.persons.values()}
-        except DayError as error:
+        except InputError as error:
             return cancelled(self, error)
         sensors = simulated(all_sensors(context.view_layer))
         daylight = Daylight(scene, sensors, _date(settings))

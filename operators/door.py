@@ -16,8 +16,9 @@ from ..angen_addon.authoring.of_kind import place_on
 from ..angen_addon.authoring.placing import parent_keeping
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch.housing import fork
-from ..angen_addon.scene.door_motion import MOTIONS, DoorError, Leaf, leaves_of
+from ..angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of
 from ..angen_addon.scene.sensors import unit_scale
+from ..sensor_logic.error import AngenError
 from .polls import can_add, cancelled, needs
 from .surface import SurfacePoint, belongs_to, first_surface
 
@@ -68,7 +69,7 @@ class ANGEN_OT_door_fit(Operator):
             _refuse_fitted(context, leaf_object)
             leaves = leaves_of(leaf_object, self.motion)
             leaf, frame = _frame_of(context, leaf_object, frames, leaves, self.flip)
-        except DoorError as error:
+        except AngenError as error:
             return cancelled(self, f"'{leaf_object.name}': {error}")
         scale = unit_scale(context.scene)
         matrix = _switch_matrix(leaf, frame.point, scale)
@@ -99,14 +100,14 @@ def _short(leaf: Any) -> str:
 def _refuse_fitted(context: Context, leaf: Any) -> None:
     for obj in context.view_layer.objects:
         if obj.get("door") == leaf.name and obj.angen_sensor.kind == KIND:
-            raise DoorError(f"it has the switch '{obj.name}' already: delete that first")
+            raise AngenError(f"it has the switch '{obj.name}' already: delete that first")
 
 
 def _frame_of(
     context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
 ) -> tuple[Leaf, SurfacePoint]:
     """The leaf as seen from the side of the switch, and the surface for the switch. Raises
-    DoorError."""
+    AngenError."""
     for sides in leaves:
         found = [(s, hit) for s in sides if (hit := _over(context, leaf_object, frames, s))]
         # Nearest to the leaf's face, which is where a frame ends.
@@ -118,7 +119,7 @@ def _frame_of(
         if found:
             return found[0]
     of = "of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "of a frame or wall"
-    raise DoorError(
+    raise AngenError(
         f"nothing {of} is behind its free upper corner, within 16 cm over its top: select the "
         "frame or the wall too"
     )

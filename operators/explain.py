@@ -10,8 +10,8 @@ from bpy.types import Context, Operator
 from ..angen_addon.explain.explain import explain
 from ..angen_addon.explain.memory import MEMORY
 from ..angen_addon.runtime.time_base import clock_of
-from ..angen_addon.scene.sensors import SensorError
 from ..angen_addon.view.active import active_sensor
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.log.event_indices import log_indices
 from ..sensor_logic.recording.tracks import Track
 from .event_jump import poll_recorded, recorded
@@ -55,7 +55,7 @@ class ANGEN_OT_explain(Operator):
             return {"CANCELLED"}
         try:
             explanation = explain(scene, sensor, recording, index)
-        except SensorError as error:
+        except AngenError as error:
             return cancelled(self, error)
         MEMORY.keep(recording, sensor.uid, explanation)
         self.report({"WARNING" if explanation.doubt else "INFO"}, explanation.headline)

@@ -11,7 +11,8 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
-from ..sensor_logic.files import OutputError, check_folder, file_names
+from ..sensor_logic.error import AngenError
+from ..sensor_logic.files import check_folder, file_names
 from ..sensor_logic.log.event_log import events_csv, samples_csv
 from .export_options import ExportOptions, finished
 from .polls import cancelled
@@ -34,7 +35,7 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
             _, recording, start = self.chosen(context)
             check_folder(path.parent, "Export")
             write({path: self.shown(events_csv(recording, start))})
-        except OutputError as error:
+        except AngenError as error:
             return cancelled(self, error)
         return finished(self, str(path))
 
@@ -63,14 +64,14 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         try:
             _, recording, start = self.chosen(context)
             if not self.directory:
-                raise OutputError("Choose a folder for the samples")
+                raise AngenError("Choose a folder for the samples")
             folder = self._folder(Path(bpy.path.abspath(self.directory)))
             texts = {
                 folder / name: map(self.shown, samples_csv(recording.tracks[sensor], start))
                 for sensor, name in file_names(recording.tracks).items()
             }
             write(texts, folder)
-        except OutputError as error:
+        except AngenError as error:
             return cancelled(self, error)
         return finished(self, f"{len(texts)} files in {folder}")
 
@@ -79,7 +80,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         if not self.folder:
             return chosen
         if Path(self.folder).name != self.folder or self.folder == "..":
-            raise OutputError(f"New Folder: '{self.folder}' is not the name of a folder")
+            raise AngenError(f"New Folder: '{self.folder}' is not the name of a folder")
         check_folder(chosen, "Export")
         made, number = chosen / self.folder, 1
         while made.exists():

@@ -12,7 +12,7 @@ from bpy.types import Context, Event, Operator
 from ..angen_addon.output.exports import Exports
 from ..angen_addon.output.output_files import Outputs
 from ..angen_addon.output.run_log import log_of_run
-from ..sensor_logic.files import OutputError
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions, finished
 from .polls import cancelled
@@ -47,7 +47,7 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
                 for text in exports.add_to(outputs, log):
                     self.report({"WARNING"}, text)
                 outputs.commit()
-        except OutputError as error:
+        except AngenError as error:
             return cancelled(self, error)
         return finished(self, str(path))
 

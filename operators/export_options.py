@@ -11,7 +11,7 @@ from bpy.types import Context
 
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..sensor_logic.files import OutputError
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.log.event_log import for_spreadsheets
 from ..sensor_logic.log.start import parse_start
 from ..sensor_logic.recording.tracks import Recording
@@ -39,7 +39,7 @@ class ExportOptions:
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:
         """The chosen sensors, their recording, and the date and time of t = 0. Raises
-        OutputError."""
+        AngenError."""
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         sensors = all_sensors(context.view_layer)
@@ -47,7 +47,7 @@ class ExportOptions:
             sensors = [sensor for sensor in sensors if sensor.selected]
             names = {track.sensor for s in sensors if (track := recording.track_of(s.uid))}
             if not names:
-                raise OutputError("No recorded sensor is selected: select some, or export all")
+                raise AngenError("No recorded sensor is selected: select some, or export all")
             recording = recording.only(names)
         return sensors, recording, self._start()
 
@@ -59,7 +59,7 @@ class ExportOptions:
         try:
             return parse_start(self.start)
         except ValueError as error:
-            raise OutputError(f"Start: {error}") from None
+            raise AngenError(f"Start: {error}") from None
 
 
 def finished(operator: Any, text: str) -> set[str]:

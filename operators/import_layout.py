@@ -12,7 +12,7 @@ from bpy.types import Context, Operator
 from bpy_extras.io_utils import ImportHelper
 
 from ..angen_addon.layout.apply import apply_layout
-from ..sensor_logic.layout.entries import LayoutError
+from ..sensor_logic.error import InputError
 from .polls import cancelled, needs
 
 
@@ -41,7 +41,7 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
         path = Path(bpy.path.abspath(self.filepath))
         try:
             applied = apply_layout(path, self.remove)
-        except LayoutError as error:
+        except InputError as error:
             return cancelled(self, error)
         self.report({"INFO"}, f"{path.name}: {applied.text}")
         return {"FINISHED"}

@@ -10,12 +10,12 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.residents.places import ways_drawn
 from ..angen_addon.residents.places.check import check_places, sentences
-from ..angen_addon.residents.places.floor import PlaceError
 from ..angen_addon.residents.places.guess import guess
 from ..angen_addon.residents.places.marks import LABELS, NONE, USES
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import unit_scale
 from ..angen_addon.scene.units import lengths_of
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.residents import places as known
 from ..sensor_logic.wording import capital
 from .polls import can_add, cancelled, is_idle
@@ -86,7 +86,7 @@ class ANGEN_OT_places_check(Operator):
         context.view_layer.update()
         try:
             checked = check_places(context.evaluated_depsgraph_get())
-        except PlaceError as error:
+        except AngenError as error:
             return cancelled(self, capital(str(error)))
         ways_drawn.show(scene, checked.places, checked.lost)
         found = sentences(checked, lengths_of(scene))

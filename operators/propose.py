@@ -15,8 +15,9 @@ from ..angen_addon.coverage import ghosts, kept, mesh
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.scene.rooms import room_of
-from ..angen_addon.scene.sensors import Sensor, SensorError, all_sensors, decimal
+from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.wording import plural
 from .coverage import Staged
 from .polls import can_look, cancelled, has_editable_collection, needs
@@ -100,7 +101,7 @@ class ANGEN_OT_place_accept(Operator):
         chosen = [ghost for ghost in found if ghost.select_get()] or found
         try:
             made = [accept(context, ghost) for ghost in chosen]
-        except (SensorError, KeyError) as error:
+        except (AngenError, KeyError) as error:
             return cancelled(self, error.args[0])
         ghosts.discard(context.scene)
         for sensor in made:

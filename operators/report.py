@@ -12,8 +12,8 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
-from ..angen_addon.scene.sensors import SensorError
-from ..sensor_logic.files import OutputError, check_folder
+from ..sensor_logic.error import AngenError
+from ..sensor_logic.files import check_folder
 from .export_options import ExportOptions, finished
 from .polls import cancelled
 from .recording import is_still_fresh
@@ -41,7 +41,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
             check_folder(path.parent, "Export")
             sensors, recording, start = self.chosen(context)
             write({path: report_text(path, context.scene, sensors, recording, start)})
-        except (OutputError, SensorError) as error:
+        except AngenError as error:
             return cancelled(self, error)
         return finished(self, str(path))
 

@@ -17,7 +17,8 @@ from ..angen_addon.recording.stored_recording import settings_of, stored_run
 from ..angen_addon.runtime import outputs, state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
-from ..angen_addon.scene.sensors import SensorError, all_sensors, simulated
+from ..angen_addon.scene.sensors import all_sensors, simulated
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.recording.tracks import Recording
 from .polls import is_idle, needs
 from .slices import Slices
@@ -76,7 +77,7 @@ class ANGEN_OT_simulate(Operator):
             sensors = all_sensors(context.view_layer)
             self._run = simulate(scene, sensors, first, last, self._recording)
             self._settings = settings_of(scene, sensors)
-        except SensorError as error:
+        except AngenError as error:
             self.report({"ERROR"}, str(error))
             return False
         return True
@@ -130,7 +131,7 @@ class ANGEN_OT_simulate(Operator):
         try:
             for _ in self._run:
                 pass
-        except SensorError as error:
+        except AngenError as error:
             self.report({"ERROR"}, str(error))
         self._end(context)
         return {"FINISHED"} if self._updates() else {"CANCELLED"}
@@ -159,7 +160,7 @@ class ANGEN_OT_simulate(Operator):
             progress = self._advance()
         except BaseException as error:
             self._stop(context)
-            if not isinstance(error, SensorError):
+            if not isinstance(error, AngenError):
                 raise
             self.report({"ERROR"}, str(error))
             return {"FINISHED"}
@@ -178,7 +179,7 @@ class ANGEN_OT_simulate(Operator):
         return {"RUNNING_MODAL"}
 
     def _advance(self) -> Progress | None:
-        """Simulates for a slice of time; returns None at the end. Raises SensorError."""
+        """Simulates for a slice of time; returns None at the end. Raises AngenError."""
         until = self._slices.begin()
         for progress in self._run:
             self._left.note(progress)

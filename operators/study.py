@@ -18,7 +18,8 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.study import wishes
 from ..angen_addon.study.wishes import fill, vary_of
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.files import OutputError, write_files
+from ..sensor_logic.error import AngenError
+from ..sensor_logic.files import write_files
 from ..sensor_logic.study import writing
 from ..sensor_logic.study.targets import COMMON, POSE
 from .polls import cancelled, needs
@@ -114,7 +115,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
             home = bpy.data.filepath
         try:
             write_files({path: writing.text(home, wanted.seeds, varied)})
-        except OutputError as error:
+        except AngenError as error:
             return cancelled(self, error)
         wanted.file = str(path)
         unsaved = "; the home has unsaved changes" if bpy.data.is_dirty else ""

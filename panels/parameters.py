@@ -10,8 +10,9 @@ from bpy.types import Context
 from ..angen_addon.advice.sensing import unreachable
 from ..angen_addon.kinds import appearance_of
 from ..angen_addon.scene.instances import is_sensor
-from ..angen_addon.scene.sensors import Sensor, SensorError, check
+from ..angen_addon.scene.sensors import Sensor, check
 from ..angen_addon.scene.units import lengths_of
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import Spec, is_chosen, specs
 from . import origin
@@ -85,7 +86,7 @@ def _draw_problem(layout: Any, scene: Any, sensor: Sensor) -> None:
     lengths = lengths_of(scene)
     try:
         check(sensor, lengths)
-    except SensorError as error:
+    except AngenError as error:
         problem = str(error).removeprefix(f"'{sensor.name}': ")
         for name, spec in specs(sensor.kind.parameters).items():
             problem = problem.replace(name, panel_label(spec))

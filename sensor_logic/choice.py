@@ -8,15 +8,12 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from fnmatch import fnmatchcase
 
+from .error import InputError
 from .kinds import KINDS
 from .spelling import hint
 from .wording import listed
 
 WILDCARDS = "*?["
-
-
-class NoSuchSensor(Exception):
-    """A home has none of the sensors that were asked for."""
 
 
 def fitting(pattern: str, names: Iterable[str]) -> list[str]:
@@ -42,10 +39,10 @@ class SensorChoice:
 
     def of(self, kinds: Mapping[str, str]) -> list[str]:
         """The names of those that it takes from a home, whose kinds are by name. Raises
-        NoSuchSensor."""
+        InputError."""
         for pattern in self.patterns:
             if not fitting(pattern, kinds):
-                raise NoSuchSensor(not_found(pattern, kinds))
+                raise InputError(not_found(pattern, kinds))
         named = {n for pattern in self.patterns for n in fitting(pattern, kinds)}
         rest = SensorChoice((), self.kinds, self.light)
         found = [
@@ -55,7 +52,7 @@ class SensorChoice:
         ]
         if kinds and not found:
             known = listed([f"{name} ({kind})" for name, kind in kinds.items()])
-            raise NoSuchSensor(f"no sensor is left by what is asked for; there are {known}")
+            raise InputError(f"no sensor is left by what is asked for; there are {known}")
         return found
 
 

@@ -12,6 +12,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
+from .error import AngenError, InputError
+
 # Windows has no `fcntl`; there an open file cannot be removed, which serves as the lock.
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 
@@ -23,25 +25,21 @@ DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
 Content = str | bytes | Iterable[str]
 
 
-class OutputError(Exception):
-    """A file cannot be written; the text says which and why."""
-
-
 def check_folder(folder: Path, what: str) -> None:
-    """Raises OutputError where no file can be written in `folder`, before a long run."""
+    """Raises AngenError where no file can be written in `folder`, before a long run."""
     if not folder.exists():
-        raise OutputError(f"{what}: the folder {folder} does not exist; make it first")
+        raise InputError(f"{what}: the folder {folder} does not exist; make it first")
     if not folder.is_dir():
-        raise OutputError(f"{what}: {folder} is not a folder")
+        raise InputError(f"{what}: {folder} is not a folder")
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise OutputError(f"{what}: cannot write in {folder}: {error.strerror}") from None
+        raise InputError(f"{what}: cannot write in {folder}: {error.strerror}") from None
 
 
 def write_files(texts: Mapping[Path, Content]) -> None:
-    """Writes all of `texts`, or, where one fails, none of them. Raises OutputError."""
+    """Writes all of `texts`, or, where one fails, none of them. Raises AngenError."""
     with WholeFiles() as files:
         for path, content in texts.items():
             files.add(path, content)
@@ -85,10 +83,10 @@ class WholeFiles:
 
     def add(self, path: Path, content: Content) -> None:
         """Writes a file; `commit` writes what goes into a pipe or a device such as /dev/null.
-        Raises OutputError."""
+        Raises AngenError."""
         with _told(path):
             if path.is_dir():
-                raise OutputError(f"cannot write {path}: it is a folder")
+                raise AngenError(f"cannot write {path}: it is a folder")
             if path.exists() and not path.is_file():
                 self._streams[path] = content
                 return
@@ -98,7 +96,7 @@ class WholeFiles:
                 os.fsync(file.fileno())
 
     def commit(self) -> None:
-        """Puts the files in place, in the order in which they were added. Raises OutputError."""
+        """Puts the files in place, in the order in which they were added. Raises AngenError."""
         for path, content in self._streams.items():
             with _told(path), open(path, "wb") as file:
                 file.writelines(_encoded(content))
@@ -114,9 +112,9 @@ def _told(path: Path) -> Iterator[None]:
     try:
         yield
     except UnicodeEncodeError:
-        raise OutputError(f"cannot write {path}: a name in it is not text in UTF-8") from None
+        raise AngenError(f"cannot write {path}: a name in it is not text in UTF-8") from None
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from None
+        raise AngenError(f"cannot write {path}: {error.strerror}") from None
 
 
 def _encoded(content: Content) -> Iterable[bytes]:

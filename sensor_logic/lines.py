@@ -9,6 +9,8 @@ import tomllib
 from bisect import bisect
 from typing import Any
 
+from .error import InputError
+
 KeyPath = tuple[str | int, ...]
 BLANK = re.compile(r"(?:\s|#[^\n]*)*")
 STRING = re.compile(
@@ -21,7 +23,7 @@ TOML_AT = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
-class LineError(ValueError):
+class LineError(InputError):
     """A problem in a text, and its line."""
 
     def __init__(self, line: int, text: str) -> None:

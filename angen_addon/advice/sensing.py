@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.quantities import Lengths
 from ...sensor_logic.wording import Advice, named, uncapitalized
 from ..scene.animation import is_animated
@@ -14,7 +15,7 @@ from ..scene.contact.contact_bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.light import materials
 from ..scene.rays.solids import SURFACE_TYPES
-from ..scene.sensors import Sensor, SensorError, read_parameters
+from ..scene.sensors import Sensor, read_parameters
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
@@ -57,7 +58,7 @@ def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
     are reported elsewhere."""
     try:
         return read_parameters(sensor, sensor.settings).unreachable(lengths)
-    except SensorError:
+    except AngenError:
         return []
 
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import bpy
 
 from ...sensor_logic.days.rows import Day
+from ...sensor_logic.error import AngenError
 from ..days import run as living
-from ..days.run import DayError, Household, Plan
+from ..days.run import Household, Plan
 from ..runtime.simulation import Progress
-from ..scene.sensors import Sensor, SensorError
-from .error import AngenError, raised_as_angen_error
+from ..scene.sensors import Sensor
 
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
-    """The household of the open home from a date on. Raises AngenError and DayError."""
+    """The household of the open home from a date on. Raises AngenError."""
     try:
         first = date.fromisoformat(start) if isinstance(start, str) else start
     except ValueError:
@@ -42,12 +42,11 @@ def run_days(
     `progress` is called with the share done, 0 to 1; an exception from it ends the run. At the end
     the home is as before. Raises AngenError.
     """
-    with raised_as_angen_error(DayError, SensorError):
-        plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
-        household = household_of(sensors, plan, start, seed)
+    plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
+    household = household_of(sensors, plan, start, seed)
 
-        def report(number: int, step: Progress) -> None:
-            if progress is not None:
-                progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
+    def report(number: int, step: Progress) -> None:
+        if progress is not None:
+            progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
 
-        yield from living.run_days(household, range(days), report)
+    yield from living.run_days(household, range(days), report)

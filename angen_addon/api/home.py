@@ -14,11 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.choice import NoSuchSensor, SensorChoice
+from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.days.rows import Day
-from ...sensor_logic.files import OutputError
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kinds import KINDS, NO_KIND
-from ...sensor_logic.layout.entries import LayoutError
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ...sensor_logic.residents.places import Place
@@ -31,23 +30,13 @@ from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.sensors import (
-    Sensor,
-    SensorError,
-    all_sensors,
-    check,
-    chosen,
-    simulated,
-    unit_scale,
-)
+from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
 from . import residents
 from .days import run_days
-from .error import AngenError, raised_as_angen_error
 from .recording import Recording
 
 # The open home: Blender holds one file at a time.
 _open: Home | None = None
-ERRORS = (NoSuchSensor, SensorError, OutputError, LayoutError)
 # Attributes that every sensor has beside the parameters of its kind.
 COMMON = ("enabled", "update_rate", "room")
 
@@ -93,8 +82,7 @@ class HomeSensor:
         return parameters_of(self._sensor())
 
     def _sensor(self) -> Sensor:
-        with raised_as_angen_error(*ERRORS):
-            (found,) = chosen(self._home.all_sensors(), SensorChoice((self._name,)))
+        (found,) = chosen(self._home.all_sensors(), SensorChoice((self._name,)))
         return found
 
     def __getattr__(self, name: str) -> Any:
@@ -118,17 +106,16 @@ class HomeSensor:
         if former is not None:
             value = former.now
             warnings.warn(former_text([(sensor.name, name, former)]), stacklevel=2)
-        with raised_as_angen_error(*ERRORS):
-            try:
-                if spec is not None:
-                    _check_value(sensor, name, value)
-                setattr(group, name, value)
-                check(sensor)
-            except (TypeError, ValueError) as error:
-                raise AngenError(f"'{sensor.name}': {name}: {error}") from None
-            except SensorError:
-                setattr(group, name, before)
-                raise
+        try:
+            if spec is not None:
+                _check_value(sensor, name, value)
+            setattr(group, name, value)
+            check(sensor)
+        except (TypeError, ValueError) as error:
+            raise AngenError(f"'{sensor.name}': {name}: {error}") from None
+        except AngenError:
+            setattr(group, name, before)
+            raise
 
     def __repr__(self) -> str:
         return f"<{self.kind} '{self._name}'>"
@@ -210,8 +197,7 @@ class Home:
         layout lacks. Returns the names of the sensors added, changed, unchanged and removed.
         Raises AngenError, having changed nothing."""
         self.all_sensors()
-        with raised_as_angen_error(*ERRORS):
-            return apply_layout(Path(layout), remove)
+        return apply_layout(Path(layout), remove)
 
     def simulate(
         self,
@@ -227,20 +213,18 @@ class Home:
         AngenError.
         """
         scene = bpy.context.scene
-        with raised_as_angen_error(*ERRORS):
-            found = chosen(self.all_sensors(), SensorChoice(tuple(sensors or ())))
-            first, last = frames or (scene.frame_start, scene.frame_end)
-            if not scene.frame_start <= last or first > last:
-                raise AngenError(
-                    f"the scene has no frames {first} to {last}: it begins at frame "
-                    f"{scene.frame_start}"
-                )
-            if not simulated(found):
-                raise AngenError(f"{self.path.name} has no sensors to simulate")
-            run = Run()
-            for step in simulate(scene, found, max(first, scene.frame_start), last, run):
-                if progress is not None:
-                    progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
+        found = chosen(self.all_sensors(), SensorChoice(tuple(sensors or ())))
+        first, last = frames or (scene.frame_start, scene.frame_end)
+        if not scene.frame_start <= last or first > last:
+            raise AngenError(
+                f"the scene has no frames {first} to {last}: it begins at frame {scene.frame_start}"
+            )
+        if not simulated(found):
+            raise AngenError(f"{self.path.name} has no sensors to simulate")
+        run = Run()
+        for step in simulate(scene, found, max(first, scene.frame_start), last, run):
+            if progress is not None:
+                progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
         CACHE.keep(scene, stored_run(run, scene, evaluated_depsgraph()))
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 
@@ -309,16 +293,14 @@ class Home:
     def save(self, path: str | Path) -> None:
         """Saves a copy of the home, with its last recording. Raises AngenError."""
         self.all_sensors()
-        with raised_as_angen_error(*ERRORS):
-            check_outputs({"path": Path(path)})
-            with Outputs() as outputs:
-                outputs.save_blend(Path(path))
-                outputs.commit()
+        check_outputs({"path": Path(path)})
+        with Outputs() as outputs:
+            outputs.save_blend(Path(path))
+            outputs.commit()
 
     def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
         """The sensors of these names, or all, that are switched on. Raises AngenError."""
-        with raised_as_angen_error(*ERRORS):
-            found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
+        found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
         if not found:
             raise AngenError(f"{self.path.name} has no sensors to simulate")
         return found

@@ -7,8 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...sensor_logic.error import AngenError
 from ..process.quiet import standard_output_silenced
-from .error import AngenError
 
 if TYPE_CHECKING:
     from .home import Home

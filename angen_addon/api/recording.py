@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...sensor_logic.files import OutputError, write_files
-from ...sensor_logic.formats import FORMATS, FormatError
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.files import write_files
+from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.formats.columns import event_columns
 from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
-from ...sensor_logic.formats.source import SourceError, make_log
+from ...sensor_logic.formats.source import make_log
 from ...sensor_logic.log.event_log import events
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..output.faulty import Faults
-from .error import AngenError, raised_as_angen_error
 
 DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: object}
 
@@ -99,16 +99,15 @@ class Recording:
         if format not in FORMATS:
             raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
         target, out = FORMATS[format], Path(path)
-        with raised_as_angen_error(OutputError, FormatError, SourceError):
-            log, truth_files = self._log(out, faults, truth, start)
-            check_out(target, out)
-            written = target.write(log)
-            files = output_files(target, out, written)
-            for file in truth_files:
-                check_apart("truth", file, files)
-            if target.is_folder:
-                out.mkdir(exist_ok=True)
-            write_files({**files, **truth_files})
+        log, truth_files = self._log(out, faults, truth, start)
+        check_out(target, out)
+        written = target.write(log)
+        files = output_files(target, out, written)
+        for file in truth_files:
+            check_apart("truth", file, files)
+        if target.is_folder:
+            out.mkdir(exist_ok=True)
+        write_files({**files, **truth_files})
         return list(written.notes)
 
     def _log(
@@ -119,7 +118,7 @@ class Recording:
         start: datetime | None,
     ) -> tuple[Log, dict[Path, str]]:
         """The log of the run with its faults, and the text of the truth file by path. Raises
-        SourceError, AngenError."""
+        AngenError."""
         try:
             chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         except OSError as error:

@@ -13,18 +13,17 @@ import numpy as np
 from mathutils import Vector
 
 from ...sensor_logic.days.rows import Day
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.residents.body.build import Sort
 from ...sensor_logic.residents.places import Place
 from ...sensor_logic.routine.times import time_of_day
-from ..days.run import DayError, Plan
+from ..days.run import Plan
 from ..residents import adding
-from ..residents.places.floor import PlaceError
 from ..residents.places.marks import LABELS
 from ..residents.places.read import read_places
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.sensors import Sensor, SensorError, unit_scale
+from ..scene.sensors import Sensor, unit_scale
 from .days import household_of
-from .error import AngenError, raised_as_angen_error
 
 SORTS = [sort.value for sort in Sort]
 
@@ -73,8 +72,7 @@ NO_SETTINGS = ("rna_type", "name", "use")
 
 def places() -> dict[str, Place]:
     """See `Home.places`."""
-    with raised_as_angen_error(PlaceError):
-        found = read_places(bpy.context.scene, evaluated_depsgraph())
+    found = read_places(bpy.context.scene, evaluated_depsgraph())
     if found.problems:
         raise AngenError(found.problems[0])
     return dict(found.places)
@@ -88,19 +86,18 @@ def live(
     seed: int,
 ) -> Day:
     """See `Home.live`."""
-    with raised_as_angen_error(DayError, SensorError):
-        text = isinstance(routine, str) and "\n" in routine
-        plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
-        household = household_of(sensors, plan, start, seed)
-        span = _seconds(between) if between is not None else None
-        with household.keyed() as keys:
-            run = household.run(0, keys, span)
-            while True:
-                try:
-                    next(run)
-                except StopIteration as end:
-                    day: Day = end.value
-                    return day
+    text = isinstance(routine, str) and "\n" in routine
+    plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
+    household = household_of(sensors, plan, start, seed)
+    span = _seconds(between) if between is not None else None
+    with household.keyed() as keys:
+        run = household.run(0, keys, span)
+        while True:
+            try:
+                next(run)
+            except StopIteration as end:
+                day: Day = end.value
+                return day
 
 
 def _seconds(between: tuple[str, str]) -> tuple[float, float]:

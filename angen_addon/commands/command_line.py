@@ -12,9 +12,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.choice import NoSuchSensor
-from ...sensor_logic.files import OutputError
-from ...sensor_logic.layout.entries import LayoutError
+from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.log.event_log import (
     differences,
     events,
@@ -27,17 +25,14 @@ from ..doctor import command as doctor
 from ..explain.command import ExplainedTime
 from ..layout.apply import apply_layout
 from ..output.describe import describe
-from ..output.mqtt.address import AddressError
-from ..output.mqtt.link import MqttError
 from ..output.output_files import Outputs, check_outputs
 from ..process.quiet import fill_closed_streams, standard_output_silenced
 from ..residents.places import check as residents_places
-from ..residents.places.floor import PlaceError
-from ..scene.sensors import SensorError, chosen
+from ..scene.sensors import chosen
 from ..scene.units import lengths_of
 from .arguments import parse
-from .console import BAD_INPUT, DONE, FAILED, note
-from .home import BadInput, open_home, run_home, sensors_of
+from .console import DONE, FAILED, note
+from .home import open_home, run_home, sensors_of
 from .interrupt import Interrupt
 from .leaving import leave_hard
 from .parser import choice_of
@@ -76,15 +71,12 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
                 status = verbs[options.verb](options, outputs)
             options.interrupt.check()
             if outputs.said and sys.stdout is None and options.verb != "check":
-                raise OutputError("standard output is closed")
+                raise AngenError("standard output is closed")
             outputs.commit()
             return status
-    except (BadInput, NoSuchSensor, LayoutError, AddressError, days.DayError) as error:
+    except AngenError as error:
         note(str(error))
-        return BAD_INPUT
-    except (SensorError, OutputError, MqttError) as error:
-        note(str(error))
-        return FAILED
+        return error.status
     except BrokenPipeError:
         # The reader of the output has closed it, as `head` does.
         sys.stdout = None  # type: ignore[assignment]
@@ -123,14 +115,11 @@ def _list(options: argparse.Namespace, outputs: Outputs) -> int:
 
 def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
     if not options.save:
-        raise BadInput("apply changes the file: give --save FILE.blend, or it would be lost")
+        raise InputError("apply changes the file: give --save FILE.blend, or it would be lost")
     open_home(options)
-    try:
-        check_outputs({"--save": options.save})
-    except OutputError as error:
-        raise BadInput(str(error)) from None
+    check_outputs({"--save": options.save})
     if options.save.exists() and options.layout.exists() and options.save.samefile(options.layout):
-        raise BadInput(f"--save: {options.save} is the layout itself, and would overwrite it")
+        raise InputError(f"--save: {options.save} is the layout itself, and would overwrite it")
     applied = apply_layout(options.layout, options.remove)
     outputs.save_blend(options.save)
     if not options.quiet:
@@ -142,9 +131,9 @@ def _check(options: argparse.Namespace, outputs: Outputs) -> int:
     try:
         expected = read_events(options.expected)
     except OSError as error:
-        raise BadInput(f"cannot read {options.expected}: {error.strerror}") from None
+        raise InputError(f"cannot read {options.expected}: {error.strerror}") from None
     except ValueError as error:
-        raise BadInput(str(error)) from None
+        raise InputError(str(error)) from None
     choice = choice_of(options)
     expected = [event for event in expected if choice.takes(event.sensor, event.kind)]
     recording = run_home(options, chosen(sensors_of(options), choice))
@@ -168,10 +157,7 @@ def _doctor(options: argparse.Namespace, outputs: Outputs) -> int:
 
 def _places(options: argparse.Namespace, outputs: Outputs) -> int:
     open_home(options)
-    try:
-        found = residents_places.check_places(bpy.context.evaluated_depsgraph_get())
-    except PlaceError as error:
-        raise BadInput(str(error)) from None
+    found = residents_places.check_places(bpy.context.evaluated_depsgraph_get())
     lengths = lengths_of(bpy.context.scene)
     as_text = residents_places.as_text(found, lengths)
     outputs.said = residents_places.as_json(found) if options.json else as_text
@@ -185,11 +171,11 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
     found = chosen(sensors, choice_of(options))
     if len(found) > 1:
         names = named(sensor.name for sensor in found)
-        raise BadInput(f"explain is about one sensor, and these are {len(found)}: {names}")
+        raise InputError(f"explain is about one sensor, and these are {len(found)}: {names}")
     (sensor,) = found
     explained = ExplainedTime(scene, sensors, sensor, options.time)
     if explained.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
-        raise BadInput(f"--time {options.time:g}: Blender's frames end before that")
+        raise InputError(f"--time {options.time:g}: Blender's frames end before that")
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
     with options.interrupt.watched():
@@ -220,10 +206,7 @@ def _place(options: argparse.Namespace, outputs: Outputs) -> int:
 
 
 def _mapped(options: argparse.Namespace, outputs: Outputs, work: Callable[..., None]) -> int:
-    try:
-        coverage.check_files(options)
-    except OutputError as error:
-        raise BadInput(str(error)) from None
+    coverage.check_files(options)
     work(options, sensors_of(options), outputs)
     return DONE
 

@@ -10,9 +10,9 @@ import sys
 from ...sensor_logic.compare import picture, table
 from ...sensor_logic.compare.intervals import read
 from ...sensor_logic.compare.statistics import measures
-from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.files import write_files
 from ...sensor_logic.formats.outputs import check_apart
-from ...sensor_logic.formats.source import SourceError
 from .console import BAD_INPUT, DONE, FAILED, note
 from .parser import Parser, path
 
@@ -28,10 +28,8 @@ def main(arguments: list[str], program: str) -> int:
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])
             write_files({options.picture: picture.svg(one, two, found)})
-    except SourceError as error:
-        return _fail(str(error), BAD_INPUT)
-    except OutputError as error:
-        return _fail(str(error), FAILED)
+    except AngenError as error:
+        return _fail(str(error), error.status)
     except OSError as error:
         return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
     if options.json:

@@ -8,15 +8,15 @@ from dataclasses import replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
+from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.faults import undo
-from ...sensor_logic.files import OutputError, write_files
-from ...sensor_logic.formats import FORMATS, DateError, FormatError, Log
+from ...sensor_logic.files import write_files
+from ...sensor_logic.formats import FORMATS, Log
 from ...sensor_logic.formats.log import DEFAULT_START, LoggedActivity
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import (
     HomeFile,
-    SourceError,
     format_labels,
     home_beside,
     read_activities,
@@ -24,7 +24,7 @@ from ...sensor_logic.formats.source import (
     start_of,
 )
 from ..output.faulty import Faults, add_options
-from .console import BAD_INPUT, DONE, FAILED, note
+from .console import BAD_INPUT, DONE, note
 from .parser import Parser, path
 
 
@@ -48,9 +48,9 @@ def main(arguments: list[str], program: str) -> int:
         if target.is_folder:
             options.out.mkdir(exist_ok=True)
         write_files(files)
-    except (SourceError, OutputError, FormatError) as error:
+    except AngenError as error:
         note(str(error))
-        return BAD_INPUT if isinstance(error, (SourceError, DateError)) else FAILED
+        return error.status
     except OSError as error:
         note(f"cannot read {error.filename}: {error.strerror}")
         return BAD_INPUT
@@ -64,7 +64,7 @@ def main(arguments: list[str], program: str) -> int:
 
 def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     """The log that the options name, with its start, and the names of all known sensors. Raises
-    SourceError, OSError."""
+    InputError, OSError."""
     home = read_home(options.home) if options.home else home_beside(options.events)
     sensors = home.sensors
     start = start_of(options.start) if options.start else home.start
@@ -98,7 +98,7 @@ def _activities(
     options: argparse.Namespace, start: datetime, home: HomeFile
 ) -> list[LoggedActivity]:
     """The activities that the options name, or those of a folder of days, as the format calls
-    them. Raises SourceError, OSError."""
+    them. Raises InputError, OSError."""
     beside = options.events / "activities.csv"
     found = options.activities or (beside if home.days and beside.is_file() else None)
     if found is None:
@@ -110,7 +110,7 @@ def _zone(name: str) -> ZoneInfo:
     try:
         return ZoneInfo(name)
     except (ValueError, OSError, KeyError):
-        raise SourceError(
+        raise InputError(
             f"time zone '{name}' is not known here; one is Europe/Stockholm (package tzdata)"
         ) from None
 

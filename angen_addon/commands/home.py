@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 
+from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import named
@@ -23,15 +24,11 @@ from .console import note
 from .progress import ProgressLine
 
 
-class BadInput(Exception):
-    """The command or a file that it names is wrong; the text says why, and what would work."""
-
-
 def open_home(options: argparse.Namespace) -> None:
     """Checks that Blender has opened a file, and opens it again with its scripts if it is trusted.
-    Raises BadInput."""
+    Raises InputError."""
     if not bpy.data.filepath:
-        raise BadInput(
+        raise InputError(
             "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
             "Blender may have printed why above"
         )
@@ -45,7 +42,7 @@ def open_home(options: argparse.Namespace) -> None:
 
 def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[Sensor]:
     """All sensors of the scene, changed to match a layout. Prints what the home lacks, such as
-    missing files, and lists it in `options.lacks`. Raises BadInput without sensors, LayoutError."""
+    missing files, and lists it in `options.lacks`. Raises InputError without sensors."""
     open_home(options)
     if layout is not None:
         apply_layout(layout)
@@ -53,7 +50,7 @@ def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[
     options.lacks = []
     _print_lacks(options, sensors)
     if not sensors:
-        raise BadInput(
+        raise InputError(
             f"{Path(bpy.data.filepath).name} has no sensors in its scene "
             f"'{bpy.context.scene.name}': add one in Blender with Shift+A, Sensor"
         )
@@ -91,11 +88,11 @@ def run_home(
 
 
 def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
-    """First and last frame; prints where these are not all the scene's. Raises BadInput."""
+    """First and last frame; prints where these are not all the scene's. Raises InputError."""
     scene = bpy.context.scene
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
-        raise BadInput(ends_before_time(scene, first, last))
+        raise InputError(ends_before_time(scene, first, last))
     outside = outside_scene(scene, first, last)
     if outside:
         note(outside)

@@ -11,13 +11,14 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
 from ...sensor_logic.formats.local_time import since
 from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, Value
 from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.source import SourceError, home_beside, read_home, start_of
-from ..output.mqtt.address import AT_ONCE, Address, AddressError, add_options, address_of
-from ..output.mqtt.link import Link, MqttError
+from ...sensor_logic.formats.source import home_beside, read_home, start_of
+from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
+from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, clear, found
 from ..output.version import extension_version
 from .console import BAD_INPUT, DONE, FAILED, note
@@ -39,12 +40,9 @@ def main(arguments: list[str], program: str) -> int:
         interrupted = DONE if options.loop else FAILED
         with Interrupt(lambda: _give_up(interrupted)) as interrupt, interrupt.watched():
             return work(options, address, interrupt.check)
-    except (AddressError, SourceError) as error:
+    except AngenError as error:
         note(str(error))
-        return BAD_INPUT
-    except MqttError as error:
-        note(str(error))
-        return FAILED
+        return error.status
     except OSError as error:
         note(f"cannot read {error.filename}: {error.strerror}")
         return BAD_INPUT
@@ -61,14 +59,14 @@ def _give_up(status: int) -> None:
 
 def _replay(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
     if options.events is None:
-        raise AddressError("no log to replay: give EVENTS.csv, or --forget")
+        raise InputError("no log to replay: give EVENTS.csv, or --forget")
     log, start = _read(options.events, options.home)
     if not log.changes:
-        raise SourceError(f"{options.events} has no events")
+        raise InputError(f"{options.events} has no events")
     stretch = Stretch(log, _time_of(options.since, start), _time_of(options.until, start))
     speed = 1.0 if options.speed is None else options.speed
     if options.loop and (speed == AT_ONCE or stretch.length <= 0):
-        raise AddressError("--loop: a round takes no time; give a --speed, or another --from")
+        raise InputError("--loop: a round takes no time; give a --speed, or another --from")
     home = HomeMessages(log.channels, options.topic or TOPIC, extension_version())
     link = Link(address, home.status(OFFLINE))
     player = Player(link, home, speed, check)
@@ -90,7 +88,7 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
-    """A log with its rooms, and its start, or None without dates. Raises SourceError, OSError."""
+    """A log with its rooms, and its start, or None without dates. Raises InputError, OSError."""
     about = read_home(home) if home else home_beside(events)
     source = read_log(events, about.start)
     for text in source.notes:
@@ -110,7 +108,7 @@ class Stretch:
         self.begin = log.changes[0].time if begin is None else begin
         self.end = last if end is None else end
         if not 0 <= self.begin <= self.end:
-            raise AddressError(
+            raise InputError(
                 f"--from {self.begin / 1e6:g} s and --until {self.end / 1e6:g} s: the log, which "
                 f"ends at {last / 1e6:g} s, has nothing between them"
             )
@@ -126,7 +124,7 @@ class Stretch:
 
 
 def _time_of(text: str | None, start: datetime | None) -> int | None:
-    """The time of --from or --until, in microseconds since the log's start. Raises SourceError."""
+    """The time of --from or --until, in microseconds since the log's start. Raises InputError."""
     if text is None:
         return None
     try:
@@ -136,17 +134,17 @@ def _time_of(text: str | None, start: datetime | None) -> int | None:
     except ValueError:
         pass
     if start is None:
-        raise SourceError(f"'{text}' is not a number of seconds, and the log has no dates")
+        raise InputError(f"'{text}' is not a number of seconds, and the log has no dates")
     moment = start_of(text) or start
     try:
         return since(start, moment)
     except TypeError:
-        raise SourceError(f"'{text}' has a time zone, and the log's times have none") from None
+        raise InputError(f"'{text}' has a time zone, and the log's times have none") from None
 
 
 def _forget(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
     if options.events is not None:
-        raise AddressError("--forget removes sensors and replays nothing: leave out EVENTS.csv")
+        raise InputError("--forget removes sensors and replays nothing: leave out EVENTS.csv")
     topic = options.topic or TOPIC
     link = Link(address, Message(f"{topic}/status", OFFLINE))
     link.connect()

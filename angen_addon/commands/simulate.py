@@ -8,9 +8,8 @@ import sys
 
 import bpy
 
-from ...sensor_logic.files import OutputError, file_names
-from ...sensor_logic.formats import DateError
-from ...sensor_logic.formats.source import SourceError
+from ...sensor_logic.error import InputError
+from ...sensor_logic.files import file_names
 from ...sensor_logic.log.event_log import for_spreadsheets, rows_csv, samples_csv
 from ..output.exports import Exports
 from ..output.faulty import Faults
@@ -24,19 +23,19 @@ from ..recording.stored_recording import stored_run
 from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
-from .home import BadInput, run_home, seconds_to_run, sensors_of
+from .home import run_home, seconds_to_run, sensors_of
 from .parser import choice_of
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     if options.bake and not options.save:
-        raise BadInput("--bake changes the file: give --save FILE.blend too, or it would be lost")
+        raise InputError("--bake changes the file: give --save FILE.blend too, or it would be lost")
     if not options.events and sys.stdout is None:
-        raise BadInput("standard output is closed: give --events FILE.csv")
+        raise InputError("standard output is closed: give --events FILE.csv")
     faults = _faults(options)
     address = address_of(options)
     if address and faults.plan:
-        raise BadInput(
+        raise InputError(
             "--faults changes the log after the run, --mqtt sends what is read in it: simulate "
             "with --faults, then `angen replay` the log"
         )
@@ -81,32 +80,25 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
 def _exports(
     options: argparse.Namespace, sensors: list[Sensor], selected: list[Sensor], faults: Faults
 ) -> Exports:
-    """The logs in other formats. Raises BadInput where a file cannot be written as asked."""
+    """The logs in other formats. Raises InputError where a file cannot be written as asked."""
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
-    try:
-        faults.check_names(sensor.name for sensor in sensors)
-        exports = Exports(options.format, options.out)
-        exports.check_dates(options.start, seconds_to_run(options))
-        files |= {**exports.files, "--truth": faults.truth}
-        for flag, path in files.items():
-            if path and faults.file and path.resolve() == faults.file.resolve():
-                raise OutputError(f"{flag}: {path} is also read; give another name")
-        check_outputs(
-            files, options.samples, file_names(s.name for s in simulated(selected)).values()
-        )
-        if options.report:
-            check_name(options.report, "--report")
-    except (OutputError, SourceError, DateError) as error:
-        raise BadInput(str(error)) from None
+    faults.check_names(sensor.name for sensor in sensors)
+    exports = Exports(options.format, options.out)
+    exports.check_dates(options.start, seconds_to_run(options))
+    files |= {**exports.files, "--truth": faults.truth}
+    for flag, path in files.items():
+        if path and faults.file and path.resolve() == faults.file.resolve():
+            raise InputError(f"{flag}: {path} is also read; give another name")
+    check_outputs(files, options.samples, file_names(s.name for s in simulated(selected)).values())
+    if options.report:
+        check_name(options.report, "--report")
     return exports
 
 
 def _faults(options: argparse.Namespace) -> Faults:
-    """Raises BadInput."""
+    """Raises InputError."""
     try:
         log = options.events or (options.out[0] if options.out else None)
         return Faults(options.faults, options.truth, log)
-    except SourceError as error:
-        raise BadInput(str(error)) from None
     except OSError as error:
-        raise BadInput(f"cannot read {error.filename}: {error.strerror}") from None
+        raise InputError(f"cannot read {error.filename}: {error.strerror}") from None

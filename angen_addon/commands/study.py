@@ -13,8 +13,8 @@ from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
+from ...sensor_logic.error import InputError
 from ...sensor_logic.study import study as studies
-from ...sensor_logic.study.study import StudyError
 from ...sensor_logic.wording import part_is, plural, shown_duration
 from .console import BAD_INPUT, DONE, FAILED, note, tell
 from .parser import Parser, add_choice, choice_of, path
@@ -32,7 +32,7 @@ def main(arguments: list[str], program: str) -> int:
         if error.name not in LIBRARIES:
             raise
         note(f'{error}: pip install "angen-sensors[sweep]"')
-    except StudyError as error:
+    except InputError as error:
         note(str(error))
     return BAD_INPUT
 
@@ -51,7 +51,7 @@ def _run(options: argparse.Namespace) -> int:
         driver = engine.Driver(study, store, client)
         try:
             driver.run(line.show)
-        except StudyError as error:
+        except InputError as error:
             line.end()
             note(f"{part_is(driver.kept(), driver.total, 'run')} done: {error}")
             driver.write_tables()

@@ -18,13 +18,13 @@ import numpy as np
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.coverage.detectors import DETECTOR
 from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
-from ...sensor_logic.files import OutputError
+from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.report.facts import SensorInPlan
 from ...sensor_logic.wording import aligned
 from ..commands.console import tell
 from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
 from ..output.output_files import Outputs, check_outputs
-from ..scene.sensors import Sensor, SensorError, chosen
+from ..scene.sensors import Sensor, chosen
 from . import ghosts, kept, mesh
 from .maps import MapProgress, cover
 from .plans import picture
@@ -33,10 +33,10 @@ from .settings import motion_of
 
 
 def check_files(options: argparse.Namespace) -> None:
-    """Raises OutputError where the results could not be written."""
+    """Raises AngenError where the results could not be written."""
     check_outputs({"--csv": options.csv, "--picture": options.picture, "--save": options.save})
     if options.picture is not None and options.picture.suffix.lower() != ".svg":
-        raise OutputError(f"--picture: {options.picture.name} must end in .svg")
+        raise InputError(f"--picture: {options.picture.name} must end in .svg")
 
 
 def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
@@ -44,7 +44,7 @@ def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Ou
     asked = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
     for sensor in asked:
         if options.sensor and sensor.kind is not DETECTOR:
-            raise SensorError(f"'{sensor.name}' is no motion detector (PIR)")
+            raise AngenError(f"'{sensor.name}' is no motion detector (PIR)")
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     motion = motion_of(options.motion, options.height)
     run = cover(depsgraph, sensors, asked, motion, options.cell, options.room)
@@ -64,7 +64,7 @@ def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Ou
 def place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
     """Proposes what the options ask for; says a table of the places."""
     if options.like and options.preset:
-        raise SensorError("--like and --preset both tell the parameters: give one of them")
+        raise AngenError("--like and --preset both tell the parameters: give one of them")
     like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
     parameters, rate = ghosts.pattern(like, options.preset or "")
     wish = Wish(

@@ -9,11 +9,12 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..plan.fields import placed
 from ..plan.storeys import levels
 from ..scene.home import EvaluatedHome
-from ..scene.sensors import Sensor, SensorError
+from ..scene.sensors import Sensor
 from .cells import (
     MOST_CELLS,
     OVER_M,
@@ -43,7 +44,7 @@ def cells_of(
     rooms: Sequence[str] = (),
 ) -> Iterator[str | Cells]:
     """Yields what is being done, and last the cells where the body can move; only those of
-    `rooms`, if any are named. Raises SensorError."""
+    `rooms`, if any are named. Raises AngenError."""
     yield "looking for the floor"
     parts = []
     marked = volumes(home)
@@ -57,13 +58,13 @@ def cells_of(
     whole = every.of(rooms) if rooms else every
     for name in rooms:
         if name not in known:
-            raise SensorError(
+            raise AngenError(
                 f"no room '{name}' with free floor was found; there are "
                 f"{', '.join(known) or 'none'}. A room is named by the field Room of a sensor in "
                 "it, or of a mesh that marks it and is Ignored by sensors"
             )
     if not len(whole):
-        raise SensorError(
+        raise AngenError(
             "no free floor was found under the sensors: rooms need a floor, and sensors that hang "
             "inside them; or take smaller cells"
         )
@@ -84,7 +85,7 @@ def storeys_of(
         if not any(abs(volume.lo[2] - floor) < 1.0 for floor, _ in found):
             found.append((float(volume.lo[2]), []))
     if not found:
-        raise SensorError(
+        raise AngenError(
             "no room is known: put a motion detector or a light sensor into it, or mark it with a "
             "box that is Ignored by sensors and has its Room noted (Physics tab, Sensor)"
         )
@@ -111,7 +112,7 @@ def _grid(
     first = np.floor(low / size)
     shape = np.maximum(np.ceil(high / size) - first, 1).astype(int)
     if shape.prod() > MOST_CELLS:
-        raise SensorError(
+        raise AngenError(
             f"cells of {size:g} m make {shape.prod()} of them, more than {MOST_CELLS}: "
             "take larger ones"
         )

@@ -9,10 +9,11 @@ import bpy
 from mathutils import Matrix
 
 from ...sensor_logic.coverage.detectors import DETECTOR, PirParameters
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Pose
 from ...sensor_logic.parameters import specs
 from ..scene.marks import COVERAGE_MARK
-from ..scene.sensors import Sensor, SensorError, decimal, read_parameters, unit_scale
+from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
 from .mesh import collection, remove_own_collection
 from .proposal import Proposal
 
@@ -64,18 +65,18 @@ def matrix_of(pose: Pose, metres: float) -> Matrix:
 
 def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
     """Parameters and update rate (Hz) of detectors to place: those of a sensor, or of a preset, or
-    the defaults. Raises SensorError."""
+    the defaults. Raises AngenError."""
     if sensor is not None:
         parameters = read_parameters(sensor, sensor.settings)
         if not isinstance(parameters, PirParameters):
-            raise SensorError(f"'{sensor.name}' is no motion detector (PIR)")
+            raise AngenError(f"'{sensor.name}' is no motion detector (PIR)")
         return parameters, decimal(sensor.settings.update_rate)
     rate = DETECTOR.update_rate
     if not preset:
         return PirParameters(), rate
     known = {p.identifier: p for p in DETECTOR.presets}
     if preset not in known:
-        raise SensorError(f"no preset is called '{preset}': there are {', '.join(known)}")
+        raise AngenError(f"no preset is called '{preset}': there are {', '.join(known)}")
     return PirParameters(**known[preset].values), rate
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
+from ...sensor_logic.error import AngenError
 from ..scene.home import EvaluatedHome
-from ..scene.sensors import Sensor, SensorError, check_names
+from ..scene.sensors import Sensor, check_names
 from .floor import cells_of
 from .views import detectors, view_of
 
@@ -49,7 +50,7 @@ def cover(
     rooms: Sequence[str] = (),
 ) -> Generator[MapProgress | CoverageMap, None, None]:
     """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields stages, and last the
-    map. Raises SensorError."""
+    map. Raises AngenError."""
     check_cell(size)
     chosen = detectors(chosen)
     check_names(list(chosen))
@@ -100,8 +101,8 @@ def at_most(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> 
 
 
 def check_cell(size: float) -> None:
-    """Raises SensorError where cells of this size (m) make no sense."""
+    """Raises AngenError where cells of this size (m) make no sense."""
     if not SMALLEST_CELL <= size <= LARGEST_CELL:
-        raise SensorError(
+        raise AngenError(
             f"a cell of {size:g} m: it must be from {SMALLEST_CELL:g} m to {LARGEST_CELL:g} m"
         )

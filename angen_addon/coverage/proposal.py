@@ -16,9 +16,10 @@ from ...sensor_logic.coverage.detectors import PirParameters
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.coverage.placement import ChosenPlaces, choose
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..scene.home import EvaluatedHome
-from ..scene.sensors import Sensor, SensorError
+from ..scene.sensors import Sensor
 from ..scene.warmth import Warmth
 from .candidates import Candidate, candidates
 from .cells import saying
@@ -79,7 +80,7 @@ class Proposal:
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
 ) -> Generator[MapProgress | Proposal, None, None]:
-    """Yields stages, and last the proposal. Raises SensorError, and Enough where that is thrown in
+    """Yields stages, and last the proposal. Raises AngenError, and Enough where that is thrown in
     before any candidate was looked at closely."""
     check_cell(size)
     _check(wish)
@@ -94,12 +95,12 @@ def propose(
     looking = candidates(home, cells, wish.mounting, wish.height, wish.spacing)
     found = yield from saying(MapProgress(0.05, "looking for walls and ceilings"), looking)
     if not found:
-        raise SensorError(
+        raise AngenError(
             f"no wall or ceiling was found to hang a detector on {wish.height:g} m above the "
             "floor: take another height or mounting"
         )
     if len(found) > MOST_CANDIDATES:
-        raise SensorError(
+        raise AngenError(
             f"{len(found)} candidates are too many: take fewer rooms or a larger spacing"
         )
     weights = np.ones(len(cells))
@@ -193,9 +194,9 @@ class _Search:
 
 def _check(wish: Wish) -> None:
     if wish.count < 1:
-        raise SensorError(f"{wish.count} detectors: it must be at least 1")
+        raise AngenError(f"{wish.count} detectors: it must be at least 1")
     if not 0.1 <= wish.spacing <= 5.0:
-        raise SensorError(f"a spacing of {wish.spacing:g} m: it must be from 0.1 m to 5 m")
+        raise AngenError(f"a spacing of {wish.spacing:g} m: it must be from 0.1 m to 5 m")
     problems = wish.parameters.problems()
     if problems:
-        raise SensorError(f"the detector to place: {problems[0]}")
+        raise AngenError(f"the detector to place: {problems[0]}")

@@ -9,8 +9,9 @@ from bpy.props import StringProperty as Text
 from bpy.types import Scene
 
 from ...sensor_logic.coverage.motions import HIGHEST, MOTIONS, Motion
+from ...sensor_logic.error import AngenError
 from ..scene.lengths import property_group
-from ..scene.sensors import SensorError, decimal
+from ..scene.sensors import decimal
 from .maps import LARGEST_CELL, SMALLEST_CELL
 
 
@@ -71,14 +72,14 @@ def _group() -> type:
 
 
 def motion_of(identifier: str, height: float) -> Motion:
-    """The motion, at a height (m) where that is not 0. Raises SensorError."""
+    """The motion, at a height (m) where that is not 0. Raises AngenError."""
     motion = MOTIONS[identifier]
     if height == 0.0:
         return motion
     try:
         return motion.at_height(decimal(height))
     except ValueError as error:
-        raise SensorError(str(error)) from None
+        raise AngenError(str(error)) from None
 
 
 def room_names(text: str) -> tuple[str, ...]:

@@ -22,18 +22,11 @@ from ...sensor_logic.coverage.detectors import (
     zone_rays,
     zones_of,
 )
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Pose
 from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
-from ..scene.sensors import (
-    Sensor,
-    SensorError,
-    check,
-    check_evaluated,
-    decimal,
-    read_parameters,
-    read_pose,
-)
+from ..scene.sensors import Sensor, check, check_evaluated, decimal, read_parameters, read_pose
 from ..scene.warmth import Warmth, kelvin
 
 BUNDLE = -10
@@ -42,17 +35,17 @@ BODY = Walker()
 
 
 def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
-    """The motion detectors among the sensors that are switched on. Raises SensorError."""
+    """The motion detectors among the sensors that are switched on. Raises AngenError."""
     found = [s for s in sensors if s.kind is DETECTOR and s.settings.enabled]
     if not found:
-        raise SensorError(
+        raise AngenError(
             "there is no motion detector (PIR) that is switched on: add one with Shift+A, Sensor"
         )
     return found
 
 
 def view_of(home: EvaluatedHome, sensor: Sensor) -> DetectorView:
-    """The view of a sensor of the scene. Raises SensorError."""
+    """The view of a sensor of the scene. Raises AngenError."""
     check(sensor)
     evaluated = sensor.object.evaluated_get(home.depsgraph)
     check_evaluated(sensor, home.depsgraph)

@@ -13,8 +13,8 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.days.truth import DAY_S
-from ...sensor_logic.files import OutputError
-from ...sensor_logic.formats import FORMATS, DateError
+from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.wording import part_is
 from ..commands.console import note
 from ..commands.parser import add_choice, choice_of
@@ -24,7 +24,7 @@ from ..scene.sensors import Sensor, chosen, simulated
 from .folder import Folder
 from .jobs import WORKER, SharedDays, days_of_worker
 from .progress import DayLine
-from .run import DayError, Household, Plan, run_days
+from .run import Household, Plan, run_days
 
 MOST_DAYS = 10_000
 
@@ -97,11 +97,11 @@ def _seed(text: str) -> int:
 
 
 def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
-    """Runs what the options ask for; whether all days are whole. Raises DayError, OutputError,
-    SensorError, NoSuchSensor; KeyboardInterrupt, when the whole days were kept."""
+    """Runs what the options ask for; whether all days are whole. Raises AngenError,
+    AngenError; KeyboardInterrupt, when the whole days were kept."""
     told = simulated(chosen(sensors, choice_of(options)))
     if not told:
-        raise DayError("no sensor is switched on")
+        raise InputError("no sensor is switched on")
     _check_dates(options)
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
@@ -117,13 +117,10 @@ def day(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
 
 
 def _check_dates(options: argparse.Namespace) -> None:
-    """Raises DayError where the days, or a format, do not hold such dates."""
+    """Raises InputError where the days, or a format, do not hold such dates."""
     start = datetime.combine(options.start, datetime.min.time())
-    try:
-        for name in ("events", *options.format):
-            FORMATS[name].check_dates(start, 0.0, options.days * DAY_S)
-    except DateError as error:
-        raise DayError(str(error)) from None
+    for name in ("events", *options.format):
+        FORMATS[name].check_dates(start, 0.0, options.days * DAY_S)
 
 
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
@@ -167,4 +164,4 @@ def _make(
         folder.keep(day)
 
 
-__all__ = ["DayError", "OutputError", "add_verb", "day"]
+__all__ = ["AngenError", "InputError", "add_verb", "day"]

@@ -12,8 +12,9 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.days.rows import Day, DayRows, toml
-from ...sensor_logic.files import OutputError, check_folder, write_files
-from ...sensor_logic.formats import FORMATS, FormatError
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.files import check_folder, write_files
+from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
 from ...sensor_logic.formats.source import format_labels
 from ..authoring.presets import is_applied
@@ -32,7 +33,7 @@ class Folder:
     """Where a run of days goes. What is there of the same run is gone on with."""
 
     def __init__(self, path: Path, household: Household, formats: Sequence[str]) -> None:
-        """Raises OutputError where the folder is another run's, or cannot be written."""
+        """Raises AngenError where the folder is another run's, or cannot be written."""
         self._path, self._household = path, household
         self._formats = [FORMATS[name] for name in dict.fromkeys(formats) if name != "events"]
         self._digest = digest_of(household)
@@ -47,16 +48,14 @@ class Folder:
         check_folder(path if path.exists() else path.resolve().parent, "--out")
         if not mark.is_file():
             if path.is_dir() and any(path.iterdir()):
-                raise OutputError(
-                    f"--out: {path} is not empty and holds no days; give a new folder"
-                )
+                raise AngenError(f"--out: {path} is not empty and holds no days; give a new folder")
             try:
                 (path / DAYS).mkdir(parents=True, exist_ok=True)
             except OSError as error:
-                raise OutputError(f"--out: cannot make {path}: {error.strerror}") from None
+                raise AngenError(f"--out: cannot make {path}: {error.strerror}") from None
             write_files({mark: f"{self._digest}\n"})
         elif mark.read_text(encoding="utf-8").strip() != self._digest:
-            raise OutputError(
+            raise AngenError(
                 f"--out: {path} holds another run: its home, routine, start, seed, sensors or "
                 "version differ; give a new folder, or remove it"
             )
@@ -71,22 +70,22 @@ class Folder:
         return self._file(self.date_of(number)).is_file()
 
     def read(self, number: int) -> Day | None:
-        """A day that is kept; None where it is not. Raises OutputError."""
+        """A day that is kept; None where it is not. Raises AngenError."""
         path = self._file(self.date_of(number))
         try:
             return Day.of_json(path.read_text(encoding="utf-8"), self._digest)
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as error:
-            raise OutputError(f"cannot read {path}: {error}; remove it to have it anew") from None
+            raise AngenError(f"cannot read {path}: {error}; remove it to have it anew") from None
 
     def keep(self, day: Day) -> None:
-        """Raises OutputError, and keeps nothing then."""
+        """Raises AngenError, and keeps nothing then."""
         write_files({self._file(day.date): day.as_json(self._digest)})
 
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Writes the tables of the whole days from the first on, `days` at most; how many there
-        were, and what the formats could not hold. Raises OutputError."""
+        were, and what the formats could not hold. Raises AngenError."""
         found: list[Day] = []
         while len(found) < days and (day := self.read(len(found))) is not None:
             found.append(day)
@@ -106,10 +105,7 @@ class Folder:
         for target in self._formats:
             out = self._path / f"{target.name}{target.extension}"
             log = whole.log(sensors, self._about(), format_labels(target.name, labels))
-            try:
-                written = target.write(log)
-            except FormatError as error:
-                raise OutputError(str(error)) from None
+            written = target.write(log)
             if target.is_folder:
                 out.mkdir(exist_ok=True)
             texts |= output_files(target, out, written)

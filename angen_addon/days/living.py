@@ -66,7 +66,7 @@ class DayRun:
         self.events: tuple[Happening, ...] = ()
 
     def progress(self) -> Iterator[Progress]:
-        """Does it. Raises SensorError."""
+        """Does it. Raises AngenError."""
         first, *others = pairwise(self._bounds)
         begin, end = frame_at(self._bounds[0]), frame_at(self._bounds[-1]) - 1
         exchanges = [Exchange(frame_at(start), self._shown(start, end)) for start, end in others]

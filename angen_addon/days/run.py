@@ -15,6 +15,7 @@ import bpy
 from ...sensor_logic.days.rows import Day
 from ...sensor_logic.days.times import calendar_number
 from ...sensor_logic.days.truth import activities, people
+from ...sensor_logic.error import InputError
 from ...sensor_logic.model import Array
 from ...sensor_logic.residents.acted import Acted
 from ...sensor_logic.residents.acting import Ground, act
@@ -22,11 +23,10 @@ from ...sensor_logic.residents.body.build import Build
 from ...sensor_logic.residents.places import Places
 from ...sensor_logic.routine import diary, file
 from ...sensor_logic.routine.draws import Draws
-from ...sensor_logic.routine.routine import DAY, Person, Routine, RoutineError, Segment
+from ...sensor_logic.routine.routine import DAY, Person, Routine, Segment
 from ...sensor_logic.routine.timetable import timetable
 from ..process.memory import give_back
 from ..residents.keys import KeyedStretch
-from ..residents.places.floor import PlaceError
 from ..residents.places.read import read_places
 from ..residents.settings import build_of, residents_in
 from ..runtime.simulation import Progress
@@ -42,10 +42,6 @@ LARGEST_SEED = 0x7FFFFFFF
 UNDER_WAY = 3600.0
 
 
-class DayError(Exception):
-    """Days cannot be run in this home by this routine; the text says why and what helps."""
-
-
 @dataclass(frozen=True)
 class Plan:
     """A routine that was read from the file `name`, and the segments of a diary in its place, in s
@@ -59,24 +55,18 @@ class Plan:
 
     @classmethod
     def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
-        """A diary tells what is done instead of the routine's plans. Raises DayError."""
+        """A diary tells what is done instead of the routine's plans. Raises InputError."""
         plan = cls.of(_text(path), path.name)
         if diary_path is None:
             return plan
         told = _text(diary_path)
-        try:
-            first, segments = diary.read(told, diary_path.name)
-        except RoutineError as error:
-            raise DayError(str(error)) from None
+        first, segments = diary.read(told, diary_path.name)
         return replace(plan, text=plan.text + told, diary=tuple(segments), first=first)
 
     @classmethod
     def of(cls, text: str, name: str) -> Plan:
-        """From the text of a routine that is called so. Raises DayError."""
-        try:
-            return cls(name, text, file.read(text, name))
-        except RoutineError as error:
-            raise DayError(str(error)) from None
+        """From the text of a routine that is called so. Raises InputError."""
+        return cls(name, text, file.read(text, name))
 
     def segments(self, start: date, days: int, seed: int) -> list[Segment]:
         """Who does what on `days` days from the date `start`, and what was done before, in s since
@@ -99,13 +89,13 @@ class Plan:
 
 
 def _text(path: Path) -> str:
-    """Raises DayError."""
+    """Raises InputError."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise DayError(f"cannot read {path}: {error.strerror}") from None
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise DayError(f"{path} is not a text file in UTF-8") from None
+        raise InputError(f"{path} is not a text file in UTF-8") from None
 
 
 class Household:
@@ -114,9 +104,9 @@ class Household:
     def __init__(
         self, scene: Any, sensors: Sequence[Sensor], plan: Plan, start: date, seed: int
     ) -> None:
-        """Raises DayError."""
+        """Raises InputError."""
         if not 0 <= seed <= LARGEST_SEED:
-            raise DayError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
+            raise InputError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
         self.scene, self.sensors, self.plan = scene, list(sensors), plan
         self.start, self.seed = start, seed
         self.residents = {
@@ -125,16 +115,13 @@ class Household:
         scene.frame_set(scene.frame_start)
         for obj in self.residents.values():
             _check_placed(obj)
-        try:
-            self.places: Places = read_places(scene, evaluated_depsgraph())
-        except PlaceError as error:
-            raise DayError(str(error)) from None
+        self.places: Places = read_places(scene, evaluated_depsgraph())
         self._builds: dict[str, Build] = {}
         for name, obj in self.residents.items():
             try:
                 self._builds[name] = build_of(obj)
             except ValueError as error:
-                raise DayError(f"{plan.routine.persons[name].where}: {error}") from None
+                raise InputError(f"{plan.routine.persons[name].where}: {error}") from None
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
         # Whether events are to be told with who and what made them.
@@ -144,7 +131,7 @@ class Household:
         return self.start + timedelta(number)
 
     def acted(self, number: int) -> Acted:
-        """What is done on day `number`, whatever days are asked for. Raises DayError."""
+        """What is done on day `number`, whatever days are asked for. Raises InputError."""
         if self._last is None or self._last[0] != number:
             self._last = number, self._act(number)
         return self._last[1]
@@ -161,8 +148,8 @@ class Household:
                 number,
                 self._ground,
             )
-        except RoutineError as error:
-            raise DayError(f"{self.date_of(number)}: {error}") from None
+        except InputError as error:
+            raise InputError(f"{self.date_of(number)}: {error}") from None
 
     def run(
         self,
@@ -170,8 +157,8 @@ class Household:
         keys: Any,
         between: tuple[float, float] | None = None,
     ) -> Generator[Progress, None, Day]:
-        """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises DayError,
-        SensorError."""
+        """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises InputError,
+        AngenError."""
         acted, sensors = self.acted(number), self.sensors
         calendar = calendar_number(self.start) + number
         what = acted, self.residents, keys, calendar, between, self.causes
@@ -215,10 +202,10 @@ class Household:
 
 
 def _check_placed(resident: Any) -> None:
-    """Raises DayError where Blender does not place a resident, or what it pushes."""
+    """Raises InputError where Blender does not place a resident, or what it pushes."""
     for obj in (resident, resident.angen_resident.walking_frame):
         if obj is not None and not is_placed(obj, evaluated_depsgraph()):
-            raise DayError(
+            raise InputError(
                 f"'{obj.name}' is disabled in viewports or in no collection of this view layer, so "
                 "that no sensor meets it: enable it in the Outliner (monitor icon, its "
                 "collection's tick)"
@@ -230,11 +217,11 @@ def _lights(obj: Any) -> list[Any]:
 
 
 def resident_of(person: Person) -> Any:
-    """The object that acts for a person. Raises DayError."""
+    """The object that acts for a person. Raises InputError."""
     obj = bpy.data.objects.get(person.resident)
     if obj is None:
         known = [one.name for one in residents_in(bpy.context.scene)]
-        raise DayError(
+        raise InputError(
             f"{person.where}: the home has no resident '{person.resident}'; there are "
             f"{', '.join(known) or 'none: add one with Shift+A, Sensor, Resident'}"
         )
@@ -246,7 +233,7 @@ def run_days(
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
 ) -> Iterator[Day]:
-    """The days of these numbers, counted from 0. Raises DayError, SensorError."""
+    """The days of these numbers, counted from 0. Raises AngenError."""
     with household.keyed() as keys:
         for number in numbers:
             run = household.run(number, keys)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
@@ -22,7 +23,7 @@ from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.geometry import faces_along
 from ..scene.rays.solids import Solid
-from ..scene.sensors import Sensor, SensorError
+from ..scene.sensors import Sensor
 from ..scene.timed import frames_to_step_from, may_follow_frame
 from ..scene.units import lengths_of
 from .examined import Examined, Found
@@ -129,7 +130,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
     for sensor in home.requiring(RAYS):
         try:
             sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
-        except SensorError as error:
+        except AngenError as error:
             yield str(error), "Mend its parameters in the sidebar, Active Sensor", (sensor.name,)
             continue
         if sight is None or not len(sight.rays.directions):
@@ -157,7 +158,7 @@ def slits(home: Examined) -> Iterator[Found]:
     for sensor in home.requiring(RAYS):
         if not any(field.quantity == "motion" for field in sensor.kind.events):
             continue
-        with suppress(SensorError):
+        with suppress(AngenError):
             sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
             for one, other in _slits(home, sensor, sight) if sight is not None else ():
                 yield (

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.log.event_indices import log_indices
 from ...sensor_logic.recording.tracks import Recording
 from ..runtime import outputs
 from ..runtime.simulation import Progress, simulate
 from ..runtime.time_base import clock_of
-from ..scene.sensors import Sensor, SensorError, decimal, simulated
+from ..scene.sensors import Sensor, decimal, simulated
 from .explain import explain
 
 
@@ -43,9 +44,9 @@ class ExplainedTime:
             self.first = clock.frame_and_subframe(schedule.step(earlier))[0]
 
     def run(self) -> Iterator[Progress]:
-        """Simulates. Raises SensorError."""
+        """Simulates. Raises AngenError."""
         if not simulated([self._sensor]):
-            raise SensorError(f"'{self._sensor.name}' is switched off: it reports nothing")
+            raise AngenError(f"'{self._sensor.name}' is switched off: it reports nothing")
         return simulate(self._scene, self._sensors, self.first, self.last, self._recording)
 
     @property
@@ -55,12 +56,12 @@ class ExplainedTime:
 
     def text(self, now: bool = False) -> str:
         """The explanation of the last event at or before the time, or `now` of the update at it, as
-        lines; after `run`. Raises SensorError."""
+        lines; after `run`. Raises AngenError."""
         track = self._recording.tracks[self._sensor.name]
         # Which readings of light are events is not known without the time before.
         every = now or self._sensor.kind.requires(LIGHT)
         indices = range(len(track)) if every else log_indices(track).tolist()
         told = [i for i in indices if track.times[i] <= self._time]
         if not told:
-            raise SensorError(f"'{self._sensor.name}' has reported nothing by then")
+            raise AngenError(f"'{self._sensor.name}' has reported nothing by then")
         return explain(self._scene, self._sensor, self._recording, told[-1]).as_text()

@@ -21,7 +21,7 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
     where it is not active.
 
     `scene` is that of the present context, in the state that was recorded. The frame is put back.
-    Raises SensorError.
+    Raises AngenError.
     """
     with replaying(scene, sensor, recording) as replay:
         appearance = appearance_of(sensor.kind)

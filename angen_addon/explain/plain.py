@@ -11,7 +11,7 @@ from .replay import Replay
 
 
 def explain_plainly(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a sensor of a kind that tells no more of itself. Raises SensorError."""
+    """Update `index` of a sensor of a kind that tells no more of itself. Raises AngenError."""
     pending, kind = replay.take(index), replay.sensor.kind
     if pending is None:
         return replay.off(index)

@@ -93,14 +93,14 @@ class Replay:
 
     def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
         """Update `index` anew, not yet read; None where the sensor is off now. `frame`: as in
-        `Probes.look`. Raises SensorError."""
+        `Probes.look`. Raises AngenError."""
         step = self.step(index)
         depsgraph = self.go(step)
         self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
         return self.runner.take(self.number(index), step, depsgraph, self.probes)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Render the light of an update that was just taken, as the run did. Raises SensorError."""
+        """Render the light of an update that was just taken, as the run did. Raises AngenError."""
         assert taken.request is not None
         layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
         alone = not handlers.others_follow_frames()
@@ -109,7 +109,7 @@ class Replay:
 
     def take_moved(self, index: int) -> PendingUpdates | None:
         """As `take`, of a sensor that feels the motion through the frame: that follows from the
-        frames beside it. Raises SensorError."""
+        frames beside it. Raises AngenError."""
         clock = self.runner.clock
         whole, subframe = clock.frame_and_subframe(self.step(index))[0], self.step(index)
         subframe %= clock.substeps

@@ -54,7 +54,7 @@ class Applied(NamedTuple):
 
 def apply_layout(path: Path, remove: bool = False) -> Applied:
     """Adds and changes sensors in the present scene to match a layout file; with `remove`, deletes
-    those that the layout lacks. Raises LayoutError, having changed nothing."""
+    those that the layout lacks. Raises InputError, having changed nothing."""
     layout = read_layout(path)
     view_layer = bpy.context.view_layer
     view_layer.update()
@@ -255,7 +255,7 @@ def _close(a: Matrix, b: Matrix) -> bool:
 
 
 def _check_done(plans: list[SensorChange]) -> None:
-    """Raises LayoutError where Blender did not make a change, since something is locked or driven,
+    """Raises InputError where Blender did not make a change, since something is locked or driven,
     for example."""
     view_layer = bpy.context.view_layer
     view_layer.update()

@@ -13,9 +13,10 @@ import numpy as np
 from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
+from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
-from ...sensor_logic.layout.entries import Layout, LayoutEntry, LayoutError
+from ...sensor_logic.layout.entries import Layout, LayoutEntry
 from ...sensor_logic.model import pose_from_matrix
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.spelling import hint
@@ -71,7 +72,7 @@ class Planner:
 
     def changes(self) -> list[SensorChange]:
         """The changes of each sensor of the layout, and of the others where it says so. Raises
-        LayoutError."""
+        InputError."""
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
         if self._others is not None:
@@ -82,17 +83,17 @@ class Planner:
         return found
 
     def left_out(self) -> list[Sensor]:
-        """The sensors that the layout lacks. Raises LayoutError."""
+        """The sensors that the layout lacks. Raises InputError."""
         listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
         return [sensor for sensor in self._sensors if sensor.uid not in listed]
 
     def to_delete(self) -> list[Sensor]:
-        """The sensors that the layout lacks. Raises LayoutError where one of them cannot be
+        """The sensors that the layout lacks. Raises InputError where one of them cannot be
         deleted."""
         found = self.left_out()
         stuck = [s for s in found if s.holders or s.object.library or s.object.override_library]
         if stuck:
-            raise LayoutError(
+            raise InputError(
                 f"--remove cannot delete {named(s.name for s in stuck)}: Blender would bring back "
                 "linked objects and library overrides. Keep it in the layout, switched off "
                 '("enabled": false) where it is an override, or delete it in its own file'
@@ -100,7 +101,7 @@ class Planner:
         return found
 
     def sensor(self, entry: LayoutEntry) -> Sensor | None:
-        """The sensor that an entry of the layout names, or None. Raises LayoutError."""
+        """The sensor that an entry of the layout names, or None. Raises InputError."""
         library = entry.values.get("library")
         found = [
             s
@@ -120,7 +121,7 @@ class Planner:
         return found[0] if found else None
 
     def change(self, entry: LayoutEntry) -> SensorChange:
-        """The changes of the sensor of an entry. Raises LayoutError."""
+        """The changes of the sensor of an entry. Raises InputError."""
         sensor = self.sensor(entry)
         taken = None if sensor else self._same_name(entry)
         kind = self._kind(entry, sensor)
@@ -145,7 +146,7 @@ class Planner:
         return change
 
     def _same_name(self, entry: LayoutEntry) -> Any:
-        """The object of an entry's name that is not a sensor yet, or None. Raises LayoutError where
+        """The object of an entry's name that is not a sensor yet, or None. Raises InputError where
         it is not in the view layer."""
         obj = next((o for o in bpy.data.objects if o.name == entry.name and not o.library), None)
         if obj is None or obj in set(self._view_layer.objects):
@@ -164,7 +165,7 @@ class Planner:
         raise entry.error(f"no sensor has this name, and a new one needs a kind; {known}")
 
     def _check_new(self, entry: LayoutEntry) -> None:
-        """Raises LayoutError where a sensor cannot be added."""
+        """Raises InputError where a sensor cannot be added."""
         holder = self._view_layer.objects.get(entry.name.partition("/")[0])
         if "/" in entry.name and holder is not None and is_holder(holder):
             known = [s.name for s in self._sensors if s.holders]
@@ -202,7 +203,7 @@ class Planner:
         change.displaced = change.sensor is None or not self.stands(change)
 
     def _object(self, entry: LayoutEntry, key: str, name: str) -> Any:
-        """The object of the view layer that an entry refers to. Raises LayoutError."""
+        """The object of the view layer that an entry refers to. Raises InputError."""
         found = self._view_layer.objects.get(name)
         if found is None:
             known = [obj.name for obj in self._view_layer.objects]
@@ -264,7 +265,7 @@ class Planner:
         )
 
     def _check_parents(self, changes: Sequence[SensorChange]) -> None:
-        """Raises LayoutError where parents are missing or form a loop."""
+        """Raises InputError where parents are missing or form a loop."""
         parents = {o.name: o.parent.name for o in self._view_layer.objects if o and o.parent}
         new = {change.entry.name for change in changes if change.sensor is None}
         for change in changes:
@@ -303,7 +304,7 @@ class Planner:
             self._check_parameters(change, listed)
 
     def _check_parameters(self, change: SensorChange, listed: dict[str, Any]) -> None:
-        """Looks up the objects that parameters name. Raises LayoutError for the problems that a
+        """Looks up the objects that parameters name. Raises InputError for the problems that a
         panel would show."""
         entry, kind = change.entry, change.kind
         merged = listed["parameters"] | change.parameters
@@ -329,7 +330,7 @@ class Planner:
 
 
 def _check_editable(change: SensorChange) -> None:
-    """Raises LayoutError where something linked, animated or driven would change."""
+    """Raises InputError where something linked, animated or driven would change."""
     sensor, entry = change.sensor, change.entry
     assert sensor is not None
     if sensor.holders:

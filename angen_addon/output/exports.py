@@ -7,19 +7,19 @@ from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 
-from ...sensor_logic.files import OutputError
-from ...sensor_logic.formats import FORMATS, FormatError, Log
+from ...sensor_logic.error import InputError
+from ...sensor_logic.formats import FORMATS, Log
 from ...sensor_logic.formats.log import DEFAULT_START
 from ...sensor_logic.formats.outputs import check_out, output_files
 from .output_files import Outputs
 
 
 class Exports:
-    """Formats, each with its path. Raises OutputError where one could not be written."""
+    """Formats, each with its path. Raises AngenError where one could not be written."""
 
     def __init__(self, names: Sequence[str], outs: Sequence[Path]) -> None:
         if len(names) != len(outs):
-            raise OutputError(
+            raise InputError(
                 f"{len(names)} --format and {len(outs)} --out: give an --out with each --format"
             )
         self._targets = [(FORMATS[name], out) for name, out in zip(names, outs, strict=True)]
@@ -27,7 +27,7 @@ class Exports:
             check_out(target, out)
 
     def check_dates(self, start: datetime | None, seconds: float) -> None:
-        """Raises DateError where a format cannot hold the dates of a run of so many seconds."""
+        """Raises InputError where a format cannot hold the dates of a run of so many seconds."""
         for target, _ in self._targets:
             target.check_dates(start or DEFAULT_START, 0.0, seconds)
 
@@ -42,12 +42,9 @@ class Exports:
 
     def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
         """Adds the files to the outputs; yields notes on what a format cannot hold. Raises
-        OutputError."""
+        AngenError."""
         for target, out in self._targets:
-            try:
-                written = target.write(log)
-            except FormatError as error:
-                raise OutputError(str(error)) from None
+            written = target.write(log)
             if target.is_folder:
                 outputs.folders.append(out)
             outputs.texts |= output_files(target, out, written)

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from ...sensor_logic.error import InputError
 from ...sensor_logic.faults import FaultPlan, make_faults, read_plan, truth_csv
 from ...sensor_logic.formats import Log
-from ...sensor_logic.formats.source import SourceError
 
 
 def add_options(parser: Any, path: Any) -> None:
@@ -33,13 +33,13 @@ class Faults:
     stay as they are."""
 
     def __init__(self, faults: Path | None, truth: Path | None, log: Path | None) -> None:
-        """`log`: the file of the faulty log. Raises SourceError, which names what is wrong and
+        """`log`: the file of the faulty log. Raises InputError, which names what is wrong and
         where, and OSError."""
         if faults is None and truth is not None:
-            raise SourceError("--truth lists what --faults did: give --faults FILE.toml too")
+            raise InputError("--truth lists what --faults did: give --faults FILE.toml too")
         if faults is not None and truth is None:
             if log is None:
-                raise SourceError(
+                raise InputError(
                     "--faults changes the log: give --truth FILE.csv for the list of changes"
                 )
             truth = log.with_name(f"{log.name}.truth.csv")
@@ -47,7 +47,7 @@ class Faults:
         self.plan: FaultPlan | None = read_plan(faults) if faults else None
 
     def check_names(self, sensors: Iterable[str]) -> None:
-        """Raises SourceError where the faults file names a sensor that is not one of these."""
+        """Raises InputError where the faults file names a sensor that is not one of these."""
         if self.plan:
             self.plan.check_names(sensors)
 

@@ -14,22 +14,23 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ...sensor_logic.files import Content, OutputError, WholeFiles, check_folder
+from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.files import Content, WholeFiles, check_folder
 
 
 def check_outputs(
     files: Mapping[str, Path | None], samples: Path | None = None, names: Iterable[str] = ()
 ) -> None:
-    """Raises OutputError where a result could not be written, or would overwrite a file that is
+    """Raises AngenError where a result could not be written, or would overwrite a file that is
     read or another result. `files`: option → path; `names`: the files in the folder `samples`.
     """
     outputs = [(flag, path) for flag, path in files.items() if path is not None]
     for flag, path in outputs:
         with _named(flag, path):
             if path.is_dir():
-                raise OutputError(f"{flag}: {path} is a folder, not a file name")
+                raise InputError(f"{flag}: {path} is a folder, not a file name")
             if flag == "--save" and path.exists() and not path.is_file():
-                raise OutputError(f"{flag}: {path} is not a plain file")
+                raise InputError(f"{flag}: {path} is not a plain file")
             check_folder(path.parent, flag)
     if samples is not None:
         with _named("--samples", samples):
@@ -44,7 +45,7 @@ def check_outputs(
 
 
 def check_not_read(paths: Iterable[Path]) -> None:
-    """Raises OutputError where a path is the open file, or a file that the open file reads."""
+    """Raises AngenError where a path is the open file, or a file that the open file reads."""
     known = _inputs()
     for path in paths:
         _check_apart(path, "", known)
@@ -55,18 +56,18 @@ def _named(flag: str, path: Path) -> Any:
     try:
         yield
     except OSError as error:
-        raise OutputError(f"{flag}: {path}: {error.strerror}") from None
+        raise InputError(f"{flag}: {path}: {error.strerror}") from None
 
 
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
-    """Raises OutputError where `path` is in `known`."""
+    """Raises AngenError where `path` is in `known`."""
     key = _key(path)
     if key is None or key not in known:
         return
     if known[key].startswith("--"):
-        raise OutputError(f"{known[key]} and {flag} both name {path}: give two files")
+        raise InputError(f"{known[key]} and {flag} both name {path}: give two files")
     named = f"{flag}: " if flag else ""
-    raise OutputError(f"{named}{path} is {known[key]}, which would be lost: give another file")
+    raise InputError(f"{named}{path} is {known[key]}, which would be lost: give another file")
 
 
 def _inputs() -> dict[Any, str]:
@@ -98,7 +99,7 @@ def _is_whole(saved: BinaryIO) -> bool:
 
 
 def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
-    """Writes all files, or none and no new folder either. Raises OutputError."""
+    """Writes all files, or none and no new folder either. Raises AngenError."""
     with Outputs() as outputs:
         outputs.texts.update(texts)
         outputs.folders = [folder] if folder else []
@@ -123,7 +124,7 @@ class Outputs(WholeFiles):
                 folder.rmdir()
 
     def save_blend(self, path: Path) -> None:
-        """Saves a copy of the open file, which `commit` puts in place. Raises OutputError."""
+        """Saves a copy of the open file, which `commit` puts in place. Raises AngenError."""
         try:
             # Beside the target, so that relative paths in the file come out right.
             part = self.new(path, ".blend")
@@ -134,17 +135,17 @@ class Outputs(WholeFiles):
                 if not _is_whole(saved):
                     raise RuntimeError("Blender wrote only a part of it")
         except OSError as error:
-            raise OutputError(f"cannot save {path}: {error.strerror}") from None
+            raise AngenError(f"cannot save {path}: {error.strerror}") from None
         except RuntimeError as error:
             why = " ".join(str(error).removeprefix("Error:").split()).replace(str(part), str(path))
             part.unlink(missing_ok=True)
             # On a full disk Blender 4.2 and 4.5 report a missing file.
             if shutil.disk_usage(part.parent).free < os.path.getsize(bpy.data.filepath):
                 why = "no space left on the disk"
-            raise OutputError(f"cannot save {path}: {why}") from None
+            raise AngenError(f"cannot save {path}: {why}") from None
 
     def commit(self) -> None:
-        """Puts all outputs in place, or none where one fails. Raises OutputError, or OSError where
+        """Puts all outputs in place, or none where one fails. Raises AngenError, or OSError where
         standard output fails."""
         check_not_read(self.texts)
         for folder in self.folders:
@@ -152,7 +153,7 @@ class Outputs(WholeFiles):
                 try:
                     folder.mkdir()
                 except OSError as error:
-                    raise OutputError(f"cannot make {folder}: {error.strerror}") from None
+                    raise AngenError(f"cannot make {folder}: {error.strerror}") from None
                 self._new_folders.append(folder)
         for path, content in self.texts.items():
             self.add(path, content)

@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.files import OutputError
+from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.parameters import defaults, format_quantity, is_chosen, specs, value_text
 from ...sensor_logic.recording.tracks import Recording
@@ -27,9 +27,9 @@ PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 
 
 def check_name(path: Path, what: str) -> None:
-    """Raises OutputError where the file's name ends neither as a page nor as a picture."""
+    """Raises AngenError where the file's name ends neither as a page nor as a picture."""
     if path.suffix.lower() not in PAGES | DRAWINGS:
-        raise OutputError(
+        raise InputError(
             f"{what}: {path.name} must end in .html (the whole report) or .svg "
             "(timeline and plan as a picture)"
         )
@@ -43,7 +43,7 @@ def report_text(
     start: datetime | None = None,
 ) -> str:
     """The report on a run of these sensors, in the format that the path ends with; `start` is the
-    date and time of t = 0. Raises SensorError, OutputError."""
+    date and time of t = 0. Raises AngenError."""
     check_name(path, "report")
     report = gather(scene, sensors, recording, start)
     return page.html(report) if path.suffix.lower() in PAGES else page.svg(report)

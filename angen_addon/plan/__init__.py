@@ -27,7 +27,7 @@ BEYOND_M, MARGIN_M, LEAST_M = 4.0, 0.3, 2.0
 
 def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStorey, ...]:
     """The storeys that have sensors, the lowest first, as they are at a whole frame; not to be
-    called in a frame handler. Raises SensorError."""
+    called in a frame handler. Raises AngenError."""
     with at_frame(scene, frame):
         depsgraph = evaluated_depsgraph()
         home = EvaluatedHome(depsgraph)

@@ -23,7 +23,7 @@ BUNDLE = 0
 
 def placed(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
     """The sensor with its session uid, its `height` in the world; None while it is switched off.
-    Raises SensorError."""
+    Raises AngenError."""
     sight = sight_of(SensorRunner(sensor, clock_of(home.depsgraph.scene)), home.depsgraph)
     if sight is None:
         return None

@@ -13,7 +13,8 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.recording.reader import VALUES, RecordingFileError, size_of
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.recording.reader import VALUES, size_of
 from ...sensor_logic.recording.writer import from_bytes, to_bytes
 from ..runtime import state
 from ..scene.sensors import all_sensors
@@ -36,7 +37,7 @@ def put_into_file() -> None:
         kept.add_portable(scenes[uid])
         try:
             kept.stored = kept.stored or _encoded(kept)
-        except RecordingFileError as error:
+        except AngenError as error:
             report(f"The recording was not saved with the file: {error}. Export it")
             continue
         text = bpy.data.texts.new(TEXT)
@@ -62,7 +63,7 @@ def restore() -> None:
             try:
                 kept = _decoded(text.as_string(), room)
                 find_sensors(kept, scene)
-            except RecordingFileError as error:
+            except AngenError as error:
                 report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
                 kept.stale_then = str(text.get(STALE, ""))
@@ -116,17 +117,17 @@ def _encoded(kept: StoredRecording) -> str:
 
 
 def _decoded(text: str, room: int) -> StoredRecording:
-    """The recording in a text, of at most `room` values. Raises RecordingFileError."""
+    """The recording in a text, of at most `room` values. Raises AngenError."""
     title, _, data = text.partition("\n")
     if title != TITLE:
-        raise RecordingFileError("it is damaged")
+        raise AngenError("it is damaged")
     try:
         packed = base64.b64decode(data.replace("\n", ""), validate=True)
     except ValueError:
-        raise RecordingFileError("it is damaged") from None
+        raise AngenError("it is damaged") from None
     recording, header = from_bytes(packed, room)
     if not _is_header(header):
-        raise RecordingFileError("it is damaged")
+        raise AngenError("it is damaged")
     portable = header.get("portable", {})
     made = Fingerprint(header["view_layer"], header["light"], header["digests"], portable)
     kept = StoredRecording(recording, made, tuple(header["blender"]))

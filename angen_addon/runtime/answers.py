@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Answers, Array, Index, PadContact, Pose, pose_from_matrix
@@ -22,7 +23,7 @@ from ..scene.instances import shown_in, within
 from ..scene.light.probe import LightRequest
 from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.sweep import TOLERANCE, SolidsAtStep, SweptRays
-from ..scene.sensors import Sensor, SensorError
+from ..scene.sensors import Sensor
 from .last_rays import RaysMet
 from .probes import Probes
 
@@ -205,7 +206,7 @@ def _named_poses(
 ) -> dict[str, Pose | None]:
     """Where the objects are that parameters point at, by the parameter; None where one points at
     nothing. In an instance those of its collection are where the instance shows them. Raises
-    SensorError."""
+    AngenError."""
     pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
     found: dict[str, Pose | None] = {}
     for name in pointers:
@@ -218,7 +219,7 @@ def _named_poses(
         try:
             matrix = placed_matrix(obj.original, depsgraph, beside)
         except NotPlaced as error:
-            raise SensorError(f"'{sensor.name}': {error}") from None
+            raise AngenError(f"'{sensor.name}': {error}") from None
         matrix = np.array(within(matrix, holders if beside else (), depsgraph))
         try:
             found[name] = pose_from_matrix(matrix, metres)

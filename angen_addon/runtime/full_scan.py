@@ -15,7 +15,7 @@ from .sensor_runner import SensorRunner
 
 def full_scan(runner: SensorRunner, depsgraph: Any, probes: Probes) -> LastRays:
     """All that the sensor of a runner casts, update after update, until its rays repeat; of a light
-    sensor the axes and corners of its views. Nothing of what is switched off. Raises SensorError.
+    sensor the axes and corners of its views. Nothing of what is switched off. Raises AngenError.
     """
     apart = SensorRunner(runner.sensor, runner.clock)
     if runner.sensor.kind.requires_light:

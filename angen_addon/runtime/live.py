@@ -13,10 +13,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...sensor_logic.clock import Clock
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Reading
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
-from ..scene.sensors import Sensor, SensorError, all_sensors, check, simulated
+from ..scene.sensors import Sensor, all_sensors, check, simulated
 from . import outputs, state
 from .full_scan import full_scan
 from .last_rays import LastRays
@@ -128,7 +129,7 @@ class Live:
         for runner in self._runners:
             try:
                 found = full_scan(runner, depsgraph, self._probes)
-            except SensorError:
+            except AngenError:
                 found = LastRays()
             runner.rays.take_over(found)
         self._forget_driven()
@@ -211,7 +212,7 @@ class Live:
         for sensor in simulated(every):
             try:
                 check(sensor)
-            except SensorError as error:
+            except AngenError as error:
                 self.problems[sensor.name] = str(error)
             else:
                 self._runners.append(SensorRunner(sensor, clock))
@@ -259,7 +260,7 @@ class Live:
         """Lets those look that watch between their updates."""
         for runner in watching:
             # Of what cannot be sensed, the next update tells.
-            with suppress(SensorError):
+            with suppress(AngenError):
                 if runner not in due:
                     runner.watch(step, depsgraph, self._probes)
 
@@ -271,7 +272,7 @@ class Live:
         self._lit.pop(name, None)
         try:
             taken = runner.take(number, step, depsgraph, self._probes)
-        except SensorError as error:
+        except AngenError as error:
             self.problems[name] = str(error)
             self.readings.pop(name, None)
             self._last_update.pop(uid)
@@ -290,7 +291,7 @@ class Live:
             return False
         return self._show(taken)
 
-    def _fail(self, lit: Iterable[PendingUpdates], error: SensorError) -> None:
+    def _fail(self, lit: Iterable[PendingUpdates], error: AngenError) -> None:
         """What was to be measured cannot be."""
         for taken in lit:
             name = taken.runner.sensor.name
@@ -322,7 +323,7 @@ class Live:
                 self._show(taken, scene.frame_current)
             # What is shown must not be taken for an edit.
             view_layer.update()
-        except SensorError as error:
+        except AngenError as error:
             self._fail(lit, error)
         finally:
             state.CACHE.running = False

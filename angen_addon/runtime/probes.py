@@ -15,14 +15,14 @@ from ..scene.contact.contact_bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
 from ..scene.light.cycles import CyclesLight
-from ..scene.light.probe import LightError, LightRequest, measuring
+from ..scene.light.probe import LightRequest, measuring
 from ..scene.light.signature import LightSignature
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.frames import Film
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.reflectance import Reflectance
-from ..scene.sensors import Sensor, SensorError, unit_scale
+from ..scene.sensors import Sensor, unit_scale
 from ..scene.warmth import Warmth
 from . import state
 from .notes import Notes
@@ -168,7 +168,7 @@ class Probes:
         before each picture, in words what takes long.
 
         `keep`: nothing but frames will change until the next time; to be ended by `close`.
-        Not in a frame handler. Raises SensorError.
+        Not in a frame handler. Raises AngenError.
         """
         if self._edits_of_light != self.edits:
             self._edits_of_light = self.edits
@@ -182,11 +182,8 @@ class Probes:
         if not due:
             return
         efficacy, self._light.reference = how
-        try:
-            kept = self._light if keep else None
-            found = yield from measuring(scene, view_layer, due, efficacy, kept)
-        except LightError as error:
-            raise SensorError(str(error)) from None
+        kept = self._light if keep else None
+        found = yield from measuring(scene, view_layer, due, efficacy, kept)
         self._measured |= {r.name: (_key(r), found[r.name]) for r in due}
 
     def close(self) -> None:

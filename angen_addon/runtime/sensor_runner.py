@@ -140,7 +140,7 @@ class SensorRunner:
 
     def read(self, depsgraph: Any, edits: int) -> Read | None:
         """The parameters and the pose after so many `edits` of the scene; None while the sensor is
-        switched off. Raises SensorError."""
+        switched off. Raises AngenError."""
         known, metres = self._read, unit_scale(depsgraph.scene)
         if self._edits != edits:
             self._edits, self._steady = edits, None
@@ -174,7 +174,7 @@ class SensorRunner:
         """Update `number` at the scene's present state; None while the sensor is switched off.
         Without probes there are no answers, only the sensor itself.
 
-        Raises SensorError.
+        Raises AngenError.
         """
         read = self.read(depsgraph, probes.edits if probes else 0)
         frame = np.array([probes.frame if probes else 0])
@@ -183,7 +183,7 @@ class SensorRunner:
         )
 
     def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
-        """Looks at a step between two updates. Raises SensorError."""
+        """Looks at a step between two updates. Raises AngenError."""
         number = self.schedule.last_update(step) + 1
         pending = self.take(number, step, depsgraph, probes, due=False)
         if pending is not None:

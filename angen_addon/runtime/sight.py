@@ -48,7 +48,7 @@ class _Enough(Exception):
 def sight_of(runner: SensorRunner, depsgraph: Any) -> Sight | None:
     """What the sensor looks with at the depsgraph's frame: all rays that its model ever casts with
     these parameters, a row for each bundle; none of a model that casts none. None while it is
-    switched off. Raises SensorError.
+    switched off. Raises AngenError.
 
     They are those that the model asks for first, update after update until they repeat.
     """

@@ -17,17 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
-from ..scene.sensors import (
-    Sensor,
-    SensorError,
-    all_sensors,
-    check,
-    check_names,
-    report_steps,
-    simulated,
-)
+from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
 from . import handlers, outputs, state, stillness
 from .agenda import Agenda
 from .moving_scene import MovingScene, moving_scene
@@ -79,7 +72,7 @@ def simulate(
     what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock` tells its time
     where that is not the scene's; `notes` are taken of what sensors meet.
     The frame is put back at the end, also after an error or when the generator is closed early;
-    what was recorded until then stays. Raises SensorError.
+    what was recorded until then stays. Raises AngenError.
     """
     sensors = simulated(sensors)
     check_names(sensors)
@@ -156,7 +149,7 @@ class _Run:
                     self._leave_moving_scene()
             self._recording.frame_end = self._frame_end
         except ReferenceError as error:
-            raise SensorError(
+            raise AngenError(
                 f"something that the run needs was removed during it: {error}"
             ) from None
         finally:
@@ -206,7 +199,7 @@ class _Run:
                     self._steps += len(steps)
                     self._evaluated += is_fresh
                     if bpy.context.scene.session_uid != self._scene.session_uid:
-                        raise SensorError("the run ended early: another scene is shown now")
+                        raise AngenError("the run ended early: another scene is shown now")
                     for ready in stage.visit(window, steps, is_fresh):
                         self._record(ready, driven)
                     for doing in stage.measure(alone):

@@ -12,10 +12,10 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
 from ..scene.reflectance import colours_change
-from ..scene.sensors import SensorError
 from ..scene.warmth import changes_by_itself
 from .agenda import Window
 from .moving_scene import MovingScene
@@ -121,7 +121,7 @@ class Stage:
     def visit(self, window: Window, steps: list[int], fresh: bool) -> Iterator[PendingUpdates]:
         """Brings the scene to the first of some steps, at the others of which it is the same, and
         takes down what is asked of it there; where it is not `fresh`, it is as at the step before.
-        Yields what can be read by then; what light sensors ask is in `lit`. Raises SensorError."""
+        Yields what can be read by then; what light sensors ask is in `lit`. Raises AngenError."""
         looked = [step for step in steps if step in window.looked]
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], looked, fresh)
         if not looked:
@@ -141,7 +141,7 @@ class Stage:
         self._batch.last = looked[-1]
         try:
             self._take_down(window, looked, depsgraph)
-        except SensorError:
+        except AngenError:
             # Those before can be sensed nevertheless.
             self._batch.steps.pop()
             self._batch.last = before
@@ -203,7 +203,7 @@ class Stage:
     def measure(self, alone: bool) -> Iterator[str]:
         """Measures the light that is asked for; yields before each picture, in words what takes
         long. Whoever lets others have their turn there senses first what is kept. `alone`: nothing
-        but frames will change until the end. Raises SensorError."""
+        but frames will change until the end. Raises AngenError."""
         # Of one that is due at several steps at which the scene is the same, the same is asked.
         asked = {p.request.name: p.request for p in self.lit if p.request is not None}
         if asked:

@@ -9,6 +9,7 @@ from typing import Any
 
 from mathutils import Euler, Matrix, Quaternion, Vector
 
+from ...sensor_logic.error import AngenError
 from .animation import curves
 
 # A leaf stands if its height is this near to upright, as a cosine.
@@ -28,10 +29,6 @@ MOTIONS = [
     ("SLIDING", "Sliding", "It slides along its width", 2),
 ]  # fmt: skip
 ROTATIONS = ("rotation_euler", "rotation_quaternion")
-
-
-class DoorError(Exception):
-    """The leaf cannot be fitted; the text says why and the way out."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +76,12 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
     `motion`: AUTO asks its keys and its origin, and guesses the hinge where they do not tell it;
     LEFT, RIGHT: the edge that it turns about, seen from the side that it opens to; SLIDING. Raises
-    DoorError.
+    AngenError.
     """
     shutting = shutting or Matrix()
     middle, width, thickness, height = _box(obj, shutting)
     if abs(height.normalized().z) < UPRIGHT or height.length < thickness.length:
-        raise DoorError("it does not stand upright: its height must be along Z")
+        raise AngenError("it does not stand upright: its height must be along Z")
     up = height.normalized() * math.copysign(1.0, height.z)
     edge, out = width.normalized(), thickness.normalized()
 
@@ -140,7 +137,7 @@ def _box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
     matrix = shutting @ obj.matrix_world
     sides = [matrix.col[i].xyz * (high[i] - low[i]) for i in range(3)]
     if min(side.length for side in sides) == 0.0:
-        raise DoorError("it has no thickness, width or height: give its mesh a size")
+        raise AngenError("it has no thickness, width or height: give its mesh a size")
     upright = max(sides, key=lambda side: abs(side.normalized().z))
     flat, wide = sorted((s for s in sides if s is not upright), key=lambda side: side.length)
     return matrix @ ((low + high) / 2), wide, flat, upright

@@ -11,10 +11,11 @@ from typing import Any
 
 from mathutils import Matrix
 
+from ...sensor_logic.error import AngenError
 from .animation import is_animated, motion_paths
 
 
-class NotPlaced(Exception):
+class NotPlaced(AngenError):
     """Nothing tells where an object is; `problem` names it with the reason, `mend` is the way
     out."""
 

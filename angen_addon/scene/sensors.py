@@ -11,6 +11,7 @@ from operator import attrgetter
 from typing import Any
 
 from ...sensor_logic.choice import SensorChoice
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Field, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose, pose_from_matrix
@@ -20,10 +21,6 @@ from .animation import is_animated
 from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
 from .placed import is_placed
 from .rooms import room_of
-
-
-class SensorError(Exception):
-    """A sensor cannot be simulated; the text names it, the reason and the way out."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +117,7 @@ def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
 
 
 def chosen(sensors: list[Sensor], choice: SensorChoice) -> list[Sensor]:
-    """The sensors that a choice takes. Raises NoSuchSensor."""
+    """The sensors that a choice takes. Raises InputError."""
     names = set(choice.of({sensor.name: sensor.kind.identifier for sensor in sensors}))
     return [sensor for sensor in sensors if sensor.name in names]
 
@@ -133,26 +130,26 @@ def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
 
 
 def check_names(sensors: list[Sensor]) -> None:
-    """Raises SensorError where two sensors share a name, as a linked and a local one can."""
+    """Raises AngenError where two sensors share a name, as a linked and a local one can."""
     for name, count in Counter(sensor.name for sensor in sensors).items():
         if count > 1:
             origins = [s.library or "this file" for s in sensors if s.name == name]
-            raise SensorError(
+            raise AngenError(
                 f"{count} sensors are called '{name}' (from {', '.join(origins)}): "
                 "rename one, so that the log can tell them apart"
             )
 
 
 def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
-    """Raises SensorError where the sensor's settings make no sense; it tells `lengths` so."""
+    """Raises AngenError where the sensor's settings make no sense; it tells `lengths` so."""
     rate = decimal(sensor.settings.update_rate)
     if not 0.0 < rate < float("inf"):
-        raise SensorError(f"'{sensor.name}': update_rate is {rate:g} Hz: it must be above 0")
+        raise AngenError(f"'{sensor.name}': update_rate is {rate:g} Hz: it must be above 0")
     read_parameters(sensor, sensor.settings, lengths)
 
 
 def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
-    """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises SensorError."""
+    """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises AngenError."""
     group = getattr(settings, sensor.kind.attribute)
     read, pointers = _reader(sensor.kind.identifier)
     values = read(group)
@@ -163,7 +160,7 @@ def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) ->
             values = (*values[:index], named, *values[index + 1 :])
     parameters, sound = _checked(sensor.kind.identifier, values)
     if not sound:
-        raise SensorError(f"'{sensor.name}': {parameters.problems(lengths)[0]}")
+        raise AngenError(f"'{sensor.name}': {parameters.problems(lengths)[0]}")
     return parameters
 
 
@@ -217,20 +214,20 @@ def is_evaluated(sensor: Sensor, depsgraph: Any) -> bool:
 
 
 def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
-    """Raises SensorError where Blender does not evaluate the sensor: it has no place then."""
+    """Raises AngenError where Blender does not evaluate the sensor: it has no place then."""
     if not is_evaluated(sensor, depsgraph):
-        raise SensorError(
+        raise AngenError(
             f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
             "enable it there (monitor icon), or switch the sensor off"
         )
 
 
 def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
-    """The pose, in metres, of a sensor with this world matrix. Raises SensorError."""
+    """The pose, in metres, of a sensor with this world matrix. Raises AngenError."""
     try:
         return pose_from_matrix(matrix, unit_scale)
     except ValueError as error:
-        raise SensorError(f"'{sensor.name}': {error}") from None
+        raise AngenError(f"'{sensor.name}': {error}") from None
 
 
 def unit_scale(scene: Any) -> float:

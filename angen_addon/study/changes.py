@@ -10,8 +10,8 @@ import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Quaternion, Vector
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.study.targets import POSE
-from ..api.error import AngenError
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.animation import is_animated, motion_paths
 from ..scene.sensors import Sensor, all_sensors, unit_scale

@@ -16,8 +16,7 @@ from typing import Any
 import dask
 import distributed
 
-from ...sensor_logic.study.study import StudyError
-from ..api.error import AngenError
+from ...sensor_logic.error import AngenError, InputError
 from . import tasks
 from .tasks import File
 
@@ -81,7 +80,7 @@ def here(jobs: int) -> Iterator[distributed.Client]:
 
 @contextmanager
 def elsewhere(address: str) -> Iterator[distributed.Client]:
-    """A client of a scheduler that runs at an address. Raises StudyError."""
+    """A client of a scheduler that runs at an address. Raises InputError."""
     # What is wrong is told in a line of our own.
     warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
     logging.disable()
@@ -89,7 +88,7 @@ def elsewhere(address: str) -> Iterator[distributed.Client]:
         client = distributed.Client(address, timeout=ANSWERS_S)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         why = f": {error}" if isinstance(error, ValueError) else ""
-        raise StudyError(
+        raise InputError(
             f"no scheduler answers at {address}{why}; start one with `dask scheduler`, which says "
             "its address"
         ) from None
@@ -98,10 +97,10 @@ def elsewhere(address: str) -> Iterator[distributed.Client]:
 
 
 def check_workers(client: distributed.Client) -> dict[str, str]:
-    """The versions that all workers have. Raises StudyError."""
+    """The versions that all workers have. Raises InputError."""
     for address, threads in client.nthreads().items():
         if threads != 1:
-            raise StudyError(
+            raise InputError(
                 f"the worker {address} has {threads} threads, and Blender works in one: start it "
                 "with --nthreads 1 (and --nworkers for more processes)"
             )
@@ -117,11 +116,11 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
         try:
             versions = future.result()
         except Exception as error:
-            raise StudyError(f"the worker {address} cannot simulate: {_cause(error)}") from None
+            raise InputError(f"the worker {address} cannot simulate: {_cause(error)}") from None
         first = first or (address, versions)
         differ = tasks.differences(first[1], versions)
         if differ:
-            raise StudyError(
+            raise InputError(
                 f"the workers {first[0]} and {address} differ: {differ}; results of both would not "
                 "go together: give them the same"
             )
@@ -130,7 +129,7 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
 
 
 def _check_pythons(client: distributed.Client) -> None:
-    """Raises StudyError where the scheduler or a worker has another Python: it cannot read the
+    """Raises InputError where the scheduler or a worker has another Python: it cannot read the
     functions that it is sent, and does not always survive that."""
     told = client.get_versions()
     known = {"the scheduler": told["scheduler"]}
@@ -139,7 +138,7 @@ def _check_pythons(client: distributed.Client) -> None:
     for name, facts in known.items():
         theirs = facts["host"]["python"].partition(".final")[0]
         if theirs.split(".")[:2] != ours.split(".")[:2]:
-            raise StudyError(
+            raise InputError(
                 f"{name} has Python {theirs}, and this is Python {ours}: start it with "
                 f"Python {ours.rpartition('.')[0]}"
             )

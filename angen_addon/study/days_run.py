@@ -13,13 +13,13 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.days.rows import Day, DayRows
-from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.files import write_files
 from ...sensor_logic.study import truth
 from ...sensor_logic.study.digest import digest_of
 from ...sensor_logic.study.truth import DAY_S, Lived
-from ..api.error import raised_as_angen_error
 from ..days.folder import digest_of as digest_of_home
-from ..days.run import DayError, Household, Plan, run_days
+from ..days.run import Household, Plan, run_days
 from ..scene.sensors import Sensor, all_sensors
 from .measures import MeasuredRun, coverage
 from .tasks import Task, found
@@ -32,10 +32,9 @@ def household_of(task: Task) -> Household | None:
     if task.routine is None:
         return None
     sensors = all_sensors(bpy.context.view_layer)
-    with raised_as_angen_error(DayError):
-        plan = Plan.read(found(task.routine))
-        start = date.fromisoformat(task.start)
-        return Household(bpy.context.scene, sensors, plan, start, task.seed)
+    plan = Plan.read(found(task.routine))
+    start = date.fromisoformat(task.start)
+    return Household(bpy.context.scene, sensors, plan, start, task.seed)
 
 
 def lived(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[Day]:
@@ -43,10 +42,9 @@ def lived(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[D
     household.sensors = list(sensors)
     household.causes = bool(task.keep or task.functions)
     kept = _Kept(task, household)
-    with raised_as_angen_error(DayError):
-        missing = [number for number in range(task.days) if kept.day(number) is None]
-        for number, day in zip(missing, run_days(household, missing), strict=True):
-            kept.keep(number, day)
+    missing = [number for number in range(task.days) if kept.day(number) is None]
+    for number, day in zip(missing, run_days(household, missing), strict=True):
+        kept.keep(number, day)
     return [kept.days[number] for number in range(task.days)]
 
 
@@ -74,7 +72,7 @@ class _Kept:
         self.days[number] = day
         if self._folder is not None:
             # Where it cannot be written, all there is to lose is time.
-            with suppress(OSError, OutputError):
+            with suppress(OSError, AngenError):
                 self._folder.mkdir(exist_ok=True)
                 write_files({self._folder / f"{number}.json": day.as_json(self._digest)})
 

@@ -13,14 +13,15 @@ from typing import Any
 
 import distributed
 
-from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.files import write_files
 from ...sensor_logic.study import draws, targets, together
 from ...sensor_logic.study.digest import digest_of, digest_of_bytes
 from ...sensor_logic.study.draws import Run
-from ...sensor_logic.study.study import HOME, ROUTINE, SENSORS, Study, StudyError
+from ...sensor_logic.study.study import HOME, ROUTINE, SENSORS, Study
 from ...sensor_logic.study.targets import HomeFacts
 from ..commands.console import note
-from . import cluster, tasks
+from . import cluster
 from .results import DAYS, FACTS, Row, Store, Table, write_tables
 from .tasks import Done, File, Task
 
@@ -114,12 +115,12 @@ class Driver:
         try:
             found: HomeFacts = cluster.submit(self._client, "examine", file).result()
         except Exception as error:
-            raise StudyError(f"{file.name}: {error}") from None
+            raise InputError(f"{file.name}: {error}") from None
         return found
 
     def run(self, told: Callable[[int, int, int], None]) -> None:
         """Runs what is missing; `told` gets how many are done, in all, and failed. Raises
-        StudyError; what is done until then is kept."""
+        InputError; what is done until then is kept."""
         tasks = self._tasks
         lives = Counter(map(tasks.life, self._missing()))
         there, failed = self.total - lives.total(), 0
@@ -167,7 +168,7 @@ class Driver:
                 yield run
 
     def _ended(self, pending: dict[Any, list[Task]]) -> list[Any]:
-        """Those of the pending futures that are over, once there are some. Raises StudyError where
+        """Those of the pending futures that are over, once there are some. Raises InputError where
         the scheduler is lost."""
         while True:
             try:
@@ -184,8 +185,8 @@ class Driver:
             ):
                 raise self._lost()
 
-    def _lost(self) -> StudyError:
-        return StudyError(
+    def _lost(self) -> InputError:
+        return InputError(
             "the scheduler is lost; what is done is kept, and the same command goes on from it"
         )
 
@@ -193,8 +194,8 @@ class Driver:
         try:
             done: list[Done] = future.result()
             return done
-        except tasks.VersionsDiffer as error:
-            raise StudyError(f"{error}; give all workers the same") from None
+        except AngenError as error:
+            raise InputError(f"{error}; give all workers the same") from None
         except distributed.KilledWorker:
             text = "it ended its worker again and again: is there too little memory?"
         except (distributed.FutureCancelledError, OSError):
@@ -218,10 +219,7 @@ class Driver:
             "homes": [path.name for path in self._study.homes],
         }
         text = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"
-        try:
-            write_files({self._store.folder / FACTS: text})
-        except OutputError as error:
-            raise StudyError(str(error)) from None
+        write_files({self._store.folder / FACTS: text})
 
     def _rows(self) -> Iterator[Row]:
         """The table's rows, in the order of the runs."""
@@ -250,4 +248,4 @@ def _file(path: Path) -> File:
     try:
         return File(str(path), digest_of_bytes(path.read_bytes()))
     except OSError as error:
-        raise StudyError(f"cannot read {path}: {error.strerror}") from None
+        raise InputError(f"cannot read {path}: {error.strerror}") from None

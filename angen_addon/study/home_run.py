@@ -10,18 +10,17 @@ from pathlib import Path
 
 import bpy
 
-from ...sensor_logic.files import OutputError
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.log.event_log import events_csv
 from ...sensor_logic.recording.tracks import Recording as Readings
 from ...sensor_logic.study.digest import digest_of, digest_of_bytes
 from ...sensor_logic.study.targets import HomeFacts
-from ..api.error import AngenError, raised_as_angen_error
 from ..api.opening import opened
 from ..api.recording import Recording
 from ..output.run_log import about, sensor_facts
 from ..runtime.outputs import are_driven
 from ..scene.animation import may_set
-from ..scene.sensors import Sensor, SensorError, all_sensors
+from ..scene.sensors import Sensor, all_sensors
 from . import days_run, measures
 from .changes import Changes
 from .tasks import Done, File, Task, found
@@ -92,7 +91,7 @@ def _lived(group: Sequence[Task]) -> list[Done]:
         _open = ""
         opened(found(first.home))
         _open = first.home.digest
-    with Changes() as changes, raised_as_angen_error(SensorError, OutputError):
+    with Changes() as changes:
         household = days_run.household_of(first)
         changes.set(bpy.context.scene, "angen_seed", first.seed)
         changes.make(first.of_the_home)
@@ -101,8 +100,8 @@ def _lived(group: Sequence[Task]) -> list[Done]:
             for task in group:
                 try:
                     own.append((task, variants.of(task.settings)))
-                except (AngenError, SensorError) as error:
-                    failed.append(_failed(task, AngenError(str(error))))
+                except AngenError as error:
+                    failed.append(_failed(task, error))
             if not own:
                 return failed
             sensors = {sensor.name: sensor for _, on in own for sensor in on}
@@ -124,8 +123,7 @@ def _ran(task: Task, sensors: list[Sensor], household: days_run.Household | None
 
 def _measured(task: Task, on: Sequence[Sensor], measure: Measure, seconds: float) -> Done:
     try:
-        with raised_as_angen_error(SensorError, OutputError):
-            found, files = measure(task, on)
+        found, files = measure(task, on)
     except Exception as error:
         return _failed(task, error, seconds)
     values = {"sensors_on": len(on), **found.values}

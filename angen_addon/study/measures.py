@@ -15,18 +15,17 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.motions import MOTIONS
-from ...sensor_logic.files import OutputError
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording as Readings
 from ...sensor_logic.report.figures import figures, quantity
 from ...sensor_logic.study.study import COLUMNS, WITHOUT_DOT
-from ..api.error import AngenError
 from ..api.recording import Recording
 from ..coverage.maps import cover
 from ..coverage.views import detectors
 from ..runtime.simulation import simulate
 from ..runtime.time_base import evaluated_depsgraph
-from ..scene.sensors import Sensor, SensorError
+from ..scene.sensors import Sensor
 from .changes import Changes
 from .tasks import Task
 
@@ -56,14 +55,8 @@ class MeasuredRun:
             self.add(label, partial(_of_function, name, source, recording, truth, taken))
 
 
-class _WrongFunction(Exception):
-    """A user's function does not give what it must; the text follows the function's name."""
-
-
 def _reason(error: Exception) -> str:
-    if isinstance(error, _WrongFunction):
-        return f" {error}"
-    if isinstance(error, (AngenError, SensorError, OutputError)):
+    if isinstance(error, AngenError):
         return f": {error}"
     return f": {type(error).__name__}: {error}"
 
@@ -103,18 +96,16 @@ def _of_function(
     name: str, source: str, recording: Any, truth: Any, taken: Collection[str]
 ) -> dict[str, Any]:
     """What a user's function measures; `taken` are the names of other columns. Raises
-    _WrongFunction."""
+    AngenError."""
     try:
         told = _function(name, source)(recording, truth)
     except Exception as error:
         frame = traceback.extract_tb(error.__traceback__)[-1]
-        raise _WrongFunction(
-            f"raised {type(error).__name__}: {error} (line {frame.lineno})"
-        ) from None
+        raise AngenError(f"raised {type(error).__name__}: {error} (line {frame.lineno})") from None
     found = _numbers(name, told)
     for key in found:
         if key in taken:
-            raise _WrongFunction(f"gives {key!r}, which is another column: name it otherwise")
+            raise AngenError(f"gives {key!r}, which is another column: name it otherwise")
     return found
 
 
@@ -126,7 +117,7 @@ def _numbers(name: str, told: Any) -> dict[str, Any]:
         try:
             number = float(value)
         except (TypeError, ValueError):
-            raise _WrongFunction(f"gave {value!r} for {key!r}, which is no number") from None
+            raise AngenError(f"gave {value!r} for {key!r}, which is no number") from None
         found[str(key)] = number if math.isfinite(number) else None
     return found
 
@@ -143,7 +134,7 @@ def coverage(sensors: Sequence[Sensor]) -> float:
     """The share of the floor that the motion detectors cover, for a walking person."""
     try:
         seen = detectors(sensors)
-    except SensorError:
+    except AngenError:
         # None of them is on.
         return 0.0
     motion = next(iter(MOTIONS.values()))

@@ -12,12 +12,12 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from ...sensor_logic.files import OutputError, write_files
+from ...sensor_logic.error import InputError
+from ...sensor_logic.files import write_files
 from ...sensor_logic.report.page import PAGE_STYLE
 from ...sensor_logic.report.svg import safe
 from ...sensor_logic.report.theme import INKS
 from ...sensor_logic.study import summary
-from ...sensor_logic.study.study import StudyError
 from ...sensor_logic.study.summary import Mean, Results, Setting, mean_over_seeds, pick
 from ...sensor_logic.wording import plural
 from . import plots
@@ -51,14 +51,14 @@ for (const table of document.querySelectorAll("table.sort"))
 
 def write(folder: Path) -> Path:
     """Writes report.html into the folder of a study, and its pictures into one within; returns the
-    path of the page. Raises StudyError."""
+    path of the page. Raises InputError."""
     facts = _facts(folder)
     try:
         results = summary.read(folder / CSV, facts["varied"])
     except OSError as error:
-        raise StudyError(f"cannot read {folder / CSV}: {error.strerror}") from None
+        raise InputError(f"cannot read {folder / CSV}: {error.strerror}") from None
     except ValueError as error:
-        raise StudyError(f"{folder / CSV} is not of this study: {error}") from None
+        raise InputError(f"{folder / CSV} is not of this study: {error}") from None
     page = html(facts, results)
     try:
         pictures = folder / PICTURES
@@ -70,9 +70,7 @@ def write(folder: Path) -> Path:
         }
         write_files({folder / REPORT: page, **texts})
     except OSError as error:
-        raise StudyError(f"cannot write in {folder}: {error.strerror}") from None
-    except OutputError as error:
-        raise StudyError(str(error)) from None
+        raise InputError(f"cannot write in {folder}: {error.strerror}") from None
     return folder / REPORT
 
 
@@ -81,11 +79,11 @@ def _facts(folder: Path) -> dict[str, Any]:
         found: dict[str, Any] = json.loads((folder / FACTS).read_text(encoding="utf-8"))
         return found
     except OSError as error:
-        raise StudyError(
+        raise InputError(
             f"{folder} has no results of a study ({error.strerror}): `angen study run` makes them"
         ) from None
     except ValueError:
-        raise StudyError(f"{folder / FACTS} is damaged: start the study again") from None
+        raise InputError(f"{folder / FACTS} is damaged: start the study again") from None
 
 
 def html(facts: dict[str, Any], results: Results) -> str:

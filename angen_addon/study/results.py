@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ...sensor_logic.files import OutputError, write_files
-from ...sensor_logic.study.study import StudyError
+from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.files import write_files
 from .tasks import Done
 
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
@@ -31,7 +31,7 @@ Row = dict[str, Any]
 
 
 class Store:
-    """The folder of a study, as a context. Raises StudyError, also where another study writes into
+    """The folder of a study, as a context. Raises InputError, also where another study writes into
     it at the same time."""
 
     def __init__(self, folder: Path) -> None:
@@ -40,7 +40,7 @@ class Store:
             folder.mkdir(parents=True, exist_ok=True)
             self._file = open(folder / RUNS, "a+b")  # noqa: SIM115  (closed by __exit__)
         except OSError as error:
-            raise StudyError(
+            raise InputError(
                 f"cannot write in {folder}: {error.strerror}; give another folder"
             ) from None
         if fcntl is not None:
@@ -48,7 +48,7 @@ class Store:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 self._file.close()
-                raise StudyError(f"another study is writing into {folder}") from None
+                raise InputError(f"another study is writing into {folder}") from None
         # Where the line of each run is, of those that went well and of those that failed.
         self._at: dict[str, int] = {}
         self._failed: set[str] = set()
@@ -60,8 +60,8 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def _error(self, error: OSError) -> StudyError:
-        return StudyError(
+    def _error(self, error: OSError) -> InputError:
+        return InputError(
             f"cannot write in {self.folder}: {error.strerror}; what is there stays, and the same "
             "command goes on from it"
         )
@@ -80,7 +80,7 @@ class Store:
                 self._note(row, end)
                 end += len(line)
             elif line.endswith(b"\n"):
-                raise StudyError(f"{self.folder / RUNS} is not of a study; give another folder")
+                raise InputError(f"{self.folder / RUNS} is not of a study; give another folder")
             else:
                 self._file.truncate(end)
 
@@ -94,7 +94,7 @@ class Store:
         return digest in self._at and digest not in self._failed
 
     def add(self, done: Done, versions: dict[str, str]) -> None:
-        """Keeps what came of a run. Raises StudyError, and then keeps nothing of it."""
+        """Keeps what came of a run. Raises InputError, and then keeps nothing of it."""
         row = {
             "digest": done.digest,
             "values": done.values,
@@ -114,8 +114,8 @@ class Store:
         except OSError as error:
             self._file = _reopened(self._file, at)
             raise self._error(error) from None
-        except OutputError as error:
-            raise StudyError(f"{error}; what is done stays") from None
+        except AngenError as error:
+            raise InputError(f"{error}; what is done stays") from None
         self._note(row, at)
 
     def row(self, digest: str) -> Row | None:
@@ -168,11 +168,11 @@ def _wider(one: type | None, other: type) -> type:
 
 def write_tables(folder: Path, table: Table) -> list[str]:
     """Writes results.csv and results.parquet; returns what could not be, a sentence each. Raises
-    StudyError."""
+    InputError."""
     try:
         write_files({folder / CSV: _csv(table)})
-    except OutputError as error:
-        raise StudyError(f"{error}; the runs themselves are kept") from None
+    except AngenError as error:
+        raise InputError(f"{error}; the runs themselves are kept") from None
     try:
         import pyarrow
         import pyarrow.parquet
@@ -184,7 +184,7 @@ def write_tables(folder: Path, table: Table) -> list[str]:
         os.replace(part, folder / PARQUET)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise StudyError(f"cannot write {folder / PARQUET}: {error.strerror}") from None
+        raise InputError(f"cannot write {folder / PARQUET}: {error.strerror}") from None
     return []
 
 

@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.study.digest import digest_of_bytes
-from ..api.error import AngenError
 from ..output.version import extension_version
 
 # File → what it holds, where the disk of the driver is not that of this worker.
@@ -66,10 +66,6 @@ class Done:
     seconds: float
     error: str = ""
     files: dict[str, str] = field(default_factory=dict)
-
-
-class VersionsDiffer(Exception):
-    """This worker is not as the others; the text names both."""
 
 
 def put(name: str, digest: str, content: bytes) -> None:

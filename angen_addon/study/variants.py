@@ -12,9 +12,9 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.days.rows import Day
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.study.targets import POSE
-from ..api.error import AngenError
 from ..scene.sensors import Sensor, all_sensors, check, check_names, simulated
 from .changes import set_parameter
 
@@ -34,7 +34,7 @@ class Variants:
             bpy.data.objects.remove(sensor.settings_of)
 
     def of(self, settings: Mapping[str, Mapping[str, Any]]) -> list[Sensor]:
-        """The sensors that are on with the settings of a run. Raises AngenError, SensorError."""
+        """The sensors that are on with the settings of a run. Raises AngenError."""
         found = simulated(self._variant(s, settings.get(s.name, {})) for s in self._sensors)
         if not found:
             raise AngenError("no sensor is switched on")

@@ -7,8 +7,9 @@ from __future__ import annotations
 import platform
 import threading
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.study.targets import HomeFacts
-from .tasks import Done, File, Task, VersionsDiffer, differences, found, versions
+from .tasks import Done, File, Task, differences, found, versions
 
 __all__ = ["examine", "run", "versions"]
 
@@ -26,10 +27,10 @@ def examine(home: File) -> HomeFacts:
 
 def run(group: list[Task]) -> list[Done]:
     """Simulates runs that differ in their sensors alone: the home is lived once for all of them.
-    Raises VersionsDiffer; all else that goes wrong is told in what it returns."""
+    Raises AngenError; all else that goes wrong is told in what it returns."""
     differ = differences(group[0].versions, versions())
     if differ:
-        raise VersionsDiffer(f"{platform.node()} is not as the other workers: {differ}")
+        raise AngenError(f"{platform.node()} is not as the other workers: {differ}")
     with _one_at_a_time:
         from . import home_run
 

@@ -11,13 +11,13 @@ import numpy as np
 from bpy.props import BoolProperty
 from mathutils import Matrix, Vector
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ...sensor_logic.residents.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
 from ..residents.places.leaves import SLIDES, leaf_of, turns_by
 from ..residents.places.looks import FACING, look_of
 from ..residents.places.marks import marked
 from ..runtime import state
-from ..scene.door_motion import DoorError
 from ..scene.sensors import unit_scale
 from .overlay.settings import redraw_views
 
@@ -75,7 +75,7 @@ def _leaf(obj: Any, metres: float) -> Array:
     """A door's swing as on a plan, over its lower edge; or the way that it slides."""
     try:
         leaf, _ = leaf_of(obj)
-    except DoorError:
+    except AngenError:
         return np.empty((0, 2, 3))
     corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
     free = leaf.corner.copy()

@@ -18,7 +18,7 @@ from pathlib import Path
 try:
     import numpy as np
     from angen_sensors.sensor_logic.compare import intervals, statistics
-    from angen_sensors.sensor_logic.formats.source import SourceError
+    from angen_sensors.sensor_logic.formats.source import InputError
 except ModuleNotFoundError as error:
     raise SystemExit(
         f"like_real_homes: {error}: run `pip install .` in the repository's folder"
@@ -76,12 +76,12 @@ def changes_a_day(folder: Path) -> list[int]:
 
 
 def table(folder: Path) -> list[tuple[str, str, str]]:
-    """(figure, the real home, these days) a row. Raises SourceError, OSError."""
+    """(figure, the real home, these days) a row. Raises InputError, OSError."""
     home = intervals.read(folder)
     motion = [s for s in home.sensors.values() if s.quantity == "motion"]
     on, gaps = statistics.on_times(home, "motion"), statistics.gaps(home, "motion")
     if len(gaps) < 2 or not len(on):
-        raise SourceError(f"{folder} has too few times at which motion detectors are on")
+        raise InputError(f"{folder} has too few times at which motion detectors are on")
     changes = changes_a_day(folder)
     days, time = len(changes), len(changes) * DAY_S
     starts = [start for sensor in motion for start in sensor.starts]
@@ -119,7 +119,7 @@ def table(folder: Path) -> list[tuple[str, str, str]]:
 def main(folder: str) -> None:
     try:
         rows = table(Path(folder))
-    except (SourceError, OSError) as error:
+    except (InputError, OSError) as error:
         raise SystemExit(f"like_real_homes: {error}") from None
     print('| | CASAS "AL" | these days |\n|---|---|---|')
     for row in rows:

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from ..error import InputError
 from ..formats.log import DEFAULT_START, Log
 from ..formats.reading import read_log
-from ..formats.source import SourceError
 
 DAY_S = 86400.0
 
@@ -47,7 +47,7 @@ class HomeIntervals:
 def read(path: Path) -> HomeIntervals:
     """Reads an event log, a folder of days, or a log in any of the readable formats.
 
-    Raises SourceError, which names the file and the problem, or OSError.
+    Raises InputError, which names the file and the problem, or OSError.
     """
     source = read_log(path)
     log = source.log(start=source.start or DEFAULT_START)
@@ -89,5 +89,5 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
             sensor.intervals.append((since.pop(name), time))
         states[name] = on
     if begin is None:
-        raise SourceError(f"{path} has no sensor that is on or off")
+        raise InputError(f"{path} has no sensor that is on or off")
     return HomeIntervals(path.name, begin, last, sensors)

@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..formats.source import SourceError
+from ..error import InputError
 from ..kinds import KINDS
 from ..lines import KeyPath, LineError, line_of, read_toml
 
@@ -99,12 +99,12 @@ class FaultPlan:
     places: tuple[str, ...]
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Raises SourceError for a name or pattern that matches none of a home's sensors."""
+        """Raises InputError for a name or pattern that matches none of a home's sensors."""
         names = sorted(names)
         for fault, place in zip(self.faults, self.places, strict=True):
             for pattern in fault.sensors:
                 if not any(_matches(name, pattern) for name in names):
-                    raise SourceError(
+                    raise InputError(
                         f"{place}: no sensor is called '{pattern}'; "
                         f"there are {', '.join(names) or 'none'}"
                     )
@@ -115,24 +115,24 @@ def _matches(name: str, pattern: str) -> bool:
 
 
 def read_plan(path: Path) -> FaultPlan:
-    """Reads a faults file. Raises SourceError, which names file and line, or OSError."""
+    """Reads a faults file. Raises InputError, which names file and line, or OSError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
         found, lines = read_toml(text)
     except UnicodeDecodeError:
-        raise SourceError(f"{path} is not a text file in UTF-8") from None
+        raise InputError(f"{path} is not a text file in UTF-8") from None
     except LineError as error:
-        raise SourceError(f"{path}, line {error.line}: {error}") from None
+        raise InputError(f"{path}, line {error.line}: {error}") from None
     where = _Places(path, lines)
     for key in found:
         if key not in {"seed", "fault"}:
-            raise SourceError(f"{where.of(key)}: '{key}' is unknown; known are seed and [[fault]]")
+            raise InputError(f"{where.of(key)}: '{key}' is unknown; known are seed and [[fault]]")
     seed = found.get("seed", 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < SEEDS:
-        raise SourceError(f"{where.of('seed')}: seed is {seed!r}, not a whole number up to 2^32")
+        raise InputError(f"{where.of('seed')}: seed is {seed!r}, not a whole number up to 2^32")
     tables = found.get("fault", [])
     if not (isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables)):
-        raise SourceError(f"{path} has no table [[fault]]")
+        raise InputError(f"{path} has no table [[fault]]")
     faults = tuple(_fault(where, number, table) for number, table in enumerate(tables))
     return FaultPlan(
         seed, faults, tuple(where.of("sensors", number) for number in range(len(tables)))
@@ -157,25 +157,25 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
     for key, value in table.items():
         place = where.of(key, number)
         if key not in known:
-            raise SourceError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
+            raise InputError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
         if NEEDS.get(key, key) not in table:
-            raise SourceError(f"{place}: {key} needs {NEEDS[key]} too; give both")
+            raise InputError(f"{place}: {key} needs {NEEDS[key]} too; give both")
         if key in NUMBERS:
             values[key] = _number(place, key, value)
         elif key == "stuck":
             if value not in STATES:
-                raise SourceError(f"{place}: stuck is {value!r}, not {' or '.join(STATES)}")
+                raise InputError(f"{place}: stuck is {value!r}, not {' or '.join(STATES)}")
             values[key] = value
         else:
             values[key] = _names(place, key, value)
     for kind in values.get("kinds", ()):
         if kind not in KINDS:
-            raise SourceError(
+            raise InputError(
                 f"{where.of('kinds', number)}: kind '{kind}' is unknown; "
                 f"known are {', '.join(KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
-        raise SourceError(f"{where.of('sensors', number)}: this table names no fault")
+        raise InputError(f"{where.of('sensors', number)}: this table names no fault")
     return Fault(**values)
 
 
@@ -184,14 +184,14 @@ def _number(place: str, key: str, value: Any) -> float | Range:
     ends = value if bounds.is_range and isinstance(value, list) else [value, value]
     is_number = [isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends]
     if len(ends) != 2 or not all(is_number):
-        raise SourceError(f"{place}: {key} is {value!r}, not {bounds.text}")
+        raise InputError(f"{place}: {key} is {value!r}, not {bounds.text}")
     if not bounds.low <= ends[0] <= ends[1] <= bounds.high:
-        raise SourceError(f"{place}: {key} is {value}, not {bounds.text}")
+        raise InputError(f"{place}: {key} is {value}, not {bounds.text}")
     return (float(ends[0]), float(ends[1])) if bounds.is_range else float(value)
 
 
 def _names(place: str, key: str, value: Any) -> tuple[str, ...]:
     names = [value] if isinstance(value, str) else value
     if not (isinstance(names, list) and names and all(isinstance(n, str) for n in names)):
-        raise SourceError(f"{place}: {key} is {value!r}, not a name or a list of names")
+        raise InputError(f"{place}: {key} is {value!r}, not a name or a list of names")
     return tuple(names)

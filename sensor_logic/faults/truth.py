@@ -13,7 +13,7 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..formats.source import SourceError
+from ..error import InputError
 from ..log.event_log import HEADER, Event, format_time, to_csv
 from .make import DrawnFault, FaultyLog
 
@@ -41,7 +41,7 @@ def _drawn_row(drawn: DrawnFault) -> tuple[str, ...]:
 def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
     """The events without faults, in their order.
 
-    Raises SourceError where the file is no truth file or belongs to another log, or OSError.
+    Raises InputError where the file is no truth file or belongs to another log, or OSError.
     """
     left: dict[int, Event] = dict(enumerate(faulty, start=1))
     put: dict[int, Event] = {}
@@ -49,14 +49,14 @@ def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
         row, true_row, event = _read(truth, line, cells)
         there = left.pop(row, None) if row else None
         if row and (there is None or not _is_same(there, event, with_time=not true_row)):
-            raise SourceError(f"{truth}: line {line} does not fit the log: it is of another one")
+            raise InputError(f"{truth}: line {line} does not fit the log: it is of another one")
         if true_row:
             put[true_row] = event
     rest = iter(left.values())
     try:
         return [put.get(number) or next(rest) for number in range(1, len(left) + len(put) + 1)]
     except StopIteration:
-        raise SourceError(f"{truth} does not fit the log: it has rows that are not there") from None
+        raise InputError(f"{truth} does not fit the log: it has rows that are not there") from None
 
 
 def _is_same(there: Event, event: Event, with_time: bool) -> bool:
@@ -69,7 +69,7 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
         try:
             rows = csv.reader(file)
             if tuple(next(rows, ())) != TRUTH_HEADER:
-                raise SourceError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
+                raise InputError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
             # Rows of what was drawn have neither number.
             return [
                 (rows.line_num, row)
@@ -77,9 +77,9 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
                 if len(row) != len(TRUTH_HEADER) or any(row[1:3])
             ]
         except UnicodeDecodeError:
-            raise SourceError(f"{truth} is not a text file in UTF-8") from None
+            raise InputError(f"{truth} is not a text file in UTF-8") from None
         except csv.Error as error:
-            raise SourceError(f"{truth}: {error}") from None
+            raise InputError(f"{truth}: {error}") from None
 
 
 def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event]:
@@ -88,4 +88,4 @@ def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event]:
         event = Event(float(time), sensor, field, float(frame), kind, value)
         return int(row or 0), int(true_row or 0), event
     except ValueError:
-        raise SourceError(f"{truth}: line {line} is not a row of a log") from None
+        raise InputError(f"{truth}: line {line} is not a row of a log") from None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
+from ..error import InputError
 from ..log.start import moment
 from . import (
     casas,
@@ -25,9 +26,9 @@ from . import (
 )
 from .log import Log
 from .read import EPOCH, ParsedLog
-from .written import DateError, FormatError, FormatFiles
+from .written import FormatFiles
 
-__all__ = ["FORMATS", "DateError", "Format", "FormatError", "FormatFiles", "Log"]
+__all__ = ["FORMATS", "Format", "FormatFiles", "InputError", "Log"]
 
 
 @dataclass(frozen=True)
@@ -48,19 +49,19 @@ class Format:
     seconds: tuple[int, int] | None = None
 
     def write(self, log: Log) -> FormatFiles:
-        """Raises FormatError, or DateError where the format cannot hold the log's dates."""
+        """Raises InputError, or InputError where the format cannot hold the log's dates."""
         first, last = log.span()
         self.check_dates(log.start, first / 1e6, last / 1e6)
         return self.writer(log)
 
     def check_dates(self, start: datetime, first: float, last: float) -> None:
-        """Raises DateError unless the format can hold dates from `first` to `last`, in seconds
+        """Raises InputError unless the format can hold dates from `first` to `last`, in seconds
         since the start."""
         try:
             begin = moment(start, timedelta(seconds=first))
             end = moment(start, timedelta(seconds=last))
         except OverflowError:
-            raise DateError(
+            raise InputError(
                 "the log's dates are not all between the years 1 and 9999: give another --start"
             ) from None
         if self.seconds is None:
@@ -68,7 +69,7 @@ class Format:
         zero = Log((), start).epoch_us(0) / 1e6
         if not self.seconds[0] <= zero + first <= zero + last < self.seconds[1] + 1:
             earliest, latest = (EPOCH + timedelta(seconds=second) for second in self.seconds)
-            raise DateError(
+            raise InputError(
                 f"{self.name} holds dates from {earliest} to {latest} (UTC), but the log's are "
                 f"{begin} to {end}: give another --start, or choose another format"
             )

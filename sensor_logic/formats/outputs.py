@@ -7,39 +7,40 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..files import OutputError, check_folder
+from ..error import InputError
+from ..files import check_folder
 from . import Format, FormatFiles
 
 
 def check_installed(target: Format) -> None:
-    """Raises OutputError where the package that a format needs is not installed."""
+    """Raises AngenError where the package that a format needs is not installed."""
     if target.needs and find_spec(target.needs) is None:
-        raise OutputError(
+        raise InputError(
             f"{target.name} needs {target.needs}, which is not installed: "
             f"pip install {target.needs}, or choose another format"
         )
 
 
 def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
-    """Raises OutputError where a format's files could not be written to `out`."""
+    """Raises AngenError where a format's files could not be written to `out`."""
     check_installed(target)
     for source in sources:
         if out.resolve() == source.resolve():
-            raise OutputError(f"--out: {out} is also read; give another name")
+            raise InputError(f"--out: {out} is also read; give another name")
     if not target.is_folder and out.is_dir():
-        raise OutputError(f"--out: {out} is a folder; {target.name} is a file, give its name")
+        raise InputError(f"--out: {out} is a folder; {target.name} is a file, give its name")
     if target.is_folder and out.exists() and not out.is_dir():
-        raise OutputError(f"--out: {out} is a file; {target.name} is a folder, give its name")
+        raise InputError(f"--out: {out} is a file; {target.name} is a folder, give its name")
     check_folder(out if target.is_folder and out.exists() else out.parent, "--out")
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
-    """Raises OutputError where a file could not be written, or is one of the `others`, which are
+    """Raises AngenError where a file could not be written, or is one of the `others`, which are
     also read or written."""
     if path.is_dir():
-        raise OutputError(f"{flag}: {path} is a folder, not a file name")
+        raise InputError(f"{flag}: {path} is a folder, not a file name")
     if path.resolve() in {other.resolve() for other in others}:
-        raise OutputError(f"{flag}: {path} is also read or written; give another name")
+        raise InputError(f"{flag}: {path} is also read or written; give another name")
     check_folder(path.parent, flag)
 
 

@@ -11,17 +11,18 @@ import io
 from pathlib import Path
 from typing import Any
 
+from ..error import AngenError
 from ..kinds import KINDS
 from .columns import event_columns, sample_columns
 from .log import Log
 from .read import DatedChange, ParsedLog, value_text
-from .written import FormatError, FormatFiles
+from .written import FormatFiles
 
 TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 
 
 def write(log: Log) -> FormatFiles:
-    """Raises FormatError where pyarrow is missing."""
+    """Raises AngenError where pyarrow is missing."""
     pyarrow = _pyarrow()
     columns = sample_columns(log) if log.samples else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
@@ -39,7 +40,7 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """The rows of an event log, or the changes in a table of updates. Raises FormatError."""
+    """The rows of an event log, or the changes in a table of updates. Raises AngenError."""
     table = _pyarrow().parquet.read_table(path).to_pylist()
     # A log with a time zone was written in UTC, any other in its own clock.
     found = ParsedLog([], in_utc=any(row["time"].tzinfo for row in table[:1]))
@@ -62,12 +63,12 @@ def _event_values(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _pyarrow() -> Any:
-    """Imports pyarrow. Raises FormatError where it is missing."""
+    """Imports pyarrow. Raises AngenError where it is missing."""
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        raise FormatError(
+        raise AngenError(
             f"parquet needs pyarrow ({error}): pip install pyarrow, or choose another format"
         ) from None
     return pyarrow

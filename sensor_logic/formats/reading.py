@@ -11,13 +11,13 @@ from datetime import datetime, tzinfo
 from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
+from ..error import AngenError, InputError
 from ..log.event_log import HEADER, Event
 from . import FORMATS, Format
 from .local_time import count_left_out, since
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts
 from .read import ParsedLog, events_of, sort_rows
-from .source import SourceError, make_log, read_log_events
-from .written import FormatError
+from .source import make_log, read_log_events
 
 HEAD = 4096
 
@@ -48,14 +48,14 @@ class LoadedLog:
         activities: Iterable[LoggedActivity] = (),
         about: Mapping[str, str] | None = None,
     ) -> Log:
-        """The events as a log, with further facts. Raises SourceError, which names the file."""
+        """The events as a log, with further facts. Raises InputError, which names the file."""
         facts = self.sensors | dict(sensors or {})
         try:
             return make_log(
                 self.events, facts, start, activities, about, has_states=self.has_states
             )
-        except SourceError as error:
-            raise SourceError(f"{self.path}: {error}") from None
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}") from None
 
 
 def read_log(
@@ -65,13 +65,13 @@ def read_log(
 
     `start` is the time of t = 0; None: the time in the log, or that of the first change; `zone`:
     the home's, if known; `sort`: sort the rows by time, and keep exact repeats once. Raises
-    SourceError, which names the file and the problem, or OSError.
+    InputError, which names the file and the problem, or OSError.
     """
     found = _format_of(path)
     if found is None and not path.is_dir() and not path.stat().st_size:
-        raise SourceError(f"{path} is empty: no sensor changed, or it was not written")
+        raise InputError(f"{path} is empty: no sensor changed, or it was not written")
     if found is None:
-        raise SourceError(
+        raise InputError(
             f"{path}: its format is not recognised by line 1; known are {', '.join(FORMATS)}; an "
             f"event log begins with {','.join(HEADER)}"
         )
@@ -102,14 +102,17 @@ def _loaded(
         events, begin = events_of(read, start, zone)
         left_out = 0 if read.in_utc else count_left_out([c.time for c in read.changes], zone)
     except KeyError as error:
-        raise SourceError(f"{path} cannot be read as {name}: it has no {error}") from None
+        raise InputError(f"{path} cannot be read as {name}: it has no {error}") from None
     except (ValueError, IndexError, TypeError, OverflowError, struct.error, ParseError) as error:
-        raise SourceError(f"{path} cannot be read as {name}: {error}") from None
-    except FormatError as error:
-        raise SourceError(f"{path}: {error}") from None
+        raise InputError(f"{path} cannot be read as {name}: {error}") from None
+    except InputError:
+        raise
+    except AngenError as error:
+        # The library that reads it is missing.
+        raise InputError(f"{path}: {error}") from None
     notes = tuple(f"{path}: {text}" for text in read.notes)
     if not events and name != "events":
-        raise SourceError("; ".join([f"{path} has no sensor of a known kind", *read.notes]))
+        raise InputError("; ".join([f"{path} has no sensor of a known kind", *read.notes]))
     kinds = {event.sensor: event.kind for event in events}
     rooms = read.rooms
     sensors = {s: SensorFacts(s, kind, rooms.get(s, "")) for s, kind in kinds.items()}

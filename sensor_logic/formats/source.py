@@ -13,6 +13,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from ..error import InputError
 from ..kind import Field
 from ..kinds import KINDS
 from ..log.event_log import HEADER, Event, read_events
@@ -28,10 +29,6 @@ ANY_QUANTITY = {bool: "state", str: "text", float: "number", int: "number"}
 ACTIVITY_HEADER = ("start", "end", "person", "activity", "room")
 
 
-class SourceError(Exception):
-    """A file is invalid; the text names the file, the line and a solution."""
-
-
 def make_log(
     events: Iterable[Event],
     sensors: Mapping[str, SensorFacts] | None = None,
@@ -43,7 +40,7 @@ def make_log(
 ) -> Log:
     """A log of events; a sensor that is not in `sensors` has no room.
 
-    `has_states`: the first event of each field is its initial state. Raises SourceError for an
+    `has_states`: the first event of each field is its initial state. Raises InputError for an
     unknown kind or field, an invalid value, and decreasing times.
     """
     channels: dict[tuple[str, str], Channel] = {}
@@ -53,7 +50,7 @@ def make_log(
     for number, event in enumerate(events, start=1):
         where = f"line {event.line}" if event.line else f"event {number}"
         if event.time < last:
-            raise SourceError(
+            raise InputError(
                 f"{where}: {event.time:.6f} s comes after {last:.6f} s; sort the events by "
                 "time, as `convert --sort` does"
             )
@@ -65,7 +62,7 @@ def make_log(
             channels[key] = channel_of(known, published)
         channel = channels[key]
         if channel.sensor.kind != event.kind:
-            raise SourceError(
+            raise InputError(
                 f"{where}: '{event.sensor}' is of kind {event.kind} here and of kind "
                 f"{channel.sensor.kind} elsewhere"
             )
@@ -83,12 +80,12 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
 def _field(where: str, event: Event) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
-        raise SourceError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
+        raise InputError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
     for published in kind.events:
         if published.name == event.field:
             return published
     names = ", ".join(f.name for f in kind.events)
-    raise SourceError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
+    raise InputError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
 
 
 def _value(where: str, event: Event, of: type) -> Value:
@@ -102,7 +99,7 @@ def _value(where: str, event: Event, of: type) -> Value:
     except ValueError:
         pass
     wanted = "0 or 1" if of is bool else "a number, which is finite"
-    raise SourceError(f"{where}: '{event.field}' is '{event.value}', not {wanted}")
+    raise InputError(f"{where}: '{event.field}' is '{event.value}', not {wanted}")
 
 
 def read_log_events(
@@ -111,7 +108,7 @@ def read_log_events(
     """The events of an event log and their start; of the `events.csv` of a folder of days, which
     has dates instead of seconds, the changes.
 
-    `start` None: the dates in the file give the start. Raises SourceError, OSError.
+    `start` None: the dates in the file give the start. Raises InputError, OSError.
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
@@ -123,9 +120,9 @@ def read_log_events(
                 start = _start_by_row(next(rows, []))
             return read_events(path), start
     except UnicodeDecodeError:
-        raise SourceError(f"{path} is not a text file in UTF-8") from None
+        raise InputError(f"{path} is not a text file in UTF-8") from None
     except ValueError as error:
-        raise SourceError(f"{error}; {','.join(HEADER)} is what `angen simulate` writes") from None
+        raise InputError(f"{error}; {','.join(HEADER)} is what `angen simulate` writes") from None
 
 
 def _end_of_days(folder: Path) -> datetime | None:
@@ -149,7 +146,7 @@ def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[DatedChang
             when, sensor, kind, name, value, _person, _because = row
             time = datetime.fromisoformat(when)
         except ValueError:
-            raise SourceError(f"{path}: line {number} is not an event") from None
+            raise InputError(f"{path}: line {number} is not an event") from None
         yield DatedChange(time, sensor, kind, name, value, number)
 
 
@@ -174,26 +171,26 @@ def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[st
 def read_home(path: Path) -> HomeFile:
     """Reads a `home.toml`, or the sensors that `angen list --json` printed.
 
-    Raises SourceError, OSError.
+    Raises InputError, OSError.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
         found: Any = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except UnicodeDecodeError:
-        raise SourceError(f"{path} is not a text file in UTF-8") from None
+        raise InputError(f"{path} is not a text file in UTF-8") from None
     except RecursionError:
-        raise SourceError(f"{path} is nested too deeply") from None
+        raise InputError(f"{path} is nested too deeply") from None
     except ValueError as error:
-        raise SourceError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}") from None
     home = {"sensors": found} if isinstance(found, list) else found
     entries = home.get("sensors") if isinstance(home, dict) else None
     if not isinstance(entries, list):
-        raise SourceError(f"{path} has no list of sensors, as home.toml and `list --json` have")
+        raise InputError(f"{path} has no list of sensors, as home.toml and `list --json` have")
     sensors: dict[str, SensorFacts] = {}
     for entry in entries:
         facts = _sensor_facts(path, entry)
         if facts.name in sensors:
-            raise SourceError(f"{path}: two sensors are called '{facts.name}'")
+            raise InputError(f"{path}: two sensors are called '{facts.name}'")
         sensors[facts.name] = facts
     start = home.get("start")
     if start is not None and not isinstance(start, datetime):
@@ -204,7 +201,7 @@ def read_home(path: Path) -> HomeFile:
 
 
 def home_beside(events: Path) -> HomeFile:
-    """The facts in a folder of days; none of any other log. Raises SourceError, OSError."""
+    """The facts in a folder of days; none of any other log. Raises InputError, OSError."""
     path = events / "home.toml"
     return read_home(path) if path.is_file() else HomeFile()
 
@@ -222,7 +219,7 @@ def _labels(found: Any) -> dict[str, dict[str, str]]:
 def _sensor_facts(path: Path, entry: Any) -> SensorFacts:
     name, kind = (entry.get("name"), entry.get("kind")) if isinstance(entry, dict) else (None, None)
     if not (isinstance(name, str) and isinstance(kind, str)):
-        raise SourceError(f"{path}: a sensor has no name or no kind: {str(entry)[:80]}")
+        raise InputError(f"{path}: a sensor has no name or no kind: {str(entry)[:80]}")
     room, parameters = entry.get("room", ""), entry.get("parameters", {})
     return SensorFacts(
         name,
@@ -246,11 +243,11 @@ def _about(home: Mapping[str, Any]) -> dict[str, str]:
 
 
 def start_of(text: str) -> datetime | None:
-    """A date and time such as 2026-03-02T07:00:00. Raises SourceError."""
+    """A date and time such as 2026-03-02T07:00:00. Raises InputError."""
     try:
         return parse_start(text)
     except ValueError as error:
-        raise SourceError(str(error)) from None
+        raise InputError(str(error)) from None
 
 
 def read_activities(
@@ -259,20 +256,20 @@ def read_activities(
     """The rows of an `activities.csv`: start, end, person, activity, room; `labels`: the names that
     activities get instead.
 
-    Raises SourceError, OSError.
+    Raises InputError, OSError.
     """
     found = []
     with open(path, newline="", encoding="utf-8-sig") as file:
         try:
             rows = csv.reader(file)
             if tuple(next(rows, ())) != ACTIVITY_HEADER:
-                raise SourceError(f"{path}: line 1 is not {','.join(ACTIVITY_HEADER)}")
+                raise InputError(f"{path}: line 1 is not {','.join(ACTIVITY_HEADER)}")
             found = [
                 _activity(path, number, row, start, labels or {})
                 for number, row in enumerate(rows, 2)
             ]
         except UnicodeDecodeError:
-            raise SourceError(f"{path} is not a text file in UTF-8") from None
+            raise InputError(f"{path} is not a text file in UTF-8") from None
     return sorted(found)
 
 
@@ -283,7 +280,7 @@ def _activity(
         begin, end, person, activity, room = row
         first, last = (since(start, datetime.fromisoformat(text)) for text in (begin, end))
     except (ValueError, TypeError):
-        raise SourceError(f"{path}: line {number} is not an activity") from None
+        raise InputError(f"{path}: line {number} is not an activity") from None
     if last < first:
-        raise SourceError(f"{path}: line {number}: '{activity}' ends before it begins")
+        raise InputError(f"{path}: line {number}: '{activity}' ends before it begins")
     return LoggedActivity(first, last, person, labels.get(activity, activity), room)

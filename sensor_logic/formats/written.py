@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..error import InputError
+
 
 @dataclass(frozen=True)
 class FormatFiles:
@@ -19,9 +21,5 @@ class FormatFiles:
     notes: tuple[str, ...] = ()
 
 
-class FormatError(Exception):
-    """A log cannot be written or read in a format; the text says why, and what would work."""
-
-
-class DateError(FormatError):
+class InputError(InputError):
     """A format cannot hold the dates of a log."""

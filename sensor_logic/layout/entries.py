@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..error import InputError
 from ..kind import Kind
 from ..kinds import KINDS
 from ..lines import KeyPath, LineError, read_json
@@ -24,10 +25,6 @@ OTHERS = "others_enabled"
 # The largest numbers that Blender stores: in single precision, and as an integer.
 LARGEST = 3.4028234e38
 LARGEST_WHOLE = 2**31 - 1
-
-
-class LayoutError(Exception):
-    """A layout cannot be applied; the text names file, line, sensor, reason and a solution."""
 
 
 def _name(value: Any) -> str:
@@ -139,16 +136,16 @@ class LayoutEntry:
     def name(self) -> str:
         return str(self.values["name"])
 
-    def error(self, text: str, *key: str) -> LayoutError:
+    def error(self, text: str, *key: str) -> InputError:
         """The error for the value at the path `key` in this sensor."""
         line = self.lines.get(key, self.lines[()])
         name = self.values.get("name")
         named = f"'{name}': " if isinstance(name, str) else ""
-        return LayoutError(f"{self.file}, line {line}: {named}{text}")
+        return InputError(f"{self.file}, line {line}: {named}{text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:
         """The parameters that the keys `preset` and `parameters` set for a sensor of this kind,
-        with the kind's types. Raises LayoutError."""
+        with the kind's types. Raises InputError."""
         found: dict[str, Any] = {}
         preset = self.values.get("preset")
         if preset is not None:
@@ -204,17 +201,17 @@ class Layout:
 
 
 def read_layout(path: Path) -> Layout:
-    """Read a layout file, each sensor checked by itself. Raises LayoutError."""
+    """Read a layout file, each sensor checked by itself. Raises InputError."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise LayoutError(f"cannot read {path}: {error.strerror}") from None
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
     except ValueError:
-        raise LayoutError(f"{path} is no JSON: it is not UTF-8 text") from None
+        raise InputError(f"{path} is no JSON: it is not UTF-8 text") from None
     try:
         found, lines = read_json(text)
     except LineError as error:
-        raise LayoutError(f"{path.name}, line {error.line}: {error}") from None
+        raise InputError(f"{path.name}, line {error.line}: {error}") from None
     top: KeyPath = ()
     others = None
     if isinstance(found, dict):
@@ -222,7 +219,7 @@ def read_layout(path: Path) -> Layout:
         if unknown or "sensors" not in found:
             line = lines[tuple(unknown[:1])]
             problem = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
-            raise LayoutError(
+            raise InputError(
                 f"{path.name}, line {line}: {problem}: give a list of sensors, or "
                 '{"$schema": …, "sensors": [ … ]}'
             )
@@ -232,7 +229,7 @@ def read_layout(path: Path) -> Layout:
                 raise others.error(f"{OTHERS} {problem}")
         found, top = found["sensors"], ("sensors",)
     if not isinstance(found, list):
-        raise LayoutError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
+        raise InputError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
     depth = len(top)
     own: list[dict[KeyPath, int]] = [{} for _ in found]
     for key, line in lines.items():
@@ -244,7 +241,7 @@ def read_layout(path: Path) -> Layout:
 
 
 def _checked(entry: LayoutEntry) -> LayoutEntry:
-    """The entry, after checking it by itself. Raises LayoutError."""
+    """The entry, after checking it by itself. Raises InputError."""
     if not isinstance(entry.values, dict):
         raise LayoutEntry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():
@@ -267,7 +264,7 @@ def _checked(entry: LayoutEntry) -> LayoutEntry:
 
 
 def _check_names(entries: Iterable[LayoutEntry]) -> None:
-    """Raises LayoutError where two entries have the same sensor."""
+    """Raises InputError where two entries have the same sensor."""
     seen: dict[tuple[str, str], LayoutEntry] = {}
     for entry in entries:
         key = entry.name, entry.values.get("library", "")

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clock import Clock
+from ..error import AngenError
 from ..kinds import KINDS
 from .columns import CODES, Column
 from .tracks import Recording, Track
@@ -35,18 +36,14 @@ WRONG = (
 TOO_MANY = "it has more readings than a file can hold"
 
 
-class RecordingFileError(ValueError):
-    """This version cannot read the bytes as a recording; the text says why."""
-
-
 def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
     """The recording and the facts in the bytes after the line with the checksum, if it has at most
-    so many `values`. Raises RecordingFileError, or one of `WRONG`."""
+    so many `values`. Raises AngenError, or one of `WRONG`."""
     size = int.from_bytes(body[:4], "little")
     unpacker = zlib.decompressobj()
     text = unpacker.decompress(body[4 : 4 + size], HEADER_BYTES)
     if not unpacker.eof:
-        raise RecordingFileError("it is damaged, or its header is too large")
+        raise AngenError("it is damaged, or its header is too large")
     header = json.loads(text)
     reader = _Reader(body, 4 + size)
     clock = _read_clock(header["clock"]) if header["clock"] else None
@@ -55,15 +52,15 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
     for facts in header["tracks"]:
         kind = KINDS.get(facts["kind"])
         if kind is None or [f.name for f in kind.samples] != facts["fields"]:
-            raise RecordingFileError("it was written by another version of the extension")
+            raise AngenError("it was written by another version of the extension")
         values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
         if values < 0:
-            raise RecordingFileError(TOO_MANY)
+            raise AngenError(TOO_MANY)
         track = _read_track(facts, clock, reader)
         recording.tracks[_of(str, track.sensor)] = track
         room -= track.nbytes
         if room < 0:
-            raise RecordingFileError(TOO_MANY)
+            raise AngenError(TOO_MANY)
     return recording, _of(dict, header["facts"])
 
 
@@ -90,7 +87,7 @@ class _Reader:
         unpacker = zlib.decompressobj()
         raw = unpacker.decompress(self._data[self._at - packed : self._at], size + 1)
         if len(raw) != size or not unpacker.eof:
-            raise RecordingFileError("it is damaged (a column of another size)")
+            raise AngenError("it is damaged (a column of another size)")
         return raw
 
 
@@ -126,7 +123,7 @@ def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) ->
     track.steps = {_of(str, name): _number(step) for name, step in header["steps"].items()}
     if columns[0]["as"] == "steps":
         if clock is None:
-            raise RecordingFileError("it is damaged (no clock)")
+            raise AngenError("it is damaged (no clock)")
         raw = reader.take(columns.pop(0)["size"], 8 * count)
         frames, times = frames_and_times(np.cumsum(np.frombuffer(raw, np.int64)), clock)
     else:

@@ -16,17 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clock import Clock
+from ..error import AngenError
 from .columns import CODES, Column
-from .reader import (
-    BYTES,
-    TOO_MANY,
-    VALUES,
-    WRONG,
-    RecordingFileError,
-    frames_and_times,
-    read,
-    size_of,
-)
+from .reader import BYTES, TOO_MANY, VALUES, WRONG, frames_and_times, read, size_of
 from .tracks import Recording, Track
 
 TITLE = b"Recording of Angen Sensors"
@@ -37,9 +29,9 @@ LEVEL = 3
 
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
     """The bytes of the recording and of `facts` (plain values), which `from_bytes` returns. Raises
-    RecordingFileError where the recording is too large."""
+    AngenError where the recording is too large."""
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
-        raise RecordingFileError(TOO_MANY)
+        raise AngenError(TOO_MANY)
     out = _Writer()
     header = {
         "clock": _clock_fields(recording.clock),
@@ -54,27 +46,27 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
     """The recording and the facts, if it has at most so many `values`. Raises
-    RecordingFileError."""
+    AngenError."""
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
-        raise RecordingFileError("it is not a recording")
+        raise AngenError("it is not a recording")
     try:
         version, checksum = (int(word) for word in title[len(TITLE) :].split())
     except ValueError:
-        raise RecordingFileError("it is damaged") from None
+        raise AngenError("it is damaged") from None
     if version > VERSION:
-        raise RecordingFileError(
+        raise AngenError(
             f"it was written by a newer version of the extension (format {version}, this one "
             f"reads {VERSION}): update the extension"
         )
     if zlib.crc32(body) != checksum:
-        raise RecordingFileError("it is damaged")
+        raise AngenError("it is damaged")
     try:
         return read(body, values)
-    except RecordingFileError:
+    except AngenError:
         raise
     except WRONG as error:
-        raise RecordingFileError(f"it is damaged ({type(error).__name__})") from None
+        raise AngenError(f"it is damaged ({type(error).__name__})") from None
 
 
 class _Writer:

@@ -5,23 +5,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from .routine import DAY, FixedPoint, FixedPoints, Person, Routine, RoutineError
+from ..error import InputError
+from .routine import DAY, FixedPoint, FixedPoints, Person, Routine
 
 
 def check_bodies(persons: Mapping[str, Person]) -> None:
-    """Raises RoutineError where two persons have the same body."""
+    """Raises InputError where two persons have the same body."""
     bodies: dict[str, str] = {}
     for person in persons.values():
         other = bodies.setdefault(person.resident, person.name)
         if other != person.name:
-            raise RoutineError(
+            raise InputError(
                 f"{person.where}: {person.resident!r} is the body of {other!r} already; "
                 f"give {person.name!r} another resident"
             )
 
 
 def check(routine: Routine, name: str) -> None:
-    """Raises RoutineError where a person is to be in two activities at the same time of the same
+    """Raises InputError where a person is to be in two activities at the same time of the same
     day, or where a day's plan takes longer than the day. Entries that only may happen do not count:
     where they do, what comes later waits."""
     for person in routine.persons:
@@ -33,7 +34,7 @@ def check(routine: Routine, name: str) -> None:
             for place, entry in enumerate(entries):
                 for other, at in after[place + 1 :]:
                     if at < _end(entry):
-                        raise RoutineError(_twice(person, entry, other, at))
+                        raise InputError(_twice(person, entry, other, at))
 
 
 def _days_together(plans: list[FixedPoints]) -> Iterator[tuple[list[FixedPoint], list[FixedPoint]]]:

@@ -7,7 +7,8 @@ import csv
 import io
 from datetime import date, datetime, time
 
-from .routine import RoutineError, Segment
+from ..error import InputError
+from .routine import Segment
 
 COLUMNS = ("start", "end", "person", "activity")
 # What is done where the diary says nothing.
@@ -16,14 +17,14 @@ OTHER = "Other"
 
 def read(content: str, name: str) -> tuple[date, list[Segment]]:
     """The date at whose midnight 0 s is, and for each person segments in order, with OTHER between
-    them where the diary has gaps. Raises RoutineError."""
+    them where the diary has gaps. Raises InputError."""
     rows = csv.DictReader(io.StringIO(content))
     missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
     if missing:
-        raise RoutineError(f"{name}, line 1: the column {missing[0]!r} is missing")
+        raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")
     read_rows = [(rows.line_num, *_row(row, f"{name}, line {rows.line_num}")) for row in rows]
     if not read_rows:
-        raise RoutineError(f"{name}: there is no row")
+        raise InputError(f"{name}: there is no row")
     first = min(start for _, start, *_ in read_rows).date()
     midnight = datetime.combine(first, time())
     found: dict[str, list[Segment]] = {}
@@ -32,7 +33,7 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
         begins, ends = ((moment - midnight).total_seconds() for moment in (start, end))
         before = segments[-1].end if segments else 0.0
         if begins < before:
-            raise RoutineError(
+            raise InputError(
                 f"{name}, line {line}: {person!r} cannot do two things at once: "
                 f"{segments[-1].activity!r} ends after this begins"
             )
@@ -47,12 +48,12 @@ def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]
     try:
         start, end = (datetime.fromisoformat((row[key] or "").strip()) for key in ("start", "end"))
     except ValueError as error:
-        raise RoutineError(f"{where}: {error}") from None
+        raise InputError(f"{where}: {error}") from None
     person, activity = ((row[key] or "").strip() for key in ("person", "activity"))
     if start.tzinfo is not None or end.tzinfo is not None:
-        raise RoutineError(f"{where}: times are local, without a time zone")
+        raise InputError(f"{where}: times are local, without a time zone")
     if end <= start:
-        raise RoutineError(f"{where}: the end is not after the start")
+        raise InputError(f"{where}: the end is not after the start")
     if not person or not activity:
-        raise RoutineError(f"{where}: person and activity must be named")
+        raise InputError(f"{where}: person and activity must be named")
     return start, end, person, activity

@@ -34,7 +34,7 @@ _GROUPS = {"daily": WEEKDAYS, "weekdays": WEEKDAYS[:5], "weekend": WEEKDAYS[5:]}
 
 
 def read(content: str, name: str) -> Routine:
-    """The routine in the text of the file `name`. Raises RoutineError."""
+    """The routine in the text of the file `name`. Raises InputError."""
     top = read_table(content, name)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
         raise top.error(f"this version reads schema = {SCHEMA}", "schema")

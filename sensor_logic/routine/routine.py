@@ -20,10 +20,6 @@ DAY = 86_400.0
 AWAY = "Away"
 
 
-class RoutineError(ValueError):
-    """A routine cannot be acted out; the text names the file, the place in it and the way out."""
-
-
 @dataclass(frozen=True)
 class Meanwhile:
     """A movement that is repeated while an activity lasts, one of those in `do` each time: one in

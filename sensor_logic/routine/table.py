@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
+from ..error import InputError
 from ..lines import KeyPath, LineError, line_of, read_toml
-from .routine import RoutineError
 
 T = TypeVar("T")
 _MISSING = object()
@@ -25,11 +25,11 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 
 def read_table(content: str, name: str) -> TomlTable:
-    """The outermost table in the text of the file `name`. Raises RoutineError."""
+    """The outermost table in the text of the file `name`. Raises InputError."""
     try:
         values, lines = read_toml(content)
     except LineError as error:
-        raise RoutineError(f"{name}, line {error.line}: {error}") from None
+        raise InputError(f"{name}, line {error.line}: {error}") from None
     return TomlTable(name, lines, values)
 
 
@@ -53,11 +53,11 @@ class TomlTable:
         """The table that is in this one."""
         return TomlTable(self.name, self.lines, values, (*self.path, *keys))
 
-    def error(self, text: str, key: str | None = None) -> RoutineError:
-        return RoutineError(f"{self.where(*([] if key is None else [key]))}: {text}")
+    def error(self, text: str, key: str | None = None) -> InputError:
+        return InputError(f"{self.where(*([] if key is None else [key]))}: {text}")
 
     def take(self, key: str, read: Callable[[Any], T], default: Any = _MISSING) -> T:
-        """The value of `key` as `read` makes it, or the default. Raises RoutineError where there is
+        """The value of `key` as `read` makes it, or the default. Raises InputError where there is
         neither, or where `read` raises a ValueError."""
         self._taken.add(key)
         if key not in self.values:
@@ -67,7 +67,7 @@ class TomlTable:
             return result
         try:
             return read(self.values[key])
-        except RoutineError:
+        except InputError:
             raise
         except ValueError as error:
             raise self.error(f"{key}: {error}", key) from None
@@ -97,7 +97,7 @@ class TomlTable:
             yield name, below.below(values, name)
 
     def finish(self) -> None:
-        """Raises RoutineError where there is a key that nothing took."""
+        """Raises InputError where there is a key that nothing took."""
         for key in self.values:
             if key not in self._taken:
                 hint = suggestion(key, self._taken)

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..error import InputError
 from ..model import Array
-from .study import MOST_RUNS, Range, Study, StudyError, Value
+from .study import MOST_RUNS, Range, Study, Value
 
 Setting = dict[str, Value]
 
@@ -25,7 +26,7 @@ class Run(NamedTuple):
 
 
 def count(study: Study) -> int:
-    """How many runs it has. Raises StudyError where they are too many."""
+    """How many runs it has. Raises InputError where they are too many."""
     if study.draw in ("random", "sobol"):
         settings = study.runs
     elif study.draw == "list":
@@ -34,12 +35,12 @@ def count(study: Study) -> int:
         settings = math.prod(len(_steps(values)) for values in study.vary.values())
     total = settings * len(study.seeds)
     if total > MOST_RUNS:
-        raise StudyError(f"{study.name}: {total} runs are more than {MOST_RUNS}")
+        raise InputError(f"{study.name}: {total} runs are more than {MOST_RUNS}")
     return total
 
 
 def runs(study: Study) -> Iterator[Run]:
-    """All runs in order: each setting with every seed. Raises StudyError."""
+    """All runs in order: each setting with every seed. Raises InputError."""
     number = itertools.count(1)
     for setting in _settings(study):
         for seed in study.seeds:
@@ -86,7 +87,7 @@ def _drawn(values: Sequence[Value] | Range, share: float) -> Value:
 
 
 def _shares(study: Study, dimensions: int) -> Array:
-    """(runs, dimensions) from 0 to below 1. Raises StudyError."""
+    """(runs, dimensions) from 0 to below 1. Raises InputError."""
     if study.draw == "random":
         return np.random.default_rng(study.draw_seed).random((study.runs, dimensions))
     sobol: Any = _qmc().Sobol(dimensions, scramble=True, rng=study.draw_seed)
@@ -98,7 +99,7 @@ def _qmc() -> Any:
     try:
         from scipy.stats import qmc
     except ImportError as error:
-        raise StudyError(
+        raise InputError(
             f'draw = "sobol" needs scipy ({error}): pip install "angen-sensors[sweep]"'
         ) from None
     return qmc

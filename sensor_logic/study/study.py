@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..choice import ALL_SENSORS, SensorChoice
-from ..routine.routine import RoutineError
+from ..error import InputError
 from ..routine.table import TomlTable, number, read_table, suggestion, text, texts
 
 Value = bool | int | float | str | tuple[str, ...]
@@ -32,10 +32,6 @@ MOST_RUNS = 10_000_000
 # Choices of sensors, all of which are written out.
 MOST_CHOICES = 10_000
 SEEDS = 2**31
-
-
-class StudyError(Exception):
-    """A study cannot be run as it is written; the text names file, line, reason and the way out."""
 
 
 @dataclass(frozen=True)
@@ -114,18 +110,14 @@ class Study:
 
 
 def read(path: Path) -> Study:
-    """The study in a file. Raises StudyError."""
+    """The study in a file. Raises InputError."""
     try:
         content = path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise StudyError(f"cannot read {path}: {error.strerror}") from None
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
     except ValueError:
-        raise StudyError(f"{path.name} is not a text file in UTF-8") from None
-    try:
-        return _study(read_table(content, path.name), path.resolve().parent)
-    except RoutineError as error:
-        # The reader of tables is that of routines.
-        raise StudyError(str(error)) from None
+        raise InputError(f"{path.name} is not a text file in UTF-8") from None
+    return _study(read_table(content, path.name), path.resolve().parent)
 
 
 def _study(top: TomlTable, folder: Path) -> Study:
@@ -199,7 +191,7 @@ def _place(table: TomlTable, key: str) -> str:
 
 
 def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
-    """What a key of [vary] takes. Raises RoutineError."""
+    """What a key of [vary] takes. Raises InputError."""
     found = table.values[key]
     if isinstance(found, dict) and key == SENSORS:
         return _choices(table.below(found, key))
@@ -232,7 +224,7 @@ def _one_set(value: Any) -> tuple[str, ...]:
 
 def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
     """Every choice of `least` to `most` of some sensors, the small ones first. Raises
-    RoutineError."""
+    InputError."""
     names = table.take("of", texts)
     if not names:
         raise table.error("it names no sensor", "of")
@@ -273,18 +265,18 @@ def _range(table: TomlTable) -> Range:
 
 
 def _check_ranges(study: Study) -> None:
-    """Raises StudyError where what varies does not go with how it is drawn."""
+    """Raises InputError where what varies does not go with how it is drawn."""
     lists = {key: values for key, values in study.vary.items() if not isinstance(values, Range)}
     for key, values in study.vary.items():
         if isinstance(values, Range) and study.draw == "list":
-            raise StudyError(f'{study.where(key)}: draw = "list" takes lists, [1, 2, 3], alone')
+            raise InputError(f'{study.where(key)}: draw = "list" takes lists, [1, 2, 3], alone')
         if isinstance(values, Range) and study.draw == "grid" and not values.steps:
-            raise StudyError(f"{study.where(key)}: a grid needs steps, such as steps = 5")
+            raise InputError(f"{study.where(key)}: a grid needs steps, such as steps = 5")
     lengths = {len(values) for values in lists.values()}
     if study.draw == "list" and len(lengths) > 1:
         told = ", ".join(f"{key} has {len(values)}" for key, values in lists.items())
         where = study.where(next(iter(lists)))
-        raise StudyError(f'{where}: draw = "list" takes lists of one length: {told}')
+        raise InputError(f'{where}: draw = "list" takes lists of one length: {told}')
 
 
 def _files(value: Any, folder: Path) -> tuple[Path, ...]:

@@ -8,12 +8,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..choice import ALL_SENSORS, NoSuchSensor, SensorChoice, fitting, not_found
+from ..choice import ALL_SENSORS, SensorChoice, fitting, not_found
+from ..error import InputError
 from ..kind import Kind
 from ..kinds import KINDS
 from ..parameters import defaults, specs
 from ..spelling import hint
-from .study import SENSORS, WITHOUT_DOT, Range, Study, StudyError, Value
+from .study import SENSORS, WITHOUT_DOT, Range, Study, Value
 
 # A sensor is moved by metres along the home's axes, and turned by radians about its own.
 POSE = ("move_x", "move_y", "move_z", "turn_x", "turn_y", "turn_z")
@@ -57,14 +58,14 @@ def split(key: str) -> tuple[str, str]:
 
 
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
-    """Raises StudyError for what no sensor of one of the homes has, and values out of limits."""
+    """Raises InputError for what no sensor of one of the homes has, and values out of limits."""
     for home in homes:
         try:
             study.choice.of(home.kinds)
-        except NoSuchSensor as error:
-            raise StudyError(f"{home.name}: {error}") from None
+        except InputError as error:
+            raise InputError(f"{home.name}: {error}") from None
         if study.frames is not None and study.frames[1] < home.frame_start:
-            raise StudyError(
+            raise InputError(
                 f"{study.name}: frames end before {home.name} begins, at {home.frame_start}"
             )
         fixed = {key: (value,) for key, value in study.fixed.items()}
@@ -82,9 +83,9 @@ def _check_sensors(study: Study, home: HomeFacts, patterns: tuple[str, ...]) -> 
             raise _no_sensor(study, home, SENSORS, pattern)
 
 
-def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> StudyError:
+def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputError:
     found = not_found(pattern, home.kinds, f" of {home.name}")
-    return StudyError(f"{study.where(key)}: {found}")
+    return InputError(f"{study.where(key)}: {found}")
 
 
 def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
@@ -97,7 +98,7 @@ def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...
         known = (*specs(kind.parameters), *COMMON, *POSE, PRESET)
         if parameter not in known:
             of = next(name for name in names if home.kinds[name] == kind.identifier)
-            raise StudyError(
+            raise InputError(
                 f"{study.where(key)}: '{of}' has no parameter '{parameter}'; "
                 f"{hint(parameter, known)}"
             )
@@ -105,7 +106,7 @@ def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...
             whole = isinstance(values, Range) and not values.whole
             problem = _problem(kind, parameter, value, whole)
             if problem:
-                raise StudyError(f"{study.where(key)}: {parameter} {problem}")
+                raise InputError(f"{study.where(key)}: {parameter} {problem}")
 
 
 def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:

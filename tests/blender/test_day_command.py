@@ -238,7 +238,7 @@ def test_a_script_gets_the_same_days(
     files = rows_of.DayRows.of(made).files()
     for name, text in files.items():
         assert (home.parent / "out" / name).read_bytes() == text.encode()
-    error = addon_part("angen_addon.api.error").AngenError
+    error = addon_part("sensor_logic.error").AngenError
     with pytest.raises(error, match="is not a date"):
         list(opened.days(routine, "March"))
 

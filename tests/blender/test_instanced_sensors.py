@@ -118,7 +118,7 @@ def test_noise_is_that_of_the_name(world, collection):
 def test_two_ways_of_the_same_name_are_refused(flats, addon_part):
     flats.switch("A/Door")
     with pytest.raises(
-        addon_part("angen_addon.scene.sensors").SensorError, match=r"2 sensors.*'A/Door'"
+        addon_part("angen_addon.scene.sensors").AngenError, match=r"2 sensors.*'A/Door'"
     ):
         flats.run(1, 2)
 

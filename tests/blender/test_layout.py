@@ -39,7 +39,7 @@ def apply(addon_part, tmp_path):
 
 @pytest.fixture
 def error(addon_part):
-    return addon_part("sensor_logic.layout.entries").LayoutError
+    return addon_part("sensor_logic.layout.entries").InputError
 
 
 @pytest.fixture(params=[1.0, 0.01])

@@ -210,5 +210,5 @@ def test_far_from_the_origin_it_is_right(world, figure, far):
 
 
 def test_too_far_from_the_origin_is_refused(world):
-    with pytest.raises(part("light.probe").LightError, match="nearer to the origin"):
+    with pytest.raises(part("light.probe").AngenError, match="nearer to the origin"):
         lux(request(matrix=facing((0, 0, 1), (2e5, 0, 0))))

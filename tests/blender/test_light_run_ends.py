@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import stage, state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
+from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import lamp, material, plate, sky
 from tiers import mostly_slow
@@ -118,7 +118,7 @@ def test_nothing_is_left_of_a_run(room, ends, how, tmp_path):
     if how == "closed":
         run.close()
     else:
-        with pytest.raises(SensorError, match="was removed during it"):
+        with pytest.raises(AngenError, match="was removed during it"):
             list(run)
     assert held() == before
     assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running
@@ -131,7 +131,7 @@ def test_nothing_is_left_of_a_run_in_another_file(room):
     run, recording = half_way(room)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     before = held()
-    with pytest.raises(SensorError, match="was removed during it"):
+    with pytest.raises(AngenError, match="was removed during it"):
         list(run)
     assert held() == before
     assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running

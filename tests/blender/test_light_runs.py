@@ -7,9 +7,9 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, resting, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
-from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
 from bl_ext.user_default.angen_sensors.panels import readings
+from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from light_stage import material, plate
 from tiers import mostly_slow
 
@@ -233,5 +233,5 @@ def test_a_run_leaves_nothing_behind(world, lamp):
 def test_what_cannot_be_measured_is_told(world, lamp):
     lamp.location = (2e5, 0, 0)
     world.update()
-    with pytest.raises(SensorError, match="lux"):
+    with pytest.raises(AngenError, match="lux"):
         world.run()

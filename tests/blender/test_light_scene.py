@@ -337,5 +337,5 @@ def test_hundreds_of_measurements_leave_nothing_and_do_not_crash(world):
 
 
 def test_two_of_one_name_are_refused(world):
-    with pytest.raises(part("light.probe").LightError, match="same name"):
+    with pytest.raises(part("light.probe").AngenError, match="same name"):
         measure(request("a"), request("a"))

@@ -108,7 +108,7 @@ def test_a_white_wall_under_a_lamp(world):
 def test_eevee_is_refused_with_a_reason_where_it_cannot_run(world, monkeypatch):
     engine = part("light.engine")
     monkeypatch.setattr(engine, "_why_no_eevee_in_background", lambda: "no GPU; choose Cycles")
-    with pytest.raises(part("light.probe").LightError, match="choose Cycles"):
+    with pytest.raises(part("light.probe").AngenError, match="choose Cycles"):
         look(engine="EEVEE")
 
 

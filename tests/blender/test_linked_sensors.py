@@ -45,7 +45,7 @@ def test_linked_sensors_follow_the_playhead(world, library):
 def test_two_sensors_of_the_same_name_are_refused_with_their_files(world, library, addon_part):
     bring(library, link=True)
     world.switch("Door")
-    with pytest.raises(addon_part("angen_addon.scene.sensors").SensorError) as error:
+    with pytest.raises(addon_part("angen_addon.scene.sensors").AngenError) as error:
         world.run()
     for words in ("2 sensors", "'Door'", "library.blend", "this file", "rename"):
         assert words in str(error.value)

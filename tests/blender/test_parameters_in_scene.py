@@ -41,7 +41,7 @@ def test_an_animated_parameter_that_goes_wrong_stops_the_run_and_says_so(world, 
     sensor = world.switch()
     world.key(sensor, "angen_sensor.optical_switch.range_min", {1: 0.001, 5: 0.6}, "CONSTANT")
     with pytest.raises(
-        addon_part("angen_addon.scene.sensors").SensorError, match=r"'switch'.*range_min"
+        addon_part("angen_addon.scene.sensors").AngenError, match=r"'switch'.*range_min"
     ):
         world.run()
 
@@ -62,14 +62,14 @@ def test_a_sensor_on_a_moving_parent_with_a_constraint(world):
 def test_a_sensor_without_a_direction_is_refused_by_name(world, addon_part, scale):
     sensor = world.switch("Kitchen")
     sensor.scale = scale
-    error = addon_part("angen_addon.scene.sensors").SensorError
+    error = addon_part("angen_addon.scene.sensors").AngenError
     with pytest.raises(error, match="'Kitchen'"):
         world.run()
 
 
 def test_a_sensor_at_nan_is_refused_by_name(world, addon_part):
     world.switch("Kitchen").location.x = float("nan")
-    error = addon_part("angen_addon.scene.sensors").SensorError
+    error = addon_part("angen_addon.scene.sensors").AngenError
     with pytest.raises(error, match="'Kitchen'"):
         world.run()
 
@@ -77,7 +77,7 @@ def test_a_sensor_at_nan_is_refused_by_name(world, addon_part):
 def test_a_rate_of_zero_is_refused(world, addon_part):
     world.switch("Kitchen").angen_sensor.update_rate = 0.0
     with pytest.raises(
-        addon_part("angen_addon.scene.sensors").SensorError, match=r"'Kitchen'.*rate"
+        addon_part("angen_addon.scene.sensors").AngenError, match=r"'Kitchen'.*rate"
     ):
         world.run()
 
@@ -98,7 +98,7 @@ def test_parameters_out_of_range_reach_the_user(world, addon_part, kind, name, v
     """Blender's property lets them be typed, so that the run can say what is wrong."""
     world.sensor(kind, "Kitchen", **{name: value})
     with pytest.raises(
-        addon_part("angen_addon.scene.sensors").SensorError, match=rf"'Kitchen'.*{name}"
+        addon_part("angen_addon.scene.sensors").AngenError, match=rf"'Kitchen'.*{name}"
     ):
         world.run()
 

@@ -72,7 +72,7 @@ def keyed_away(world, obj):
 )
 def test_a_magnet_without_a_place_is_an_error(world, door, addon_part, hide, words):
     hide(world, door)
-    with pytest.raises(addon_part("angen_addon.scene.sensors").SensorError, match=words):
+    with pytest.raises(addon_part("angen_addon.scene.sensors").AngenError, match=words):
         world.run()
 
 
@@ -80,7 +80,7 @@ def test_a_sensor_that_keys_hide_is_refused(world, addon_part):
     switch = world.switch()
     world.key(switch, "location", {1: (0, 0, 0), 9: (0, 0, 1)})
     world.key(switch, "hide_viewport", {1: False, 4: True}, "CONSTANT")
-    with pytest.raises(addon_part("angen_addon.scene.sensors").SensorError, match="monitor icon"):
+    with pytest.raises(addon_part("angen_addon.scene.sensors").AngenError, match="monitor icon"):
         world.run(1, 6)
 
 

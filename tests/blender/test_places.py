@@ -171,7 +171,7 @@ def test_two_floors_and_none(world, addon_part):
     found = flat.read(addon_part)
     assert [round(storey.height, 2) for storey in found.storeys] == [0.0, 2.8]
     assert found.places["Upstairs"].storey == 1
-    error = addon_part("angen_addon.residents.places.floor").PlaceError
+    error = addon_part("angen_addon.residents.places.floor").AngenError
     for obj in [*bpy.data.objects]:
         if obj.name.startswith("wall") or obj == up:
             bpy.data.objects.remove(obj)
@@ -265,6 +265,6 @@ def test_a_mark_that_belongs_to_no_home_is_named(world, addon_part):
     flat = Flat(world)
     flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
     world.link("Astray", None, (400, 0, 0)).angen_place.use = "STAND"
-    error = addon_part("angen_addon.residents.places.floor").PlaceError
+    error = addon_part("angen_addon.residents.places.floor").AngenError
     with pytest.raises(error, match=r"'Astray' is marked 39[0-9] m from the other places"):
         flat.read(addon_part)

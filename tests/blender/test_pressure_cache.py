@@ -273,10 +273,10 @@ def test_a_pad_with_an_empty_mesh_says_so(resting):
 
 
 def test_a_pad_of_no_size_is_refused(resting):
-    from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import SensorError
+    from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError
 
     resting.bpy.data.objects["pad"].scale = (1, 1, 0)
-    with pytest.raises(SensorError, match=r"'pad'.*scale"):
+    with pytest.raises(AngenError, match=r"'pad'.*scale"):
         resting.run()
 
 

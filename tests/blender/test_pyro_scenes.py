@@ -167,7 +167,7 @@ def test_a_lens_written_in_a_text(world, addon_part):
     assert np.abs(signals(world)).max() > 1.0
     text.clear()
     text.write("0,0,4,20,+\n0,0,none,20,-\n")
-    error = addon_part("angen_addon.scene.sensors").SensorError
+    error = addon_part("angen_addon.scene.sensors").AngenError
     with pytest.raises(error, match="'detector': row 2 of the lens table: width is 'none'"):
         world.run()
     assert body.name == "man"

@@ -92,7 +92,7 @@ def test_so_does_a_run_that_fails_half_way(busy, addon_part):
     busy.scene.frame_set(7, subframe=0.25)
     before = state_of_the_file(busy)
     with pytest.raises(
-        addon_part("angen_addon.scene.sensors").SensorError, match=r"'switch'.*scale"
+        addon_part("angen_addon.scene.sensors").AngenError, match=r"'switch'.*scale"
     ):
         busy.run()
     assert state_of_the_file(busy) == before
@@ -120,7 +120,7 @@ def test_a_run_ends_where_another_scene_is_shown(busy, addon_part):
         next(run)
     other = bpy.data.scenes.new("other")
     bpy.context.window.scene = other
-    error = addon_part("angen_addon.scene.sensors").SensorError
+    error = addon_part("angen_addon.scene.sensors").AngenError
     with pytest.raises(error, match="another scene"):
         next(run)
     bpy.context.window.scene = scene

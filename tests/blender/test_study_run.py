@@ -368,7 +368,7 @@ def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
                 "workers": {"tcp://one:1": {"host": {"python": "3.2.1.final.0"}}},
             }
 
-    with pytest.raises(addon_part("sensor_logic.study.study").StudyError) as told:
+    with pytest.raises(addon_part("sensor_logic.study.study").InputError) as told:
         addon_part("angen_addon.study.cluster").check_workers(Client())
     assert str(told.value).startswith("the worker tcp://one:1 has Python 3.2.1, and this is Python")
 

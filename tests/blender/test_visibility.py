@@ -160,7 +160,7 @@ def test_a_sensor_that_blender_does_not_place_is_refused(world, addon_part, of):
     collection, _ = in_collection(world, sensor)
     (sensor if of == "object" else collection).hide_viewport = True
     with pytest.raises(
-        addon_part("angen_addon.scene.sensors").SensorError, match=r"switch.*viewport"
+        addon_part("angen_addon.scene.sensors").AngenError, match=r"switch.*viewport"
     ):
         world.run()
     sensor.angen_sensor.enabled = False

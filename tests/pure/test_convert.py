@@ -12,9 +12,10 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
+from sensor_logic.error import InputError
 from sensor_logic.formats import FORMATS
 from sensor_logic.formats.names import camel, slug, unique
-from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.formats.source import make_log
 from sensor_logic.log.event_log import Event
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -317,7 +318,7 @@ def test_names_stay_apart() -> None:
 
 def test_events_in_disorder_are_refused() -> None:
     events = [Event(t, "P", "moved", 0, "PIR", "0") for t in (1.0, 0.0)]
-    with pytest.raises(SourceError, match="sort the events"):
+    with pytest.raises(InputError, match="sort the events"):
         make_log(events)
 
 

@@ -14,8 +14,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sensor_logic.error import InputError
 from sensor_logic.faults import Fault, FaultPlan, make_faults, read_plan, truth_csv, undo
-from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.formats.source import make_log
 from sensor_logic.log.event_log import Event, read_events, rows_csv
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -299,7 +300,7 @@ def test_the_page_has_an_example_that_works_and_tells_every_key(plan) -> None:
     ],
 )
 def test_a_wrong_file_is_told_by_its_line(plan, tmp_path, text, words) -> None:
-    with pytest.raises(SourceError) as raised:
+    with pytest.raises(InputError) as raised:
         plan(text).check_names(["Hall 2"])
     told = str(raised.value)
     assert all(word in told for word in ["faults.toml", *words]), told

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sensor_logic.files import OutputError, check_folder, file_names, write_files
+from sensor_logic.error import AngenError
+from sensor_logic.files import check_folder, file_names, write_files
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -33,7 +34,7 @@ def test_earlier_files_are_replaced(tmp_path):
 def test_a_failure_at_the_second_file_leaves_all_as_it_was(tmp_path):
     (tmp_path / "a.csv").write_text("old")
     texts = {tmp_path / "a.csv": "new", tmp_path / "missing" / "b.csv": "new"}
-    with pytest.raises(OutputError, match=r"b\.csv"):
+    with pytest.raises(AngenError, match=r"b\.csv"):
         write_files(texts)
     assert contents(tmp_path) == {"a.csv": b"old"}
 
@@ -41,7 +42,7 @@ def test_a_failure_at_the_second_file_leaves_all_as_it_was(tmp_path):
 def test_a_folder_in_the_place_of_the_second_file_leaves_all_as_it_was(tmp_path):
     (tmp_path / "a.csv").write_text("old")
     (tmp_path / "b.csv").mkdir()
-    with pytest.raises(OutputError, match=r"b\.csv"):
+    with pytest.raises(AngenError, match=r"b\.csv"):
         write_files({tmp_path / "a.csv": "new", tmp_path / "b.csv": "new"})
     assert contents(tmp_path) == {"a.csv": b"old", "b.csv": None}
 
@@ -55,7 +56,7 @@ def test_a_full_disk_leaves_all_as_it_was(tmp_path):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, before[1]))
     try:
-        with pytest.raises(OutputError, match=r"b\.csv"):
+        with pytest.raises(AngenError, match=r"b\.csv"):
             write_files({tmp_path / "a.csv": "new", tmp_path / "b.csv": "x" * 20_000})
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
@@ -109,9 +110,9 @@ def test_a_link_stays_a_link(tmp_path):
 def test_folders_that_cannot_take_a_file_are_told(tmp_path):
     check_folder(tmp_path, "--events")
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match=r"--events: the folder .*missing does not exist"):
+    with pytest.raises(AngenError, match=r"--events: the folder .*missing does not exist"):
         check_folder(tmp_path / "missing", "--events")
-    with pytest.raises(OutputError, match="not a folder"):
+    with pytest.raises(AngenError, match="not a folder"):
         check_folder(tmp_path / "file", "--samples")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
@@ -194,6 +195,6 @@ def test_a_run_that_goes_on_is_left_alone(writer, tmp_path):
 
 
 def test_what_cannot_be_encoded_is_told(tmp_path):
-    with pytest.raises(OutputError, match=r"b\.csv: a name in it is not text"):
+    with pytest.raises(AngenError, match=r"b\.csv: a name in it is not text"):
         write_files({tmp_path / "a.csv": "new", tmp_path / "b.csv": "\udcff"})
     assert contents(tmp_path) == {}

@@ -10,12 +10,12 @@ from datetime import datetime
 import pytest
 
 from angen_addon.process.standalone import load_extension
+from sensor_logic.error import InputError
 from sensor_logic.formats import FORMATS, mcap
 from sensor_logic.formats.key import mended_word
 from sensor_logic.formats.log import SensorFacts
 from sensor_logic.formats.reading import read_log
-from sensor_logic.formats.source import SourceError, make_log
-from sensor_logic.formats.written import DateError
+from sensor_logic.formats.source import make_log
 from sensor_logic.log.event_log import HEADER, Event
 
 load_extension()
@@ -196,9 +196,9 @@ def test_a_start_too_near_the_ends_of_the_calendar_is_told(run, start) -> None:
 
 
 def test_dates_are_checked_before_a_run() -> None:
-    with pytest.raises(DateError, match="2038-01-19 03:14:07"):
+    with pytest.raises(InputError, match="2038-01-19 03:14:07"):
         FORMATS["mcap"].check_dates(datetime(2038, 1, 19), 0.0, 86400.0)
-    with pytest.raises(DateError, match="1 and 9999"):
+    with pytest.raises(InputError, match="1 and 9999"):
         FORMATS["casas"].check_dates(datetime(9999, 12, 31), 0.0, 2 * 86400.0)
 
 
@@ -261,7 +261,7 @@ def test_folders_of_other_programs_are_read(tmp_path, time, values, names) -> No
 def test_a_folder_that_cannot_be_read_is_told_by_its_line(tmp_path, devices, names, words) -> None:
     (tmp_path / "devices.csv").write_text(devices)
     (tmp_path / "device_map.csv").write_text(names)
-    with pytest.raises(SourceError) as raised:
+    with pytest.raises(InputError) as raised:
         read_log(tmp_path)
     assert all(word in str(raised.value) for word in [str(tmp_path), *words]), raised.value
 

@@ -6,8 +6,9 @@ import re
 
 import pytest
 
+from sensor_logic.error import InputError
 from sensor_logic.kinds import KINDS
-from sensor_logic.layout.entries import KEYS, LayoutError, read_layout
+from sensor_logic.layout.entries import KEYS, read_layout
 from sensor_logic.layout.schema import FILE, SHAPES, schema_text
 from sensor_logic.parameters import specs
 
@@ -82,7 +83,7 @@ def test_what_is_read_has_the_types_of_the_parameters(tmp_path):
 
 @pytest.mark.parametrize(("text", "line", "told"), WRONG)
 def test_what_is_wrong_is_told_with_its_line(tmp_path, text, line, told):
-    with pytest.raises(LayoutError) as error:
+    with pytest.raises(InputError) as error:
         read_layout(written(tmp_path, text))
     found = re.match(r"home\.json, line (\d+): (.*)$", str(error.value))
     assert found, error.value
@@ -93,7 +94,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     bad = tmp_path / "bad.json"
     bad.write_bytes(b'["\xff"]')
     for path, told in ((tmp_path / "none.json", "No such file"), (tmp_path, ""), (bad, "UTF-8")):
-        with pytest.raises(LayoutError, match=re.escape(path.name)) as error:
+        with pytest.raises(InputError, match=re.escape(path.name)) as error:
             read_layout(path)
         assert told in str(error.value)
 

@@ -8,16 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sensor_logic.error import InputError
 from sensor_logic.kinds.pir.pyroelectric.calibration import crossing_peak, threshold
 from sensor_logic.kinds.pir.pyroelectric.lenses import LENS_PRESETS, LENSES, dual, seen_through
 from sensor_logic.kinds.pir.pyroelectric.response import Response
-from sensor_logic.kinds.pir.pyroelectric.zones import (
-    LensError,
-    Zone,
-    read_table,
-    write_table,
-    zone_rays,
-)
+from sensor_logic.kinds.pir.pyroelectric.zones import Zone, read_table, write_table, zone_rays
 from sensor_logic.kinds.pir.range_scan import PirParameters
 from sensor_logic.parameters import specs
 
@@ -144,7 +139,7 @@ def test_a_lens_can_be_written_down_and_read(name):
 )
 def test_what_is_wrong_names_the_row(row, told):
     text = f"azimuth,elevation,width,height,polarity\n0,0,3,3,+\n{row}\n"
-    with pytest.raises(LensError, match=told):
+    with pytest.raises(InputError, match=told):
         read_table(text)
     problems = PirParameters(model="PYROELECTRIC", lens_table=text).problems()
     assert len(problems) == 1 and "row 3" in problems[0]
@@ -155,7 +150,7 @@ def test_what_is_wrong_names_the_row(row, told):
 def test_any_text_is_a_lens_or_is_told(text):
     try:
         zones = read_table(text)
-    except LensError as error:
+    except InputError as error:
         assert "lens table" in str(error)
     else:
         assert zones and np.isfinite(zone_rays(zones, 3).directions).all()
@@ -163,7 +158,7 @@ def test_any_text_is_a_lens_or_is_told(text):
 
 def test_an_empty_table_is_told():
     for text in ("", "# nothing\n\n", "azimuth,elevation,width,height,polarity,gain\n"):
-        with pytest.raises(LensError, match="is empty: give a row"):
+        with pytest.raises(InputError, match="is empty: give a row"):
             read_table(text)
 
 

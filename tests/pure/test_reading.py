@@ -15,11 +15,12 @@ from log_of_a_year import AWKWARD, ROWS, SENSORS, START, year
 
 from sensor_logic.compare.intervals import read as read_home
 from sensor_logic.compare.statistics import measures
+from sensor_logic.error import InputError
 from sensor_logic.files import write_files
 from sensor_logic.formats import FORMATS, outputs
 from sensor_logic.formats.log import SensorFacts
 from sensor_logic.formats.reading import read_log
-from sensor_logic.formats.source import SourceError, make_log
+from sensor_logic.formats.source import make_log
 from sensor_logic.log.event_log import Event, rows_csv
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -175,7 +176,7 @@ def test_convert_takes_any_format(written, tmp_path) -> None:
 def test_a_file_that_is_none_is_told_in_a_line(tmp_path, content, words) -> None:
     path = tmp_path / "log"
     path.write_bytes(content)
-    with pytest.raises(SourceError) as raised:
+    with pytest.raises(InputError) as raised:
         read_log(path)
     told = str(raised.value)
     assert all(word in told for word in [str(path), *words]), told

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from tiers import mostly_slow
 
 from sensor_logic.clock import Clock, Schedule
+from sensor_logic.error import AngenError
 from sensor_logic.kinds import KINDS
 from sensor_logic.model import Reading
-from sensor_logic.recording.reader import RecordingFileError
 from sensor_logic.recording.tracks import Recording, Track
 from sensor_logic.recording.writer import TITLE, VERSION, from_bytes, to_bytes
 
@@ -150,14 +150,14 @@ def test_a_flipped_bit_anywhere_is_noticed():
     for at in range(len(data)):
         damaged = bytearray(data)
         damaged[at] ^= 4
-        with pytest.raises(RecordingFileError):
+        with pytest.raises(AngenError):
             from_bytes(bytes(damaged))
 
 
 def test_a_cut_end_is_noticed():
     data = to_bytes(small(), {})
     for length in range(len(data)):
-        with pytest.raises(RecordingFileError):
+        with pytest.raises(AngenError):
             from_bytes(data[:length])
 
 
@@ -165,13 +165,13 @@ def test_a_cut_end_is_noticed():
 @given(st.binary(max_size=200))
 def test_nonsense_with_a_right_checksum_is_refused(body):
     data = b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
-    with pytest.raises(RecordingFileError, match="damaged"):
+    with pytest.raises(AngenError, match="damaged"):
         from_bytes(data)
 
 
 def test_a_newer_version_says_what_to_do():
     data = to_bytes(small(), {}).replace(b"%s %d " % (TITLE, VERSION), b"%s 9 " % TITLE, 1)
-    with pytest.raises(RecordingFileError, match=r"newer.*update the extension"):
+    with pytest.raises(AngenError, match=r"newer.*update the extension"):
         from_bytes(data)
 
 
@@ -180,7 +180,7 @@ def test_fields_of_another_version_are_refused():
     header += b'"kind": "PIR", "count": 0, "steps": {}, "fields": ["smell"], "columns": []}]}'
     packed = zlib.compress(header)
     body = struct.pack("<I", len(packed)) + packed
-    with pytest.raises(RecordingFileError, match="another version"):
+    with pytest.raises(AngenError, match="another version"):
         from_bytes(b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body)
 
 
@@ -241,7 +241,7 @@ def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording():
             holder[way[-1]] = value
             try:
                 found, _ = from_bytes(put_together(made, columns))
-            except RecordingFileError as error:
+            except AngenError as error:
                 refused += 1
                 assert "\n" not in str(error)
             else:
@@ -255,14 +255,14 @@ def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording():
 
 @pytest.mark.parametrize("opening", [b"[", b'{"a":'])
 def test_deep_json_is_refused(opening):
-    with pytest.raises(RecordingFileError, match="damaged"):
+    with pytest.raises(AngenError, match="damaged"):
         from_bytes(put_together(opening * 200_000))
 
 
 def peak_mib(refused):
     tracemalloc.start()
     try:
-        with pytest.raises(RecordingFileError):
+        with pytest.raises(AngenError):
             from_bytes(refused)
         return tracemalloc.get_traced_memory()[1] / 2**20
     finally:
@@ -284,12 +284,12 @@ def test_what_unpacks_to_gigabytes_is_refused_before_it_does():
 
 def test_many_tracks_are_counted_together():
     header, columns = taken_apart(to_bytes(small(), {}))
-    with pytest.raises(RecordingFileError, match="more readings"):
+    with pytest.raises(AngenError, match="more readings"):
         from_bytes(put_together(header, columns), 30 * 6 - 1)
     assert len(from_bytes(put_together(header, columns), 30 * 6)[0].tracks) == 1
 
 
 def test_what_a_file_would_refuse_is_not_written(monkeypatch):
     monkeypatch.setattr("sensor_logic.recording.writer.VALUES", 30 * 6 - 1)
-    with pytest.raises(RecordingFileError, match="more readings"):
+    with pytest.raises(AngenError, match="more readings"):
         to_bytes(small(), {})

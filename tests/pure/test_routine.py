@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sensor_logic.error import InputError
 from sensor_logic.routine import diary, file
-from sensor_logic.routine.routine import AWAY, DAY, RoutineError, Segment
+from sensor_logic.routine.routine import AWAY, DAY, Segment
 from sensor_logic.routine.timetable import timetable
 
 TEXT = Path(__file__).with_name("week.toml").read_text(encoding="utf-8")
@@ -154,7 +155,7 @@ def test_the_order_of_a_late_day_is_kept() -> None:
 def test_what_is_wrong_is_told_with_its_line(old: str, new: str, told: str) -> None:
     assert TEXT.count(old) == 1
     text = TEXT.replace(old, new)
-    with pytest.raises(RoutineError) as caught:
+    with pytest.raises(InputError) as caught:
         file.read(text, "week.toml")
     line = int(re.match(r"week\.toml, line (\d+): ", str(caught.value)).group(1))
     near = text[: text.index(new)].count("\n") + 1
@@ -169,7 +170,7 @@ def test_files_that_are_no_routine() -> None:
         ("schema = 1\n[person.a\n", "line 2: Expected ']'"),
         ("schema = 1\nperson = [\n\n", "line 4: Invalid value"),
     ):
-        with pytest.raises(RoutineError, match=rf"^week\.toml, {re.escape(told)}"):
+        with pytest.raises(InputError, match=rf"^week\.toml, {re.escape(told)}"):
             file.read(text, "week.toml")
 
 
@@ -186,7 +187,7 @@ def test_two_persons_have_two_bodies(anna: str, nurse: str, line: int) -> None:
     if not line:
         assert len({p.resident for p in file.read(text, "week.toml").persons.values()}) == 2
         return
-    with pytest.raises(RoutineError) as caught:
+    with pytest.raises(InputError) as caught:
         file.read(text, "week.toml")
     body = anna or nurse
     assert str(caught.value) == (
@@ -226,7 +227,7 @@ def test_a_diary_is_taken_as_it_stands() -> None:
     ],
 )
 def test_a_diary_that_cannot_be_is_told_with_its_line(old: str, new: str, told: str) -> None:
-    with pytest.raises(RoutineError, match=r"^diary\.csv, ") as caught:
+    with pytest.raises(InputError, match=r"^diary\.csv, ") as caught:
         diary.read(ROWS.replace(old, new), "diary.csv")
     assert told in str(caught.value)
 

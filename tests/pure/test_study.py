@@ -13,9 +13,10 @@ import pytest
 from sensor_logic.choice import SensorChoice
 from sensor_logic.days.rows import DayRows, Happening
 from sensor_logic.days.truth import Whereabouts
+from sensor_logic.error import InputError
 from sensor_logic.formats.log import LoggedActivity
 from sensor_logic.study import draws, summary, targets, truth
-from sensor_logic.study.study import Study, StudyError, read
+from sensor_logic.study.study import Study, read
 from sensor_logic.study.targets import HomeFacts
 
 HOME = HomeFacts(
@@ -91,7 +92,7 @@ def study(tmp_path: Path):
     ],
 )
 def test_what_is_wrong_in_a_file_is_told_with_its_line(study, text, told) -> None:
-    with pytest.raises(StudyError) as error:
+    with pytest.raises(InputError) as error:
         study(text)
     assert told in str(error.value) and "\n" not in str(error.value)
 
@@ -109,9 +110,9 @@ def test_choices_of_sensors_are_all_of_their_sets(study) -> None:
 
 def test_a_home_that_is_missing_is_named(tmp_path) -> None:
     (tmp_path / "s.toml").write_text('home = "none.blend"')
-    with pytest.raises(StudyError, match=r"line 1: home: there is no file .*none.blend"):
+    with pytest.raises(InputError, match=r"line 1: home: there is no file .*none.blend"):
         read(tmp_path / "s.toml")
-    with pytest.raises(StudyError, match=r"cannot read .*no\.toml: No such file"):
+    with pytest.raises(InputError, match=r"cannot read .*no\.toml: No such file"):
         read(tmp_path / "no.toml")
 
 
@@ -134,7 +135,7 @@ def test_a_home_that_is_missing_is_named(tmp_path) -> None:
     ],
 )
 def test_what_the_home_does_not_have_is_told_before_a_run(study, vary, told) -> None:
-    with pytest.raises(StudyError) as error:
+    with pytest.raises(InputError) as error:
         targets.check(study(f"[vary]\n{vary}"), [HOME])
     assert told in str(error.value) and "\n" not in str(error.value)
 

@@ -28,7 +28,7 @@ class ContactCause:
 
 
 def explain_contact(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a door contact. Raises SensorError."""
+    """Explains update `index` of a door contact. Raises AngenError."""
     pending = replay.take(index)
     if pending is None:
         return replay.off(index)

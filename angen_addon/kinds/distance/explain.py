@@ -34,7 +34,7 @@ class DistanceCause:
 
 
 def explain_distance(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a distance sensor. Raises SensorError."""
+    """Explains update `index` of a distance sensor. Raises AngenError."""
     pending = replay.take(index)
     if pending is None:
         return replay.off(index)

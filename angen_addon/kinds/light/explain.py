@@ -51,7 +51,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 def explain_light(replay: Replay, index: int) -> Explanation:
     """Explain update `index` of a light sensor by the light groups of its picture. Raises
-    SensorError."""
+    AngenError."""
     track, sensor, text = replay.track, replay.sensor, replay.sensor.reading.text
     before = _light(replay, index - 1) if index > 0 else None
     now = _light(replay, index)

@@ -69,7 +69,7 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
 
 
 def explain_switch(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a switch. Raises SensorError."""
+    """Update `index` of a switch. Raises AngenError."""
     track = replay.track
     earlier = replay.index_of(replay.number(index) - 1, index)
     before = None if earlier is None else _replay_swept(replay, earlier)

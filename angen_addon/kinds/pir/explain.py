@@ -21,7 +21,7 @@ SAME = 1e-6
 
 
 def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a motion detector of either model. Raises SensorError."""
+    """Explains update `index` of a motion detector of either model. Raises AngenError."""
     pyroelectric = replay.sensor.parameters.model == "PYROELECTRIC"
     return (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
 

@@ -64,7 +64,7 @@ class RayChange:
 
 
 def explain_range_scan(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a detector that compares ranges. Raises SensorError."""
+    """Explains update `index` of a detector that compares ranges. Raises AngenError."""
     track, sensor = replay.track, replay.sensor
     set_up = sensor.settings.pir
     back = 1 if set_up.sweep == "ALL" else _tilts(replay)

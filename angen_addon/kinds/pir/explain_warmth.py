@@ -70,7 +70,7 @@ class _Update:
 
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a pyroelectric detector. Raises SensorError."""
+    """Explains update `index` of a pyroelectric detector. Raises AngenError."""
     track = replay.track
     signal = float(track.columns["signal"][index])
     looks = _replay_window(replay, index, WINDOW)

@@ -75,7 +75,7 @@ def _nearest_above(replay: Replay, index: int) -> str:
 
 
 def explain_pad(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a pad. Raises SensorError."""
+    """Update `index` of a pad. Raises AngenError."""
     track, sensor = replay.track, replay.sensor
     pending = replay.take_moved(index)
     if pending is None:

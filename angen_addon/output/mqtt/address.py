@@ -11,6 +11,7 @@ import ssl
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ....sensor_logic.error import InputError
 from ....sensor_logic.formats.home_assistant import TOPIC
 from ...commands.parser import path
 
@@ -27,10 +28,6 @@ DEPENDENT = {
     "tls": False,
     "ca": None,
 }
-
-
-class AddressError(Exception):
-    """An option about the broker is wrong; the text says why, and what would work."""
 
 
 @dataclass(frozen=True)
@@ -85,12 +82,12 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
 
 
 def address_of(options: argparse.Namespace) -> Address | None:
-    """The broker that the options name, or None. Raises AddressError."""
+    """The broker that the options name, or None. Raises InputError."""
     if options.mqtt is None:
         for name, unset in DEPENDENT.items():
             if getattr(options, name) != unset:
                 flag = f"--{name.replace('_', '-')}"
-                raise AddressError(f"{flag} goes with --mqtt HOST, which is not given")
+                raise InputError(f"{flag} goes with --mqtt HOST, which is not given")
         return None
     host, port = options.mqtt
     tls = _context(options.ca) if options.tls or options.ca else None
@@ -101,16 +98,16 @@ def _password(options: argparse.Namespace) -> str | None:
     if options.password_file is None:
         return os.environ.get(PASSWORD) if options.user else None
     if options.user is None:
-        raise AddressError("--password-file: whose password is it? Give --user NAME too")
+        raise InputError("--password-file: whose password is it? Give --user NAME too")
     try:
         text: str = options.password_file.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise AddressError(f"cannot read {options.password_file}: {error.strerror}") from None
+        raise InputError(f"cannot read {options.password_file}: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise AddressError(f"{options.password_file} is not a text file in UTF-8") from None
+        raise InputError(f"{options.password_file} is not a text file in UTF-8") from None
     first = text.partition("\n")[0].rstrip("\r")
     if not first:
-        raise AddressError(f"{options.password_file}: its first line, the password, is empty")
+        raise InputError(f"{options.password_file}: its first line, the password, is empty")
     return first
 
 
@@ -122,9 +119,9 @@ def _context(authority: Path | None) -> ssl.SSLContext:
             context.verify_flags &= ~ssl.VERIFY_X509_STRICT
         return context
     except ssl.SSLError:
-        raise AddressError(f"--ca: {authority} is no certificate in PEM") from None
+        raise InputError(f"--ca: {authority} is no certificate in PEM") from None
     except OSError as error:
-        raise AddressError(f"--ca: cannot read {authority}: {error.strerror}") from None
+        raise InputError(f"--ca: cannot read {authority}: {error.strerror}") from None
 
 
 def _host_and_port(text: str) -> tuple[str, int | None]:

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.formats.home_assistant import Message
 from .address import PASSWORD, Address
 
@@ -26,10 +27,6 @@ WINDOW = 100
 POLL_S = 0.002
 
 
-class MqttError(Exception):
-    """The broker cannot be used; the text says why and what would work."""
-
-
 class Link:
     """A connection to the broker at `address`, which publishes `will` when the connection is lost.
 
@@ -41,7 +38,7 @@ class Link:
         try:
             import paho.mqtt.client as paho
         except ImportError:
-            raise MqttError(
+            raise AngenError(
                 "--mqtt needs paho-mqtt, which is not installed: pip install angen-sensors[mqtt], "
                 "and use its command angen"
             ) from None
@@ -58,7 +55,7 @@ class Link:
         return self._lost.is_set()
 
     def connect(self) -> None:
-        """Makes the connection. Raises MqttError."""
+        """Makes the connection. Raises AngenError."""
         paho = self._paho
         client = paho.Client(
             paho.CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
@@ -87,12 +84,12 @@ class Link:
         try:
             client.connect(address.host, address.port, KEEPALIVE_S)
         except (OSError, ValueError) as error:
-            raise MqttError(_why(address, error)) from None
+            raise AngenError(_why(address, error)) from None
         client.loop_start()
         answered.wait(ANSWER_S)
         if not answer or answer[0].is_failure:
             client.disconnect()
-            raise MqttError(_refusal(address, answer[0] if answer else None, lost.is_set()))
+            raise AngenError(_refusal(address, answer[0] if answer else None, lost.is_set()))
         self._client, self._lost, self._unacknowledged = client, lost, deque()
 
     def revive(self) -> bool:
@@ -101,14 +98,14 @@ class Link:
             return False
         try:
             self.connect()
-        except MqttError:
+        except AngenError:
             self._retry_at = time.monotonic() + RETRY_S
             return False
         return True
 
     def send(self, message: Message, idle: Callable[[], None] = lambda: None) -> bool:
         """Publishes a message; returns False where the connection is lost. Calls `idle` while too
-        many messages are unacknowledged. Raises MqttError where the broker refuses the topic."""
+        many messages are unacknowledged. Raises AngenError where the broker refuses the topic."""
         while len(self._unacknowledged) >= WINDOW and not self.is_lost:
             self._forget_acknowledged()
             if len(self._unacknowledged) >= WINDOW:
@@ -125,7 +122,7 @@ class Link:
 
     def flush(self, seconds: float = ANSWER_S) -> bool:
         """Waits until the broker has acknowledged all messages; returns whether it has. Raises
-        MqttError."""
+        AngenError."""
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
             time.sleep(POLL_S)
@@ -181,7 +178,7 @@ class Link:
     def _check_refusal(self) -> None:
         if self._refused:
             user = f"user '{self._address.user}'" if self._address.user else "a nameless user"
-            raise MqttError(
+            raise AngenError(
                 f"{self._address} takes no messages of {user} ({self._refused}): let it publish "
                 f"below homeassistant/device/ and {self._will.topic.rpartition('/')[0]}/"
             )

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.formats.home_assistant import (
     CONFIGS,
     OFFLINE,
@@ -19,7 +20,7 @@ from ....sensor_logic.formats.home_assistant import (
 )
 from ....sensor_logic.formats.log import Change, Channel, Value
 from ...commands.console import note
-from .link import PARTING_S, Link, MqttError
+from .link import PARTING_S, Link
 from .pace import Pace
 
 # s: Home Assistant subscribes to the readings of new devices only a moment after their discovery.
@@ -44,7 +45,7 @@ class Player:
 
     def begin(self, states: Mapping[Channel, Value]) -> None:
         """Connects and announces the sensors, with these states or without any. Raises
-        MqttError."""
+        AngenError."""
         self._link.connect()
         retained = dict(found(self._link, self._home.topic))
         self._refuse_clash(retained.get(self._home.status("").topic))
@@ -75,7 +76,7 @@ class Player:
         """Leaves the sensors "unavailable"; returns whether all readings were sent."""
         if self._is_open:
             self._is_open = False
-            with suppress(MqttError):
+            with suppress(AngenError):
                 self._link.flush(PARTING_S)
                 self._missed += self._missed_now + self._link.take_unacknowledged()
                 if not self._link.is_lost:
@@ -102,12 +103,12 @@ class Player:
         for message in messages:
             self._link.send(message, self._check)
         if not self._link.flush():
-            raise MqttError("the connection to the broker is lost before the first reading")
+            raise AngenError("the connection to the broker is lost before the first reading")
 
     def _refuse_clash(self, status: str | None) -> None:
         if status == ONLINE:
             self._link.close()
-            raise MqttError(
+            raise AngenError(
                 f"sensors below '{self._home.topic}' are online at this broker: another replay "
                 f"is under way; wait for its end, or give this home a --topic of its own "
                 f"(where none is: `angen replay --forget`)"

@@ -24,10 +24,6 @@ from .pace import SLICE_S
 from .player import Player
 
 
-class _Stopped(Exception):
-    """Ends the sending thread when the command ends."""
-
-
 class Sending:
     """Sends the readings of a run in a thread of its own, each when it is due, while the run may be
     ahead. A context manager, which leaves the sensors "unavailable"; without an address it does
@@ -36,7 +32,7 @@ class Sending:
     def __init__(
         self, address: Address | None, sensors: Sequence[Sensor], options: argparse.Namespace
     ) -> None:
-        """Raises MqttError where paho-mqtt is missing."""
+        """Raises AngenError where paho-mqtt is missing."""
         self._player: Player | None = None
         self._interrupt, self._quiet = options.interrupt, options.quiet
         self._changes: queue.SimpleQueue[Change | None] = queue.SimpleQueue()
@@ -58,7 +54,7 @@ class Sending:
         self._player = Player(Link(address, home.status(OFFLINE)), home, speed, self._check)
 
     def __enter__(self) -> Sending:
-        """Raises MqttError where the broker cannot be used."""
+        """Raises AngenError where the broker cannot be used."""
         if self._player:
             try:
                 with self._interrupt.watched():
@@ -107,7 +103,7 @@ class Sending:
 
     def _check(self) -> None:
         if self._stop.is_set():
-            raise _Stopped
+            raise InterruptedError
         self._interrupt.check()
 
     def _play(self) -> None:

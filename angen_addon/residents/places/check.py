@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array
 from ....sensor_logic.quantities import Lengths
 from ....sensor_logic.residents.places import Place, Places
@@ -20,7 +21,7 @@ from ....sensor_logic.wording import named, quoted
 from ...doctor import CHECKS
 from ...doctor.doors import leaves
 from ...doctor.examined import Examined, Found
-from .floor import PlaceError, WalkedStorey
+from .floor import WalkedStorey
 from .marks import LABELS, NONE, marked
 from .read import HomeMarks
 
@@ -58,7 +59,7 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
         return
     try:
         names = HomeMarks(home.depsgraph).places.guessed
-    except PlaceError:
+    except AngenError:
         return
     if names:
         yield (
@@ -74,7 +75,7 @@ CHECKS["rooms"] = guessed_rooms
 
 
 def check_places(depsgraph: Any) -> Checked:
-    """Raises PlaceError."""
+    """Raises AngenError."""
     reading = HomeMarks(depsgraph)
     lost = unreached(reading.places)
     between = {}

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.error import AngenError, InputError
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import BODY_M, Storey
 from ....sensor_logic.residents.ways import Floor, parts
@@ -33,7 +34,7 @@ from ...plan.storeys import GRAIN_M, around, grouped
 from ...scene.bearers import candidates
 from ...scene.home import EvaluatedHome
 from ...scene.rays.solids import Solid
-from ...scene.sensors import SensorError, all_sensors
+from ...scene.sensors import all_sensors
 from ..settings import is_resident, residents_in
 
 # m: of a cell, where the home is not too large for it; of the largest.
@@ -49,10 +50,6 @@ RINGS_M, DEEP_M = (0.5, 1.0, 1.6, 2.2), 4.0
 # m: a mark is at most so far above its floor.
 ABOVE_M = 2.7
 DOWN = np.array([0.0, 0.0, -1.0])
-
-
-class PlaceError(Exception):
-    """The marks of a home cannot be read; the text says why and the way out."""
 
 
 class TooFar(Exception):
@@ -102,7 +99,7 @@ def grounds(
     things: NDArray[np.intp],
 ) -> list[WalkedStorey]:
     """The storeys below points (n, 3) m of the marks of these names, the lowest first; `things`
-    (k,) are the rows of solids that are no floor. Raises PlaceError."""
+    (k,) are the rows of solids that are no floor. Raises AngenError."""
     rows = set(things.tolist())
     heights = _heights(walk.part(lambda solid: solid.row not in rows), marks)
     found = []
@@ -113,7 +110,7 @@ def grounds(
             found.append(_ground(home, walk, height, marks[mine]))
         except TooFar as error:
             which, off = error.args
-            raise PlaceError(
+            raise InputError(
                 f"'{names[np.flatnonzero(mine)[which]]}' is marked {off:.0f} m from the other "
                 "places: mark only what belongs to one home"
             ) from None
@@ -126,7 +123,7 @@ def under(heights: Sequence[float], z: float) -> int:
 
 
 def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
-    """The heights (m) of the floors: what most rays around the marks meet. Raises PlaceError."""
+    """The heights (m) of the floors: what most rays around the marks meet. Raises AngenError."""
     starts = (marks[:, None] + around(RINGS_M) + [0.0, 0.0, 0.2]).reshape(-1, 3)
     ranges = finished(free_ways(home, starts, DOWN, DEEP_M))
     met = (starts[:, 2] - ranges)[ranges < DEEP_M - 1e-6]
@@ -138,7 +135,7 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
         if of_mark:
             chosen[max(of_mark, key=lambda grain: (votes[grain], -grain))] += 1
     if not chosen:
-        raise PlaceError("no floor is below the marked places: give the home a floor")
+        raise InputError("no floor is below the marked places: give the home a floor")
     groups = grouped(sorted(chosen), lambda grain: grain * GRAIN_M)
     most = [max(group, key=lambda grain: (chosen[grain], -grain)) for group in groups]
     # The height itself, not the middle of its grain.
@@ -214,7 +211,7 @@ def _rooms(
     marked = volumes(home)
     try:
         storeys = storeys_of(home, all_sensors(view_layer), marked)
-    except SensorError:
+    except AngenError:
         return np.zeros(grid.shape, np.int64), ("",), np.zeros(grid.shape, bool)
     members = [s for floor, group in storeys if abs(floor - height) < 1.0 for s in group]
     here = [volume for volume in marked if abs(volume.lo[2] - height) < 1.0]

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DOOR, LIE, SIT
 from ...coverage.cells import finished, free_ways
-from ...scene.door_motion import DoorError
 from ...scene.home import EvaluatedHome
 from ...scene.placed import NotPlaced
 from ...scene.sensors import unit_scale
@@ -30,7 +30,7 @@ def guess(obj: Any, depsgraph: Any) -> None:
     if mark.use in (DOOR, CURTAIN):
         try:
             leaf, _ = leaf_of(obj)
-        except DoorError:
+        except AngenError:
             return
         if angle := keyed_angle(leaf):
             mark.angle = angle

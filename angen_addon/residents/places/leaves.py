@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from mathutils import Vector
 
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import CURTAIN, DRAWER, Door
-from ...scene.door_motion import DoorError, Leaf, leaves_of, shutting_of
+from ...scene.door_motion import Leaf, leaves_of, shutting_of
 from ...scene.home import EvaluatedHome
 from .looks import look_of
 from .marked_object import MarkedObject
@@ -24,7 +25,7 @@ SLIDES = 0.9
 
 def leaf_of(obj: Any) -> tuple[Leaf, Any]:
     """The likeliest leaf of a marked door or curtain, shut, and what takes it there from where it
-    stands. Raises DoorError."""
+    stands. Raises AngenError."""
     mark = obj.angen_place
     motion = "SLIDING" if mark.use == CURTAIN else mark.motion
     shutting = shutting_of(obj)
@@ -45,7 +46,7 @@ def turns_by(leaf: Leaf, angle: float) -> float:
 
 
 def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int) -> Door:
-    """The door of a marked leaf on a storey whose floor is at a height in m. Raises DoorError."""
+    """The door of a marked leaf on a storey whose floor is at a height in m. Raises AngenError."""
     if obj.angen_place.use == DRAWER:
         return _drawer(home, obj, room, number)
     leaf, shutting = leaf_of(obj)
@@ -102,7 +103,7 @@ def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
     """It comes out towards who looks at it."""
     marked = MarkedObject(home, obj)
     if not marked.solid:
-        raise DoorError("it has no surface: a drawer is a mesh, pulled out against where it faces")
+        raise AngenError("it has no surface: a drawer is a mesh, pulled out against where it faces")
     look = look_of(obj, marked.matrix)
     middle, deep, wide = marked.box(look)
     low_z, high_z = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
@@ -123,7 +124,7 @@ def as_door(obj: Any) -> tuple[str, bool]:
     """A text for a panel on how a marked leaf moves, and whether it slides."""
     try:
         leaf, _ = leaf_of(obj)
-    except DoorError as error:
+    except AngenError as error:
         return str(error), False
     if leaf.slides:
         return "Slides along its width", True

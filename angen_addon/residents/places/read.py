@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ....sensor_logic.error import AngenError, InputError
 from ....sensor_logic.model import Array
 from ....sensor_logic.residents.places import (
     DOOR,
@@ -20,11 +21,10 @@ from ....sensor_logic.residents.places import (
     Place,
     Places,
 )
-from ...scene.door_motion import DoorError
 from ...scene.home import EvaluatedHome
-from ...scene.placed import NotPlaced, is_placed
+from ...scene.placed import is_placed
 from ...scene.rooms import set_room
-from .floor import PlaceError, grounds, under, walked
+from .floor import grounds, under, walked
 from .leaves import door_of
 from .marked_object import MarkedObject
 from .marks import marked
@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 
 def read_places(scene: Any, depsgraph: Any) -> Places:
-    """Reads the marks of the evaluated scene. Raises PlaceError."""
+    """Reads the marks of the evaluated scene. Raises AngenError."""
     return HomeMarks(depsgraph).places
 
 
@@ -44,7 +44,7 @@ class HomeMarks:
     def __init__(self, depsgraph: Any) -> None:
         objects = marked(depsgraph.view_layer)
         if not objects:
-            raise PlaceError(
+            raise InputError(
                 "nothing is marked: choose what residents do with an object in the panel "
                 "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
             )
@@ -54,7 +54,7 @@ class HomeMarks:
         self.marked = self._read(lambda obj: MarkedObject(self.home, obj), objects)
         anchors = self._read(self._anchor, [obj for obj in objects if obj.name in self.marked])
         if not anchors:
-            raise PlaceError(self.problems[0])
+            raise InputError(self.problems[0])
         self.marked = {name: self.marked[name] for name in anchors}
         objects = [marked.obj for marked in self.marked.values()]
         points = np.array([*anchors.values()])
@@ -84,7 +84,7 @@ class HomeMarks:
         for obj in objects:
             try:
                 found[obj.name] = read(obj)
-            except (DoorError, NotPlaced) as error:
+            except AngenError as error:
                 why = str(error).removeprefix(f"'{obj.name}' ")
                 self.problems.append(f"'{obj.name}': {why}")
         return found
@@ -113,7 +113,7 @@ class HomeMarks:
 
     def _door(self, obj: Any) -> Door:
         if not is_placed(obj, self.home.depsgraph):
-            raise DoorError(
+            raise InputError(
                 "it is disabled in viewports, so that sensors do not meet the leaf: enable it "
                 "there (monitor icon), or set its Use to None"
             )

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import LightSample
 from ....sensor_logic.physics.photometry import EFFICACY, illuminance, luminance_percent
 from . import eevee, engine
@@ -27,10 +28,6 @@ Array = NDArray[np.float64]
 FARTHEST = 100_000.0
 THROUGH_WALLS = "EEVEE lets the world's light through walls"
 BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
-
-
-class LightError(Exception):
-    """The light cannot be measured; the text says why and what to do."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +68,10 @@ def measuring(
     """The light of each request, by name. What it reads does not depend on the other requests.
 
     With `kept`, much of the work is kept there for the next time. Before each picture it yields,
-    in words what takes long; until it goes on, nothing may change the scene. Raises LightError.
+    in words what takes long; until it goes on, nothing may change the scene. Raises AngenError.
     """
     if busy():
-        raise LightError("a render is running: the light sensors wait for its end")
+        raise AngenError("a render is running: the light sensors wait for its end")
     view_layer.update()
     asked = sorted(requests, key=lambda request: request.name)
     _check(scene, asked)
@@ -121,14 +118,14 @@ def _by_eevee(
 def _check(scene: Any, requests: list[LightRequest]) -> None:
     names = [request.name for request in requests]
     if len(set(names)) != len(names):
-        raise LightError("two light sensors have the same name: rename one")
+        raise AngenError("two light sensors have the same name: rename one")
     metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
     for request in requests:
         place = request.matrix[:3, 3]
         if not np.isfinite(request.matrix).all():
-            raise LightError(f"'{request.name}': its transform is not a number")
+            raise AngenError(f"'{request.name}': its transform is not a number")
         if float(np.abs(place).max()) * metres > FARTHEST:
-            raise LightError(
+            raise AngenError(
                 f"'{request.name}' is {float(np.abs(place).max()) * metres / 1000:.0f} km from "
                 "the scene's origin, where Blender's coordinates are too coarse for light: "
                 "move the scene nearer to the origin"
@@ -136,7 +133,7 @@ def _check(scene: Any, requests: list[LightRequest]) -> None:
     if any(request.engine == "EEVEE" for request in requests):
         reason = engine.why_no_eevee()
         if reason:
-            raise LightError(reason)
+            raise AngenError(reason)
 
 
 def _sample(request: LightRequest, light: Light, efficacy: float, note: str) -> LightSample:

@@ -8,12 +8,13 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from ....panels.readings import ReadingText
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array, Pose
 from ...kinds import appearance_of
 from ...runtime.last_rays import LastRays, RaysMet
 from ...runtime.live import live_of
 from ...runtime.sensor_runner import SensorRunner
-from ...scene.sensors import Sensor, SensorError, all_sensors, unit_scale
+from ...scene.sensors import Sensor, all_sensors, unit_scale
 from .figures import Figure, surface_outline
 
 NEVER = -(2**31)
@@ -93,7 +94,7 @@ class DrawnSensor:
         self._read_at = runner, edits, metres
         read = None
         if runner is not None:
-            with suppress(SensorError):
+            with suppress(AngenError):
                 read = runner.read(depsgraph, edits)
         if read is None:
             self._begin(None, None)

@@ -15,13 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...error import InputError
 from ...kind import RAYS
 from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...parameters import Choice, Parameters, parameter
 from ...physics.output_timing import OutputTiming
 from ...quantities import METRES, Lengths
 from .pyroelectric.lenses import LENSES
-from .pyroelectric.zones import LensError, read_table
+from .pyroelectric.zones import read_table
 
 THESIS = "range scan of the thesis's Gazebo plugin"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
@@ -271,7 +272,7 @@ class PirParameters(Parameters):
             zones = LENSES[self.lens].zones
             if self.lens_table is not None:
                 zones = read_table(self.lens_table)
-        except LensError as error:
+        except InputError as error:
             return [str(error)]
         if self.zone_rays * len(zones) > MAX_RAYS:
             return [

@@ -12,9 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from ...error import InputError
 from ...routine.diary import OTHER
 from ...routine.draws import Draws, Stream
-from ...routine.routine import DAY, Routine, RoutineError, Segment
+from ...routine.routine import DAY, Routine, Segment
 from ...routine.table import suggestion
 from ..acted import AWAY, STANDING, Acted, ActedActivity, Stay
 from ..body.build import Build
@@ -41,7 +42,7 @@ def act(
     """What happens on a day, counted from 0. `segments` are all that is known, in s since midnight
     of day 0, whose date the `draws` have; `residents` the bodies by the names of the persons. With
     the `ground` of an earlier day, ways that were found need not be found again; it changes nothing
-    else. Raises RoutineError where something cannot be done."""
+    else. Raises InputError where something cannot be done."""
     activities = read_activities(routine, places)
     _check_known(segments, activities, residents, places)
     home = HomeInUse(places, ground or Ground(places))
@@ -70,12 +71,12 @@ def _check_known(
     for segment in {(s.person, s.activity): s for s in segments}.values():
         name, told = segment.activity, f"{segment.where}: " if segment.where else ""
         if name not in activities and name != OTHER:
-            raise RoutineError(
+            raise InputError(
                 f"{told}{segment.person!r} does {name!r}, which is no activity of the routine; "
                 f"add a table [activity.{name}], or {suggestion(name, activities)}"
             )
         if segment.person not in residents:
-            raise RoutineError(
+            raise InputError(
                 f"{told}{segment.person!r} is no person of the routine; "
                 f"{suggestion(segment.person, residents)}"
             )
@@ -155,7 +156,7 @@ def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
         if living.home.is_free(living.key(place), living):
             living.begin_at(place, STANDING)
             return
-    raise RoutineError(f"there is no place for {living.name!r} to be at midnight; mark another")
+    raise InputError(f"there is no place for {living.name!r} to be at midnight; mark another")
 
 
 # --- all together -------------------------------------------------------------------------------

@@ -245,7 +245,7 @@ class Going(Actor):
         return other
 
     def _check_room(self, other: Someone, path: Array) -> None:
-        """Raises RoutineError where neither can go back for the other."""
+        """Raises InputError where neither can go back for the other."""
         if other.cornered and self.step is not None and self._spot_aside(other, path) is None:
             raise self.step.error(
                 f"{self.name!r} and {other.name!r} meet where they cannot pass each other, and "

@@ -7,7 +7,8 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from ...routine.routine import AWAY, Routine, RoutineActivity, RoutineError
+from ...error import InputError
+from ...routine.routine import AWAY, Routine, RoutineActivity
 from ...routine.table import suggestion
 from ...routine.times import seconds
 from ..acted import AWAY as GONE
@@ -59,29 +60,29 @@ class ActivityStep:
     on: bool
     where: str
 
-    def error(self, text: str) -> RoutineError:
-        return RoutineError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
+    def error(self, text: str) -> InputError:
+        return InputError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
 
 
 def read_step(text: str, where: str, places: Places) -> ActivityStep:
-    """Raises RoutineError where a word or a name is not known."""
+    """Raises InputError where a word or a name is not known."""
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
         first = text.split(" ", maxsplit=1)[0]
-        raise RoutineError(f"{where}: {text!r} begins with no word; {suggestion(first, _WORDS)}")
+        raise InputError(f"{where}: {text!r} begins with no word; {suggestion(first, _WORDS)}")
     kind, may_last = _WORDS[word]
     rest, lasts = text[len(word) :].strip(), None
     if may_last and (found := _DURATION.search(" " + rest)):
         rest, lasts = rest[: max(found.start() - 1, 0)].strip(), seconds(found.group(1))
     if word == "wait" and lasts is None:
-        raise RoutineError(f'{where}: wait: say how long, as in "wait 20 s"')
+        raise InputError(f'{where}: wait: say how long, as in "wait 20 s"')
     at, on = "", False
     if word == "put":
         rest, _, at = rest.partition(" at ")
     if word == "switch":
         rest, _, state = rest.rpartition(" ")
         if state not in ("on", "off"):
-            raise RoutineError(f'{where}: {text!r} does not say "on" or "off" at its end')
+            raise InputError(f'{where}: {text!r} does not say "on" or "off" at its end')
         on = state == "on"
     step = ActivityStep(word, rest, lasts, at, on, where)
     if kind == _NONE and rest:
@@ -97,7 +98,7 @@ def read_step(text: str, where: str, places: Places) -> ActivityStep:
 
 
 def _check_thing(step: ActivityStep, thing: Place) -> None:
-    """Raises RoutineError where nobody can carry it."""
+    """Raises InputError where nobody can carry it."""
     if thing.use != USE:
         raise step.error(
             f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
@@ -116,7 +117,7 @@ def _known(kind: str, places: Places) -> Collection[str]:
 
 
 def check_body(step: ActivityStep, places: Places, is_cat: bool) -> None:
-    """Raises RoutineError where a person or a cat cannot do that."""
+    """Raises InputError where a person or a cat cannot do that."""
     if is_cat and step.word not in _CAT:
         raise step.error(f"a cat does not; it can {', '.join(sorted(_CAT))}")
     allowed = {"sit": (SIT, LIE), "lie": (LIE,)}.get(step.word)
@@ -158,7 +159,7 @@ class Deeds:
 
 
 def read_activities(routine: Routine, places: Places) -> Mapping[str, Deeds]:
-    """All of a routine's activities by name, and what it is to be away. Raises RoutineError."""
+    """All of a routine's activities by name, and what it is to be away. Raises InputError."""
     found = {name: _deeds(activity, places) for name, activity in routine.activities.items()}
     found[AWAY] = Deeds((ActivityStep("leave", "", None, "", False, AWAY),), (), "", GONE)
     return found

@@ -8,11 +8,12 @@ from datetime import date
 import numpy as np
 import pytest
 
+from sensor_logic.error import InputError
 from sensor_logic.residents.acting import act
 from sensor_logic.residents.body.build import ADULT, Build, Sort
 from sensor_logic.routine import diary, file
 from sensor_logic.routine.draws import Draws
-from sensor_logic.routine.routine import DAY, RoutineError, Segment
+from sensor_logic.routine.routine import DAY, Segment
 
 DRAWS = Draws(1, date(2026, 3, 2))
 ACTIVITIES = """
@@ -51,7 +52,7 @@ BUILDS = [
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_told_with_its_line(play, steps: str, told: str) -> None:
-    with pytest.raises(RoutineError) as caught:
+    with pytest.raises(InputError) as caught:
         play(f"Relax = sit Sofa\nOdd = {steps}", {"anna": [(0, "Relax"), (60, "Odd")]})
     # The first activity is above line 6.
     assert re.match(r"week\.toml, line [6-8]: ", str(caught.value)), caught.value
@@ -63,9 +64,9 @@ def test_activities_and_people_that_nobody_knows(home, ground) -> None:
     _, segments = diary.read(
         "start,end,person,activity\n2026-03-02 07:00,2026-03-02 08:00,anna,Nap\n", "d.csv"
     )
-    with pytest.raises(RoutineError, match=r"^d\.csv, line 2: 'anna' does 'Nap'"):
+    with pytest.raises(InputError, match=r"^d\.csv, line 2: 'anna' does 'Nap'"):
         act(segments, routine, home, {"anna": ADULT}, DRAWS, 0, ground)
-    with pytest.raises(RoutineError, match=r"^'bo' is no person of the routine; known: 'anna'"):
+    with pytest.raises(InputError, match=r"^'bo' is no person of the routine; known: 'anna'"):
         act([Segment(0.0, 60.0, "bo", "Away")], routine, home, {"anna": ADULT}, DRAWS, 0, ground)
 
 

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from sensor_logic.days.truth import activities, people
+from sensor_logic.error import InputError
 from sensor_logic.residents.body.reach import palm
 from sensor_logic.residents.body.solve import solve
 from sensor_logic.residents.timeline import swung
-from sensor_logic.routine.routine import DAY, RoutineError
+from sensor_logic.routine.routine import DAY
 
 ACTIVITIES = """
 Sleep = lie Bed while turn over every 30 min
@@ -158,7 +159,7 @@ def test_who_drinks_lifts_the_cup_and_puts_it_back(play) -> None:
         mouth = bones.at["head"][0] + [0.0, 0.0, 0.05]
         assert np.linalg.norm(palm(bones, taken.hand, 1.0)[0] - mouth) < 0.3
         assert 4 < put.start - taken.start < 8
-    with pytest.raises(RoutineError, match="drink Stoov: no thing is marked 'Stoov'"):
+    with pytest.raises(InputError, match="drink Stoov: no thing is marked 'Stoov'"):
         play("Sip = drink Stoov", {"anna": [(0, "Sip")]})
 
 

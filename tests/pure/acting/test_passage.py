@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sensor_logic.error import InputError
 from sensor_logic.residents.acted import STANDING
 from sensor_logic.residents.places import STAND, Place, Places, Storey
 from sensor_logic.residents.ways import Floor
-from sensor_logic.routine.routine import RoutineError
 
 SIZE = 0.05
 ACTIVITIES = "West = stand at West\nEast = stand at East"
@@ -59,5 +59,5 @@ def test_one_goes_back_to_where_there_is_room(play, passage, rooms: str) -> None
 
 def test_where_there_is_none_one_line_says_so(play, passage) -> None:
     told = r"line \d+: stand at \w+: '\w+' and '\w+' meet where they cannot pass each other, and"
-    with pytest.raises(RoutineError, match=told):
+    with pytest.raises(InputError, match=told):
         play(ACTIVITIES, PLANS, places=passage("none"))

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from tiers import mostly_slow
 
+from sensor_logic.error import InputError
 from sensor_logic.residents.acted import Stay
-from sensor_logic.routine.routine import DAY, RoutineError
+from sensor_logic.routine.routine import DAY
 
 ACTIVITIES = """
 Sleep = lie Bed
@@ -170,5 +171,5 @@ Shut = close Door bedroom, sit Sofa east
     steps = np.diff(day.at("cat", *np.arange(3600.0, 3640.0, 0.1)), axis=0)
     assert np.hypot(*steps[:, :2].T).max() < 0.12
     assert {swing.person for swing in day.acted.swings["Door bedroom"]} == {"anna"}
-    with pytest.raises(RoutineError, match="open Drawer: a cat does not; it can go, lie"):
+    with pytest.raises(InputError, match="open Drawer: a cat does not; it can go, lie"):
         play("Steal = open Drawer", {"cat": [(0, "Steal")]})

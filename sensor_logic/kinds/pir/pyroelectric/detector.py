@@ -26,7 +26,7 @@ SIGHT = 50.0
 
 
 def zones_of(parameters: PirParameters) -> Zones:
-    """The zones of the detector's lens. Raises LensError where the user's table is invalid."""
+    """The zones of the detector's lens. Raises InputError where the user's table is invalid."""
     if parameters.lens_table is not None:
         return read_table(parameters.lens_table)
     return LENSES[parameters.lens].zones

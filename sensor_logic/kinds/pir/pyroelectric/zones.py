@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ....error import InputError
 from ....model import Array
 
 COLUMNS = ("azimuth", "elevation", "width", "height", "polarity", "gain")
@@ -21,10 +22,6 @@ WIDEST = math.radians(90.0)
 MAX_ZONES = 2000
 # Rays in a zone form a lattice in which no two share a column or a row.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-
-
-class LensError(ValueError):
-    """A lens table is invalid; the text names the row, the problem and the valid values."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +103,7 @@ def read_table(text: str) -> Zones:
     """The zones of a table: each row has azimuth, elevation, width, height (degrees), polarity
     (+ or -) and, if it is not 1, gain. Empty rows, a header and text after # are ignored.
 
-    Raises LensError.
+    Raises InputError.
     """
     zones: list[Zone] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -116,9 +113,9 @@ def read_table(text: str) -> Zones:
             continue
         zones.append(_read_row(number, cells))
     if not zones:
-        raise LensError(f"the lens table is empty: give a row for each zone: {', '.join(COLUMNS)}")
+        raise InputError(f"the lens table is empty: give a row for each zone: {', '.join(COLUMNS)}")
     if len(zones) > MAX_ZONES:
-        raise LensError(f"the lens table has {len(zones)} zones: at most {MAX_ZONES} are possible")
+        raise InputError(f"the lens table has {len(zones)} zones: at most {MAX_ZONES} are possible")
     return tuple(zones)
 
 
@@ -127,10 +124,10 @@ def _read_row(number: int, cells: list[str]) -> Zone:
     if len(cells) == len(COLUMNS) - 1:
         cells = [*cells, "1"]
     if len(cells) != len(COLUMNS):
-        raise LensError(f"{here} has {len(cells)} columns: it must have {', '.join(COLUMNS)}")
+        raise InputError(f"{here} has {len(cells)} columns: it must have {', '.join(COLUMNS)}")
     polarity = POLARITIES.get(cells[4])
     if polarity is None:
-        raise LensError(f"{here}: polarity is '{cells[4]}': it must be + or -")
+        raise InputError(f"{here}: polarity is '{cells[4]}': it must be + or -")
     numbers = {}
     for name, cell in zip(COLUMNS, cells, strict=True):
         if name != "polarity":
@@ -139,18 +136,18 @@ def _read_row(number: int, cells: list[str]) -> Zone:
             except ValueError:
                 numbers[name] = math.nan
             if not math.isfinite(numbers[name]):
-                raise LensError(f"{here}: {name} is '{cell}': it must be a number")
+                raise InputError(f"{here}: {name} is '{cell}': it must be a number")
     azimuth, elevation, width, height, gain = numbers.values()
     if abs(azimuth) > 180.0 or abs(elevation) > 90.0:
         name, value, most = (
             ("azimuth", azimuth, 180) if abs(azimuth) > 180.0 else ("elevation", elevation, 90)
         )
-        raise LensError(f"{here}: {name} is {value:g}°: it must be from −{most}° to {most}°")
+        raise InputError(f"{here}: {name} is {value:g}°: it must be from −{most}° to {most}°")
     for name, value in (("width", width), ("height", height)):
         if not 0.0 < math.radians(value) <= WIDEST:
-            raise LensError(f"{here}: {name} is {value:g}°: it must be above 0° and at most 90°")
+            raise InputError(f"{here}: {name} is {value:g}°: it must be above 0° and at most 90°")
     if gain <= 0.0:
-        raise LensError(f"{here}: gain is {gain:g}: it must be above 0")
+        raise InputError(f"{here}: gain is {gain:g}: it must be above 0")
     return Zone(
         math.radians(azimuth),
         math.radians(elevation),

@@ -312,7 +312,7 @@ def test_each_source_has_its_share_of_the_reading(world, explained, meter, refer
     assert shares["World"] == pytest.approx(0.05 * math.pi * seen, rel=0.05)
     assert shares["Other sources"] == pytest.approx(0.04 / 1.25**2, rel=0.05)
     assert sum(shares.values()) == pytest.approx(track.value[5], rel=1e-6)
-    assert found.headline == "Lit: 'One' changed from 0 lx to 1.99 lx"
+    assert found.headline == f"Lit: 'One' changed from 0 lx to {shares['One',]:.3g} lx"
     assert found.because == "One"
     facts = dict(found.facts)
     assert facts["Reading"].endswith("(Cycles)") and "Hidden" not in facts

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Opens a home without a window: for the command line, and with Blender's module for scripts."""
+"""Opens a home for scripts, with Blender's module."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ...sensor_logic.error import AngenError
 from ..process.quiet import standard_output_silenced
+from ..process.standalone import open_file, unreadable
 
 if TYPE_CHECKING:
     from .home import Home
@@ -36,33 +37,3 @@ def opened(path: str | Path) -> Home:
         raise AngenError(problem)
     found: Home = home.open_home(file)
     return found
-
-
-def unreadable(file: Path) -> str:
-    """Why `file` cannot be a blend file, as far as that shows without Blender."""
-    try:
-        with open(file, "rb") as opened:
-            start = opened.read(7)
-    except IsADirectoryError:
-        return f"{file} is a folder; give a blend file"
-    except OSError as error:
-        return f"cannot read {file}: {error.strerror}"
-    if not start:
-        return f"{file} is empty"
-    # Plain, gzip and Zstandard blend files.
-    if not (start == b"BLENDER" or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
-        return f"{file} is not a blend file"
-    return ""
-
-
-def open_file(file: Path, trusted: bool) -> str:
-    """Opens `file`, with its Python if it is trusted; returns why that failed, in a line."""
-    import bpy
-
-    try:
-        path = str(file.absolute())
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=trusted)
-    except RuntimeError as error:
-        reason = " ".join(str(error).removeprefix("Error:").split())
-        return f"cannot open {file}: {reason}"
-    return ""

@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..error import InputError
-
 
 @dataclass(frozen=True)
 class FormatFiles:
@@ -19,7 +17,3 @@ class FormatFiles:
 
     files: Mapping[str, str | bytes]
     notes: tuple[str, ...] = ()
-
-
-class InputError(InputError):
-    """A format cannot hold the dates of a log."""

@@ -257,10 +257,10 @@ def test_what_is_no_event_log_is_told_by_its_line(convert, tmp_path, events, wor
     ("options", "status", "words"),
     [
         (["--format", "word", "--out", "OUT/x"], 2, ["word", "casas"]),
-        (["--format", "xes", "--out", "OUT/none/x"], 1, ["OUT/none", "does not exist"]),
-        (["--format", "xes", "--out", "OUT"], 1, ["OUT", "is a folder"]),
-        (["--format", "pyadlml", "--out", "OUT/events.csv"], 1, ["events.csv", "--out"]),
-        (["--format", "events", "--out", "OUT/./events.csv"], 1, ["is also read"]),
+        (["--format", "xes", "--out", "OUT/none/x"], 2, ["OUT/none", "does not exist"]),
+        (["--format", "xes", "--out", "OUT"], 2, ["OUT", "is a folder"]),
+        (["--format", "pyadlml", "--out", "OUT/events.csv"], 2, ["events.csv", "--out"]),
+        (["--format", "events", "--out", "OUT/./events.csv"], 2, ["is also read"]),
         (["--format", "xes", "--out", "OUT/x", "--home", "OUT/no.toml"], 2, ["no.toml"]),
         (["--format", "xes", "--out", "OUT/x", "--start", "noon"], 2, ["noon", "ISO 8601"]),
         (

@@ -38,6 +38,8 @@ from .daylight import Daylight
 from .living import DayRun
 
 LARGEST_SEED = 0x7FFFFFFF
+# s: what a diary begins with at the first midnight was begun so long before.
+UNDER_WAY = 3600.0
 
 
 class DayError(Exception):
@@ -77,7 +79,8 @@ class Plan:
             raise DayError(str(error)) from None
 
     def segments(self, start: date, days: int, seed: int) -> list[Segment]:
-        """Who does what on `days` days from the date `start`, in s since its midnight."""
+        """Who does what on `days` days from the date `start`, in s since its midnight; what is
+        under way then was begun before."""
         if self.first is None:
             return timetable(self.routine, start, days, seed)
         shift = (self.first - start).days * DAY
@@ -85,6 +88,8 @@ class Plan:
         for person in self.routine.persons:
             mine = [s for s in self.diary if s.person == person]
             mine = [replace(s, start=s.start + shift, end=s.end + shift) for s in mine]
+            if mine and mine[0].start == 0.0:
+                mine[0] = replace(mine[0], start=-UNDER_WAY)
             begins = [0.0, *(s.end for s in mine)]
             ends = [*(s.start for s in mine), days * DAY]
             gaps = zip(begins, ends, strict=True)

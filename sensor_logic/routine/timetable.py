@@ -31,12 +31,13 @@ class _Point:
 
 def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
     """What everybody does on `days` days from the date `first`: for each person segments without
-    gaps from 0 to the end of the last day, in s since midnight of `first`."""
+    gaps, from the one that is under way at midnight of `first`, in s since then, to the end of the
+    last day."""
     draws = Draws(seed, first)
     found: list[Segment] = []
     for person in routine.persons.values():
         # From a day before to a day after: the first night and the last are whole ones.
-        drawn = list(_joined(_person(routine, person, days + 1, draws), -inf, inf))
+        drawn = list(_joined(_person(routine, person, days + 1, draws), inf))
         for number, rule in enumerate(routine.interruptions):
             if rule.person == person.name:
                 drawn = list(_interrupted(drawn, rule, draws, number))
@@ -44,7 +45,7 @@ def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segme
             if absence.person == person.name:
                 away = _since(first, absence.begins), _since(first, absence.ends)
                 drawn = list(_replaced(drawn, *away, AWAY))
-        found += _joined(drawn, 0.0, days * DAY)
+        found += [s for s in _joined(drawn, days * DAY) if s.end > 0.0]
     return found
 
 
@@ -162,11 +163,11 @@ def _replaced(
             yield Segment(ends, end, person, segment.activity)
 
 
-def _joined(segments: Iterable[Segment], begins: float, ends: float) -> Iterator[Segment]:
-    """What lies between two moments, neighbours of the same activity as one."""
+def _joined(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
+    """What lies before a moment, neighbours of the same activity as one."""
     last: Segment | None = None
     for segment in segments:
-        start, end = max(segment.start, begins), min(segment.end, ends)
+        start, end = segment.start, min(segment.end, ends)
         if start >= end:
             continue
         if last is not None and segment.activity == last.activity:

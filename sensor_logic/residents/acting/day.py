@@ -131,26 +131,27 @@ def _begin_home(
 
 
 def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
-    """Puts a person where the steps before the first segment of the day end; where there were
-    none, where the first steps of all end. Where no activity ends at a place, the person stands at
-    the first place that a step names, because others need not have a way to it."""
+    """Puts a person where the steps before the first segment of the day end. Where none of them
+    ends at a place, the person is where the first steps of all end or, if they end nowhere, stands
+    at the first place that they name, because others need not have a way to it."""
     mine = [s for s in segments if s.person == living.name]
     count = len(_before(segments, living.name, day))
-    for segment in [*mine[:count][::-1], *mine[count:]]:
+    known = living.home.places.places
+    for number, segment in enumerate([*mine[:count][::-1], *mine[count:]]):
         deeds = living.activities.get(segment.activity)
-        if deeds is None or deeds.posture is None:
+        if deeds is None:
             continue
         if deeds.posture == AWAY:
             living.begin_away()
             return
-        place = living.home.places.places[deeds.place or ""]
-        if living.home.is_free(living.key(place), living):
-            living.begin_at(place, deeds.posture)
+        place, posture = known.get(deeds.place or ""), deeds.posture
+        if place is None and number >= count:
+            named = (known[step.name] for step in deeds.all_steps if step.name in known)
+            place, posture = next(named, None), STANDING
+        if place is not None and living.home.is_free(living.key(place), living):
+            living.begin_at(place, posture or STANDING)
             return
-    known = living.home.places.places
-    deeds_of_all = (living.activities.get(segment.activity) for segment in mine)
-    names = [step.name for deeds in deeds_of_all if deeds for step in deeds.all_steps]
-    for place in (*(known[name] for name in names if name in known), *known.values()):
+    for place in known.values():
         if living.home.is_free(living.key(place), living):
             living.begin_at(place, STANDING)
             return

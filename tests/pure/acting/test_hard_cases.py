@@ -141,5 +141,7 @@ def test_who_begins_the_day_with_a_thing_is_where_it_is(play, home) -> None:
     # No way leads out of the vault, whose place is the first of all.
     vault = replace(home.places["Safe"], name="A safe")
     places = replace(home, places={"A safe": vault, **home.places})
-    day = play("Drink = take Cup, drink Cup", {"anna": [(0, "Drink")]}, places=places)
-    assert day.told("anna") == [("Drink", "Cup")]
+    text = "Drink = take Cup, drink Cup\nRelax = sit Sofa"
+    day = play(text, {"anna": [(0, "Drink"), (600, "Relax")]}, places=places)
+    assert day.told("anna") == [("Drink", "Cup"), ("Relax", "Sofa")]
+    assert day.acted.where[0].place == "Cup"

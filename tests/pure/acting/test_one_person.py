@@ -203,6 +203,34 @@ def test_days_join_at_midnight(play) -> None:
     assert second.acted.where[0].posture in ("walking", "standing")
 
 
+NIGHT = """
+schema = 1
+[person.anna]
+begins = "Sleep"
+[activity.Sleep]
+do = ["switch Lamp bedroom off", "lie Bed"]
+[activity.Read]
+do = ["switch Lamp bedroom on", "sit Sofa"]
+[[plan]]
+person = "anna"
+entries = [
+  { at = "20:00", activity = "Read", until = "22:00" },
+  { at = "22:00", activity = "Sleep", until = "07:00" },
+]
+"""
+
+
+@pytest.mark.parametrize("planned", [True, False])
+def test_what_is_under_way_at_the_first_midnight_was_begun_before(week, planned: bool) -> None:
+    """By the evening's plan, or else by what the person `begins` with."""
+    day = week(NIGHT if planned else NIGHT.partition("[[plan]]")[0], 0)
+    assert len(day.acted.spans(0.0, 6.9 * 3600)) == 0
+    first = day.acted.where[0]
+    assert (first.posture, first.place, first.start) == ("lying", "Bed", 0.0)
+    switched = [s for s in day.acted.switches if s.time < 0.0]
+    assert not switched[-1].on and switched[-1].person == "anna"
+
+
 def test_a_day_needs_only_its_own_random_numbers(week) -> None:
     text = WEEK.replace('on = ["sun"]', 'on = ["sat", "sun"]')
     for day in (0, 2):

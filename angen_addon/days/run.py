@@ -69,8 +69,8 @@ class Plan:
         return cls(name, text, file.read(text, name))
 
     def segments(self, start: date, days: int, seed: int) -> list[Segment]:
-        """Who does what on `days` days from the date `start`, and what was done before, in s since
-        its midnight."""
+        """Who does what on `days` days from the date `start`, in s since its midnight; what is
+        under way then was begun before."""
         if self.first is None:
             return timetable(self.routine, start, days, seed)
         shift = (self.first - start).days * DAY

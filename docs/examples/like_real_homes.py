@@ -3,9 +3,10 @@
 
     python docs/examples/like_real_homes.py DAYS
 
-Needs the package (`pip install .`). Of the real home only some figures are known, not every time;
-so a distance of Kolmogorov and Smirnov is a lower bound: the greatest difference at those quantiles
-that are known, less what their rounding allows.
+Needs the package (`pip install .`). Of the real home only some figures stand here, not every time;
+so a distance of Kolmogorov and Smirnov is a lower bound: the greatest difference at these
+quantiles, less what their rounding allows. `angen compare` with the home's log gives the distance
+itself: see docs/residents.md.
 """
 
 from __future__ import annotations

@@ -30,8 +30,9 @@ class _Point:
 
 
 def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
-    """What everybody does on `days` days from the date `first`, and on the day before: for each
-    person segments without gaps to the end of the last day, in s since midnight of `first`."""
+    """What everybody does on `days` days from the date `first`: for each person segments without
+    gaps, from the one that is under way at midnight of `first`, in s since then, to the end of the
+    last day."""
     draws = Draws(seed, first)
     found: list[Segment] = []
     for person in routine.persons.values():
@@ -44,7 +45,7 @@ def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segme
             if absence.person == person.name:
                 away = _since(first, absence.begins), _since(first, absence.ends)
                 drawn = list(_replaced(drawn, *away, AWAY))
-        found += _joined(drawn, days * DAY)
+        found += [s for s in _joined(drawn, days * DAY) if s.end > 0.0]
     return found
 
 

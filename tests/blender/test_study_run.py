@@ -236,7 +236,7 @@ def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> No
     assert int(row["events"]) == int(row["events PIR hall"]) > 0 and float(row["moves"]) > 0
     assert row["error"] == (
         "light_error: no light sensor is switched on; "
-        "score.py:broken raised ZeroDivisionError: division by zero (line 7)"
+        "score.py:broken: raised ZeroDivisionError: division by zero (line 7)"
     )
 
 

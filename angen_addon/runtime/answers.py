@@ -127,8 +127,8 @@ def light(asked: Question, which: Index | None = None) -> Answers:
 
 ANSWERS: dict[str, Callable[..., Answers]] = {
     RAYS: ranges,
-    WARMTH: partial(surfaces, "warmth"),
-    REFLECTANCE: partial(surfaces, "reflectance"),
+    WARMTH: partial(surfaces, WARMTH),
+    REFLECTANCE: partial(surfaces, REFLECTANCE),
     CROSSINGS: crossings,
     FORCES: contact,
     LIGHT: light,

@@ -102,9 +102,10 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
     drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
     for seen in drawn:
-        if seen.uid == sensor.uid and seen.ranges is not None and len(seen.ranges):
-            ends = seen.rays.origins + seen.rays.directions * seen.ranges[:, None]
-            points = np.vstack([ends, np.array(matrix.translation)])
+        if seen.uid == sensor.uid and seen.rays is not None and seen.rays.bundles:
+            met = seen.rays.bundles.values()
+            ends = [m.origins + m.directions * m.ranges[:, None] for m in met]
+            points = np.vstack([np.vstack(ends) / metres, np.array(matrix.translation)])
             lo, hi = points.min(axis=0), points.max(axis=0)
             radius = max(float(np.linalg.norm(hi - lo)) / 2, LEAST_RADIUS / metres)
             return Vector((lo + hi) / 2), radius

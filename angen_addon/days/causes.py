@@ -16,14 +16,15 @@ from ...sensor_logic.residents.acted import Acted
 from ..explain.replay import Recalled, Replay
 from ..kinds import appearance_of
 from ..runtime import state
-from ..runtime.notes import Notes, NotNoted
 from ..runtime.probes import Probes
+from ..runtime.sensor_runner import SensorRunner
+from ..runtime.trace import NotNoted
 from ..scene.bearers import candidates
 from ..scene.sensors import Sensor
 
 
 class Causes:
-    """Of the events of a day's run that takes `notes`, each told as soon as it was read.
+    """The causes of the events of a day's run, which calls `note`, found as soon as they are read.
     `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
     `told`: the events, each with the object that made it and who moves that, if anybody does; those
     up to midnight have neither, and no event has where they are not `wanted`."""
@@ -50,22 +51,20 @@ class Causes:
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
         self._left: list[Event] = []
-        self.notes = Notes(self._note) if wanted else None
+        self.wanted = wanted
         self.told: list[tuple[Event, str, str]] = []
 
-    def _note(self, name: str) -> None:
-        """The new events of a sensor, by what its rays met. Those for which one must look at the
-        scene are left."""
-        sensor = self._sensors[name]
+    def note(self, runner: SensorRunner) -> None:
+        """Find the causes of a sensor's new events by its trace. Those for which one must look at
+        the scene are left."""
         because: dict[float, str] = {}
-        for event in self.new.take_of(name):
+        for event in self.new.take_of(runner.sensor.name):
             if event.time <= self._midnight:
                 self.told.append((event, "", ""))
                 continue
             try:
                 if event.frame not in because:
-                    assert self.notes is not None
-                    recalled = Recalled(self._scene, sensor, self._recording, self.notes)
+                    recalled = Recalled(self._scene, self._recording, runner.trace)
                     because[event.frame] = self._because(recalled, event)
             except NotNoted:
                 self._left.append(event)
@@ -75,7 +74,7 @@ class Causes:
     def take_left(self) -> None:
         """The events that are left, while the keys of their time are in the home and nothing is
         sensed."""
-        if self.notes is None:
+        if not self.wanted:
             taken = (self.new.take_of(name) for name in self._sensors)
             self.told += [(event, "", "") for events in taken for event in events]
             return

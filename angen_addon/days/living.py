@@ -80,7 +80,7 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
-                self._causes.notes,
+                self._causes.note if self._causes.wanted else None,
             )
             self._causes.take_left()
         self.events = attributed(_events(self._causes.told, self._midnight))

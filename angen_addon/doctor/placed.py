@@ -15,9 +15,9 @@ from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.wording import capital, named, uncapitalized
 from ..advice import sensing, warmth
-from ..runtime.sensor_runner import SensorRunner
-from ..runtime.sight import Sight, sight_of
+from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of
+from ..runtime.trace import Trace
 from ..scene.animation import idle_keys, playing
 from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.rays.caster import NOTHING
@@ -129,14 +129,14 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
     """Reports sensors with surfaces nearer than their range min, which they cannot see."""
     for sensor in home.requiring(RAYS):
         try:
-            sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
+            sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
         except AngenError as error:
             yield str(error), "Mend its parameters in the sidebar, Active Sensor", (sensor.name,)
             continue
-        if sight is None or not len(sight.rays.directions):
+        if sight is None or not sight.bundles:
             continue
         shortest = float(getattr(sight.parameters, "range_min", 0.0))
-        directions = np.ascontiguousarray(sight.rays.directions)
+        directions = np.ascontiguousarray(sight.rays(home.metres).directions)
         origins = np.tile(sight.pose.origin / home.metres, (len(directions), 1))
         far = np.full(len(directions), shortest / home.metres)
         met = home.home.caster.cast_met(sensor.uid, BUNDLE_NEAR, origins, directions, far)[1]
@@ -159,8 +159,8 @@ def slits(home: Examined) -> Iterator[Found]:
         if not any(field.quantity == "motion" for field in sensor.kind.events):
             continue
         with suppress(AngenError):
-            sight = sight_of(SensorRunner(sensor, clock_of(home.scene)), home.depsgraph)
-            for one, other in _slits(home, sensor, sight) if sight is not None else ():
+            sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
+            for one, other in _slits(home, sight) if sight is not None else ():
                 yield (
                     f"'{sensor.name}' sees through a slit between '{one}' and '{other}', thinner "
                     f"than {2000.0 * SLIT:.0f} mm: it notices what moves behind them",
@@ -169,9 +169,9 @@ def slits(home: Examined) -> Iterator[Found]:
                 )
 
 
-def _slits(home: Examined, sensor: Sensor, sight: Sight) -> list[tuple[str, str]]:
+def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
     """Names of the solids on both sides of each slit."""
-    rays, caster = sight.rays, home.home.caster
+    rays, caster, sensor = sight.rays(home.metres), home.home.caster, sight.sensor
     directions, reach = np.ascontiguousarray(rays.directions), rays.reach
     if not len(directions):
         return []

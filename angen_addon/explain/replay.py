@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Goes back to updates of a recording: the same frames, rays and noise as in the run; or takes what
-they were from the run's own notes."""
+they were from the run's own trace."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ import numpy as np
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..runtime import handlers, outputs, state
-from ..runtime.notes import Met, Notes, NotNoted
 from ..runtime.probes import Probes
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
+from ..runtime.trace import Hits, NotNoted, Trace
 from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
 from ..scene.units import lengths_of
 from .facts import Explanation
@@ -32,13 +32,15 @@ class Replay:
     def __init__(
         self, scene: Any, sensor: Sensor, recording: Recording, probes: Probes | None = None
     ) -> None:
-        self._begin(scene, sensor, recording, Notes())
+        self._begin(scene, sensor, recording)
+        self._trace.keeps = True
         self._probes = probes or Probes(scene)
         self._probes.serve([sensor])
-        self._probes.notes = self._notes
         self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []
 
-    def _begin(self, scene: Any, sensor: Sensor, recording: Recording, notes: Notes) -> None:
+    def _begin(
+        self, scene: Any, sensor: Sensor, recording: Recording, trace: Trace | None = None
+    ) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
         if sensor.variant:
             # The others of the same sensor have that too.
@@ -50,7 +52,8 @@ class Replay:
         self.runner = SensorRunner(sensor, clock)
         self.metres = unit_scale(scene)
         self.lengths = lengths_of(scene)
-        self._recording, self._notes = recording, notes
+        self._recording = recording
+        self._trace = trace or self.runner.trace
 
     @property
     def probes(self) -> Probes:
@@ -59,13 +62,13 @@ class Replay:
         return self._probes
 
     @property
-    def seen(self) -> Met:
+    def seen(self) -> Hits:
         """The hits of the rays that the sensor cast last."""
-        return self._notes.met
+        return self._trace.hits
 
     def name_of(self, number: int) -> str:
         """The name that users know the solid `number` by."""
-        return self._notes.name_of(number)
+        return self._trace.name_of(number)
 
     def step(self, index: int) -> int:
         """The step of the clock at which update `index` of the track was made."""
@@ -192,8 +195,8 @@ class Recalled(Replay):
     """One sensor at the last updates of a run that is still going on, as the run itself met them:
     the scene stays where it is. What the run did not ask raises NotNoted."""
 
-    def __init__(self, scene: Any, sensor: Sensor, recording: Recording, notes: Notes) -> None:
-        self._begin(scene, sensor, recording, notes)
+    def __init__(self, scene: Any, recording: Recording, trace: Trace) -> None:
+        self._begin(scene, trace.sensor, recording, trace)
 
     @property
     def probes(self) -> Probes:
@@ -204,11 +207,11 @@ class Recalled(Replay):
 
     def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
         step = self.step(index)
-        parameters, updates = self._notes.recall(self.runner, step)
+        parameters, updates = self._trace.recall(step)
         return PendingUpdates(self.runner, [step], parameters, updates)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Its light is in the notes."""
+        """Its light is in the trace."""
 
     def take_moved(self, index: int) -> PendingUpdates | None:
         return self.take(index)
@@ -216,7 +219,7 @@ class Recalled(Replay):
     def watch(self, first: int, last: int) -> None:
         if self.runner.watches:
             for step in range(self.step(first) + 1, self.step(last)):
-                parameters, updates = self._notes.recall(self.runner, step)
+                parameters, updates = self._trace.recall(step)
                 self.runner.model.sense(parameters, updates)
 
 

@@ -11,9 +11,9 @@ from mathutils.geometry import convex_hull_2d
 from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import SensorInPlan
 from ..kinds import appearance_of
-from ..runtime.sensor_runner import SensorRunner
-from ..runtime.sight import SensorRays, sight_of
+from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of
+from ..runtime.trace import SensorRays
 from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor
@@ -24,7 +24,7 @@ BUNDLE = 0
 def placed(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
     """The sensor with its session uid, its `height` in the world; None while it is switched off.
     Raises AngenError."""
-    sight = sight_of(SensorRunner(sensor, clock_of(home.depsgraph.scene)), home.depsgraph)
+    sight = all_rays(sensor, clock_of(home.depsgraph.scene), home.depsgraph)
     if sight is None:
         return None
     appearance = appearance_of(sensor.kind)

@@ -7,9 +7,9 @@ A new physical quantity is one function here, by the name under which kinds say 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,51 +22,9 @@ from ..scene.contact.frame_state import gravity_of
 from ..scene.instances import shown_in, within
 from ..scene.light.probe import LightRequest
 from ..scene.placed import NotPlaced, placed_matrix
-from ..scene.rays.sweep import TOLERANCE, SolidsAtStep, SweptRays
+from ..scene.rays.sweep import TOLERANCE, SweptRays
 from ..scene.sensors import Sensor
-from .last_rays import RaysMet
-from .probes import Probes
-
-if TYPE_CHECKING:
-    from .sensor_runner import Read, SensorRunner
-
-# What is read beside parameters and pose while the scene is at a step, by its need: of a pad its
-# weight (3,) in N and the partners that it measures alone; where objects are, by the parameter.
-Beside = dict[str, Any] | None
-
-
-# A model has fewer bundles of rays than this.
-BUNDLES = 1 << 20
-
-
-@dataclass(frozen=True)
-class Question:
-    """Whose model asks, as it was `read`, and about which `steps`: their `frames` (n,) among those
-    that the probes keep."""
-
-    runner: SensorRunner
-    read: Read
-    steps: list[int]
-    frames: Index
-    depsgraph: Any
-    probes: Probes
-
-    def bundle(self, number: int) -> int:
-        """What the casters know the model's bundle of that number by: with other settings a sensor
-        casts other rays."""
-        return number + BUNDLES * self.runner.sensor.variant
-
-
-@dataclass(frozen=True)
-class Swept:
-    """Where a beam was swept to last: the step, the sensor's pose and where its rays start, both
-    of which are the same objects as long as it stands still, its beam, and the solids."""
-
-    step: int
-    pose: Pose
-    origins: Array
-    beam: SweptRays
-    solids: SolidsAtStep
+from .trace import Question, Swept
 
 
 def ranges(
@@ -81,21 +39,12 @@ def ranges(
     frames = asked.frames if which is None else asked.frames[which]
     metres, cast = asked.read.metres, asked.probes.caster.cast_at
     if metres == 1.0:
-        found = cast(asked.runner.uid, asked.bundle(bundle), origins, directions, length, frames)
+        found = cast(asked.sensor.uid, asked.bundle(bundle), origins, directions, length, frames)
     else:
         in_units = origins / metres, directions, length / metres
-        found = cast(asked.runner.uid, asked.bundle(bundle), *in_units, frames)
+        found = cast(asked.sensor.uid, asked.bundle(bundle), *in_units, frames)
         found = Answers([ranges * metres for ranges in found.table], found.rows)
-    if len(frames):
-        _note(asked, bundle, RaysMet(origins, directions, length, found[-1]), which)
     return found
-
-
-def _note(asked: Question, bundle: int, met: RaysMet, which: Index | None) -> None:
-    """Takes down for views what rays met at the last of the steps that were asked about."""
-    known = asked.runner.rays
-    known.aim(asked.read.parameters, asked.read.pose)
-    known.note(asked.steps[-1 if which is None else int(which[-1])], bundle, met)
 
 
 def surfaces(
@@ -110,12 +59,9 @@ def surfaces(
     """What the probe called `name` knows of the surfaces that rays meet."""
     frames = asked.frames if which is None else asked.frames[which]
     metres, probe = asked.read.metres, getattr(asked.probes, name)
-    known = asked.runner.uid, asked.bundle(bundle)
+    known = asked.sensor.uid, asked.bundle(bundle)
     rays = origins / metres, directions, length / metres
     found: Answers = probe.see(asked.depsgraph, *known, *rays, frames)
-    if len(frames):
-        ranges = probe.ranges(*known) * metres
-        _note(asked, bundle, RaysMet(origins, directions, length, ranges), which)
     return found
 
 
@@ -139,7 +85,7 @@ def crossings(
 def _swept_at(
     asked: Question, step: int, frame: int, rays: tuple[Array, Array, Array]
 ) -> RayCrossings | None:
-    before, (origins, directions, length) = asked.runner.swept, rays
+    before, (origins, directions, length) = asked.trace.swept, rays
     pose, metres = asked.read.pose, asked.read.metres
     if before is not None and before.pose is pose and before.origins is origins:
         beam = before.beam
@@ -147,11 +93,11 @@ def _swept_at(
         beam = SweptRays(matrix_of(pose, metres), origins / metres, directions, length / metres)
     sweeper = asked.probes.sweeper
     now = sweeper.solids_at(frame)
-    asked.runner.swept = Swept(step, pose, origins, beam, now)
+    asked.trace.swept = Swept(step, pose, origins, beam, now)
     if before is None or before.step != step - 1:
         return None
     found = sweeper.sweep(
-        asked.depsgraph, asked.runner.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
+        asked.depsgraph, asked.sensor.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
     )
     if metres == 1.0 or not len(found):
         return found
@@ -165,8 +111,8 @@ def contact(asked: Question, which: Index | None = None) -> Answers:
     table: list[PadContact] = []
     rows = []
     for step in asked.steps:
-        whole = asked.runner.clock.frame_and_subframe(step)[0]
-        forces = asked.probes.forces(asked.runner.uid, whole)
+        whole = asked.clock.frame_and_subframe(step)[0]
+        forces = asked.probes.forces(asked.sensor.uid, whole)
         if not table or table[-1].forces is not forces:
             table.append(PadContact(forces, weight, chosen))
         rows.append(len(table) - 1)
@@ -175,14 +121,14 @@ def contact(asked: Question, which: Index | None = None) -> Answers:
 
 def light(asked: Question, which: Index | None = None) -> Answers:
     """The light on a sensor, once it was measured: the same at all the steps."""
-    found = asked.probes.light(asked.runner.sensor.name)
+    found = asked.probes.light(asked.sensor.name)
     return Answers([found], np.zeros(len(asked.steps), np.intp))
 
 
 ANSWERS: dict[str, Callable[..., Answers]] = {
     RAYS: ranges,
-    WARMTH: partial(surfaces, "warmth"),
-    REFLECTANCE: partial(surfaces, "reflectance"),
+    WARMTH: partial(surfaces, WARMTH),
+    REFLECTANCE: partial(surfaces, REFLECTANCE),
     CROSSINGS: crossings,
     FORCES: contact,
     LIGHT: light,
@@ -190,7 +136,9 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
 }
 
 
-def beside_of(sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float) -> Beside:
+def beside_of(
+    sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
+) -> dict[str, Any] | None:
     """What a sensor's model asks of the scene at this very step."""
     found: dict[str, Any] = {}
     if sensor.kind.requires(FORCES):

@@ -19,10 +19,9 @@ from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
 from . import outputs, state
-from .full_scan import full_scan
-from .last_rays import LastRays
 from .probes import Probes
-from .sensor_runner import PendingUpdates, SensorRunner
+from .sensor_runner import PendingUpdates, SensorRunner, all_rays
+from .trace import Trace
 
 BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
 EDITED = "The scene was edited since: scrub, play or simulate"
@@ -127,11 +126,10 @@ class Live:
         self._probes.look(depsgraph, None)
         self._looked_at = None
         for runner in self._runners:
-            try:
-                found = full_scan(runner, depsgraph, self._probes)
-            except AngenError:
-                found = LastRays()
-            runner.rays.take_over(found)
+            found = None
+            with suppress(AngenError):
+                found = all_rays(runner.sensor, runner.clock, depsgraph, self._probes)
+            runner.trace.take_over(found or Trace(runner.sensor))
         self._forget_driven()
 
     def places_are_kept(self, scene: Any) -> bool:

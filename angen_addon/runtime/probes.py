@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
-from ...sensor_logic.model import LightSample
+from ...sensor_logic.model import Answers, Array, LightSample
 from ..scene.contact.contact_bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
@@ -25,7 +25,6 @@ from ..scene.reflectance import Reflectance
 from ..scene.sensors import Sensor, unit_scale
 from ..scene.warmth import Warmth
 from . import state
-from .notes import Notes
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
@@ -45,11 +44,11 @@ def _key(request: LightRequest) -> Any:
 
 
 class Probes:
-    """The probes for the sensors of a scene. `notes`: where what they are asked is taken down, if
-    anywhere."""
+    """The probes for the sensors of a scene, which cast with `caster`, if given. `names`: of the
+    solids that `met` knows, by number; also of those that are gone."""
 
-    def __init__(self, scene: Any) -> None:
-        self.caster = make_caster(scene)
+    def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
+        self.caster = caster or make_caster(scene)
         self.warmth = Warmth(self.caster)
         self.reflectance = Reflectance(self.caster)
         self.sweeper = Sweeper(self.caster)
@@ -57,7 +56,10 @@ class Probes:
         self._contacts = ContactTracker(self._solids)
         self._pads: list[Pad] = []
         self._told = 0
-        self.notes: Notes | None = None
+        self.names: dict[int, str] = {}
+        self._named = -1
+        # Blender's own ray cast tells nothing of instances: the exact layer knows what is met.
+        self._exact: RayCaster | None = None
         # Of the pad that is asked about, by whole frames.
         self.known_forces: dict[int, PadForces] = {}
         # The number of the frame that is looked at alone.
@@ -155,6 +157,29 @@ class Probes:
         """From now on what is asked is answered at the frames that were taken down."""
         if self._film is not None and len(self._film):
             self.caster.show(depsgraph, self._film.develop())
+
+    def met(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        length: Array,
+        count: int,
+    ) -> Answers:
+        """What the rays met that were cast just now at `count` updates: `RayHits`, which nobody may
+        write to."""
+        if self._named != self._solids.listing:
+            self._named = self._solids.listing
+            self.names |= {solid.number: solid.name for solid in self._solids.solids}
+        if isinstance(self.caster, RayCaster):
+            return self.caster.seen
+        if self._exact is None:
+            self._exact = RayCaster(self._solids)
+        self._exact.update(depsgraph)
+        last = np.full(count, len(self._exact.frames) - 1)
+        return self._exact.see_at(sensor, bundle, origins, directions, length, last)
 
     def measure(
         self,

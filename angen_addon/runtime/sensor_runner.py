@@ -12,33 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
-from ...sensor_logic.kind import CROSSINGS
-from ...sensor_logic.model import Ask, Index, Pose, Reading, Readings, Update, Updates
+from ...sensor_logic.kind import CROSSINGS, RAYS
+from ...sensor_logic.model import Index, Pose, Reading, Readings, Update, Updates
 from ...sensor_logic.noise import generator
 from ..scene.animation import is_animated, stays
 from ..scene.instances import Uid
+from ..scene.light.four_walls import view_rays
 from ..scene.light.probe import LightRequest
+from ..scene.rays.caster import RayCaster
 from ..scene.sensors import Sensor, check_evaluated, decimal, read_parameters, read_pose, unit_scale
-from .answers import ANSWERS, Beside, Question, beside_of, light_request
-from .last_rays import LastRays
+from .answers import ANSWERS, beside_of, light_request
 from .probes import Probes
-
-
-@dataclass(frozen=True)
-class Read:
-    """What was read of a sensor at a step: metres in a Blender unit, parameters, pose, and what
-    models ask that is known at that moment alone. Where the sensor stays as it is, the same object
-    as at the step before."""
-
-    metres: float
-    parameters: Any
-    pose: Pose
-    beside: Beside
-
-    def same(self, metres: float, parameters: Any, pose: Pose, beside: Beside) -> bool:
-        """Whether it is made of these."""
-        same = self.metres == metres and self.parameters is parameters and self.pose is pose
-        return same and beside is None and self.beside is None
+from .trace import CAST, Question, RaysMet, Read, Trace
 
 
 @dataclass(frozen=True)
@@ -99,8 +84,7 @@ class SensorRunner:
         self.uid: Uid = sensor.uid
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self.watches = self._watches()
-        # What its rays met last.
-        self.rays = LastRays()
+        self.trace = Trace(sensor)
         self._edits = 0
         self._steady: bool | None = None
         self.reset()
@@ -134,9 +118,7 @@ class SensorRunner:
         self.model = self.sensor.kind.model()
         self._pose: tuple[Any, float, Pose] | None = None
         self._read: Read | None = None
-        # Where its beam was swept to last, for `answers.crossings`.
-        self.swept: Any = None
-        self.rays.forget()
+        self.trace.forget()
 
     def read(self, depsgraph: Any, edits: int) -> Read | None:
         """The parameters and the pose after so many `edits` of the scene; None while the sensor is
@@ -169,15 +151,11 @@ class SensorRunner:
         return known[2]
 
     def take(
-        self, number: int, step: int, depsgraph: Any, probes: Probes | None, due: bool = True
+        self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
     ) -> PendingUpdates | None:
         """Update `number` at the scene's present state; None while the sensor is switched off.
-        Without probes there are no answers, only the sensor itself.
-
-        Raises AngenError.
-        """
-        read = self.read(depsgraph, probes.edits if probes else 0)
-        frame = np.array([probes.frame if probes else 0])
+        Raises AngenError."""
+        read, frame = self.read(depsgraph, probes.edits), np.array([probes.frame])
         return next(
             self.pending(Dates.of(step, number, due), frame, [read], depsgraph, probes), None
         )
@@ -195,7 +173,7 @@ class SensorRunner:
         frames: Index,
         reads: Sequence[Read | None],
         depsgraph: Any,
-        probes: Probes | None,
+        probes: Probes,
     ) -> Iterator[PendingUpdates]:
         """What the sensor asks of the scene at its dates (n,), which follow each other without a
         gap: as one as long as it stays as it was read then. `reads` are (n,), or one for all;
@@ -211,31 +189,69 @@ class SensorRunner:
                 yield self._pending(read, dates.part(part), frames[part], depsgraph, probes)
 
     def _pending(
-        self, read: Read, dates: Dates, frames: Index, depsgraph: Any, probes: Probes | None
+        self, read: Read, dates: Dates, frames: Index, depsgraph: Any, probes: Probes
     ) -> PendingUpdates:
-        steps = dates.steps.tolist()
-        scene_asked: dict[str, Ask] = {}
-        notes = None
-        if probes is not None:
-            notes, question = probes.notes, Question(self, read, steps, frames, depsgraph, probes)
-            needs = self.sensor.kind.needs
-            scene_asked = {need: partial(ANSWERS[need], question) for need in needs}
+        when = self.clock, read, dates.steps.tolist(), frames
+        question = Question(self.sensor, *when, depsgraph, probes, self.trace)
+        needs = self.sensor.kind.needs
         scene, name = depsgraph.scene, self.sensor.stands_for or self.sensor.name
         updates = Updates(
             dates.numbers,
             self.clock.times_and_frames(dates.steps)[0],
             dates.due,
             read.pose,
-            scene_asked,
+            {need: partial(ANSWERS[need], question) for need in needs},
             partial(generator, scene.angen_seed, name),
             partial(generator, scene.angen_seed, f"{name}, part", 0),
         )
-        if notes is not None:
-            updates = notes.listen(question, updates)
         request = None
         if self.sensor.kind.requires_light:
             request = light_request(
                 self.sensor, read.parameters, read.pose, read.metres, self.steady
             )
         due = dates.steps[dates.due].tolist()
+        updates = self.trace.listen(question, updates)
         return PendingUpdates(self, due, read.parameters, updates, request)
+
+
+def all_rays(
+    sensor: Sensor, clock: Clock, depsgraph: Any, probes: Probes | None = None
+) -> Trace | None:
+    """All rays that a sensor's model ever casts at the depsgraph's frame, update after update until
+    they repeat; of a light sensor the axes and corners of its views. None while it is switched off.
+    Its own readings go on as if nobody had looked.
+
+    Without `probes` nothing is cast: only those rays are listed, by the model's RAYS, as if nothing
+    was there. Raises AngenError.
+    """
+    apart, needs = SensorRunner(sensor, clock), CAST
+    casts_views = probes is not None and sensor.kind.requires_light
+    if probes is None:
+        # These have never looked at the scene.
+        probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
+    read, trace = apart.read(depsgraph, probes.edits), apart.trace
+    if read is None:
+        return None
+    trace.aim(read.parameters, read.pose)
+    if casts_views:
+        _cast_views(read, trace, probes)
+    elif apart.casts and any(sensor.kind.requires(need, read.parameters) for need in needs):
+        number, known = 0, -1
+        while len(trace.bundles) > known:
+            known = len(trace.bundles)
+            dates, frame = Dates.of(apart.schedule.step(number), number), np.array([probes.frame])
+            apart._pending(read, dates, frame, depsgraph, probes).readings()
+            number += 1
+    return trace
+
+
+def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
+    """Cast the axis and the corners of each view of a light sensor."""
+    sensor, metres = trace.sensor, read.metres
+    request = light_request(sensor, read.parameters, read.pose, metres, False)
+    if request.method == "FOUR_WALL":
+        for wall, rays in enumerate(zip(*view_rays(request), strict=True)):
+            ranges = probes.caster.cast(sensor.uid, wall, *rays)
+            origins, directions, reach = rays
+            met = RaysMet(origins * metres, directions, reach * metres, ranges * metres)
+            trace.show(wall, met)

@@ -24,7 +24,6 @@ from ..scene.sensors import Sensor, all_sensors, check, check_names, report_step
 from . import handlers, outputs, state, stillness
 from .agenda import Agenda
 from .moving_scene import MovingScene, moving_scene
-from .notes import Notes
 from .sensor_runner import PendingUpdates, SensorRunner
 from .stage import Stage
 from .time_base import clock_of, evaluated_depsgraph
@@ -63,14 +62,15 @@ def simulate(
     recording: Recording,
     exchanges: Sequence[Exchange] = (),
     clock: Clock | None = None,
-    notes: Notes | None = None,
+    follow: Callable[[SensorRunner], object] | None = None,
 ) -> Iterator[Progress]:
     """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
 
     `scene` is the scene of the present context; of `sensors`, those that can be sense. Other
     sensors whose outputs drivers read sense too, and are not recorded. A run that is longer than
     what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock` tells its time
-    where that is not the scene's; `notes` are taken of what sensors meet.
+    where that is not the scene's; `follow` is called after each sensor's readings were recorded,
+    with its runner, whose trace then keeps the last queries and answers.
     The frame is put back at the end, also after an error or when the generator is closed early;
     what was recorded until then stays. Raises AngenError.
     """
@@ -87,7 +87,7 @@ def simulate(
         kind, steps = sensor.kind.identifier, report_steps(sensor)
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
     recording.clock = clock
-    return _Run(scene, runners, first, last, frame_end, recording, exchanges, notes).progress()
+    return _Run(scene, runners, first, last, frame_end, recording, exchanges, follow).progress()
 
 
 def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
@@ -110,13 +110,15 @@ class _Run:
         frame_end: int,
         recording: Recording,
         exchanges: Sequence[Exchange],
-        notes: Notes | None,
+        follow: Callable[[SensorRunner], object] | None,
     ) -> None:
         self._scene, self._runners = scene, runners
         self._first, self._last, self._frame_end = first, last, frame_end
         assert recording.clock is not None
         self._clock = recording.clock
-        self._recording, self._notes = recording, notes
+        self._recording, self._follow = recording, follow
+        for runner in runners:
+            runner.trace.keeps = follow is not None
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
         self._still = stillness.Stillness(stillness.NEVER)
         self._moving_scene: MovingScene | None = None
@@ -140,7 +142,6 @@ class _Run:
                 try:
                     self._find_what_moves(self._frame(self._first), alone, batches)
                     stage = Stage(scene, self._runners, batches, self._moving_scene)
-                    stage.probes.notes = self._notes
                     try:
                         yield from self._over_frames(stage, agenda, alone, driven, batches)
                     finally:
@@ -260,8 +261,8 @@ class _Run:
         track = self._recording.tracks.get(sensor.name)
         if track is not None and track.uid == sensor.uid:
             track.extend(frames, times, readings)
-            if self._notes is not None:
-                self._notes.read(sensor.name)
+            if self._follow is not None:
+                self._follow(pending.runner)
         if driven:
             outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 

@@ -12,14 +12,13 @@ from ..authoring.placing import Stand, looking_out
 from ..explain.facts import Explanation
 from ..explain.plain import explain_plainly
 from ..explain.replay import Replay
-from ..runtime.last_rays import RaysMet
-from ..runtime.sight import SensorRays, Sight
+from ..runtime.trace import RaysMet, SensorRays, Trace
 from .overlay.figures import Figure, beams, plain_figure
 
 
-def own_rays(sight: Sight, metres: float) -> SensorRays:
+def own_rays(sight: Trace, metres: float) -> SensorRays:
     """The rays that its model casts."""
-    return sight.rays
+    return sight.rays(metres)
 
 
 def nothing(layout: Any, context: Any, sensor: Any, seen: Any) -> None:
@@ -63,7 +62,7 @@ class Appearance:
 
     housings: Mapping[str, Callable[[], Housing]] = field(default_factory=dict)
     stand: Stand = looking_out
-    plan_rays: Callable[[Sight, float], SensorRays] = own_rays
+    plan_rays: Callable[[Trace, float], SensorRays] = own_rays
     figure: Callable[[Any, float], Figure] = plain_figure
     rays_figure: Callable[[Any, int, RaysMet, float], Figure] = beams
     scan_figure: Callable[[Any, int, RaysMet, float], Figure | None] = no_scan

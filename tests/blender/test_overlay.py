@@ -33,6 +33,17 @@ def test_rays_are_lit_exactly_where_the_detector_says_that_something_moved(world
     assert 5 < sum(lit) < 45
 
 
+def test_the_view_holds_what_is_drawn(world, field, addon_part):
+    """A beam of 4 m that ends after 1.5 m."""
+    obj = world.switch(range_max=4.0)
+    world.box((1, 1, 1), (0, 0, -2))
+    field()
+    sensor = next(s for s in world.sensors() if s.object == obj)
+    middle, radius = addon_part("operators.show").surroundings(sensor, bpy.context)
+    assert tuple(middle) == pytest.approx((0, 0, -0.75), abs=1e-6)
+    assert radius == pytest.approx(0.75)
+
+
 def test_following_changes_no_reading(world, field):
     """A live run with the drawing and one without, and a recording made in between."""
     sensor = make_pir(world)

@@ -107,18 +107,17 @@ def test_not_swept_the_frames_between_updates_are_not_evaluated(world, swept, mo
 
 
 def test_its_beam_is_shown_and_planned_as_unswept(world, swept, addon_part):
-    """The overlay and the floor plan ask for rays where there are no probes."""
-    sight = addon_part("angen_addon.runtime.sight").sight_of
-    runner = addon_part("angen_addon.runtime.sensor_runner").SensorRunner
+    """The floor plan lists rays without casting them."""
+    all_rays = addon_part("angen_addon.runtime.sensor_runner").all_rays
     clock = addon_part("angen_addon.runtime.time_base").clock_of(world.scene)
     seen = []
     for name, on in (("switch", True), ("unswept", False)):
         obj = swept(name, swept=on, aperture_rays=3, aperture=0.001)
         sensor = next(s for s in world.sensors() if s.object == obj)
-        seen.append(sight(runner(sensor, clock), world.update()))
+        seen.append(all_rays(sensor, clock, world.update()))
     assert seen[0].parameters.swept
-    assert np.array_equal(seen[0].rays.directions, seen[1].rays.directions)
-    assert len(seen[0].rays.reach) == 3
+    assert np.array_equal(seen[0].rays(1.0).directions, seen[1].rays(1.0).directions)
+    assert len(seen[0].rays(1.0).reach) == 3
 
 
 def test_what_went_through_is_named(world, swept, addon_part, each_caster):

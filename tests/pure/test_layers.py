@@ -18,13 +18,6 @@ INTERFACE = (
 WINDOW = ("operators", "panels", "angen_addon.view", "angen_addon.kinds")
 
 
-# Circles that there are, each with its reason.
-KNOWN: tuple[set[str], ...] = (
-    # The answers read the runner's poses, and the runner asks the answers.
-    {f"angen_addon.runtime.{name}" for name in ("answers", "notes", "probes", "sensor_runner")},
-)
-
-
 def modules() -> dict[str, Path]:
     found = {}
     for folder in PRODUCT:
@@ -113,4 +106,4 @@ def packages(name: str) -> set[str]:
 def test_nothing_imports_in_a_circle() -> None:
     # Raises CycleError, which names them.
     list(graphlib.TopologicalSorter(GRAPH).static_order())
-    assert not {circle for circle in circles() if not any(circle <= known for known in KNOWN)}
+    assert not circles()

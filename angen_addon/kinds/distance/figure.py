@@ -10,15 +10,14 @@ import numpy as np
 
 from ....sensor_logic.kinds.distance.model import zone_rays
 from ....sensor_logic.model import Array, Pose
-from ...runtime.last_rays import RaysMet
-from ...runtime.sight import SensorRays, Sight
+from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...view.overlay.figures import Figure, corners_of, pairs
 
 # Number of rays from side to side in the plan.
 ACROSS = 25
 
 
-def plan_rays(sight: Sight, metres: float) -> SensorRays:
+def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """A level fan as wide as all zones together."""
     wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
     origins, directions, reach = zone_rays(wide, sight.pose)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.model import Pose
-from ...runtime.last_rays import RaysMet
-from ...runtime.sight import SensorRays, Sight
+from ...runtime.answers import light_request
+from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.light.four_walls import view_rays
 from ...view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 
@@ -18,11 +18,12 @@ from ...view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pair
 LOBE = 0.25
 
 
-def plan_rays(sight: Sight, metres: float) -> SensorRays:
+def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Each view as its axis: the views are narrow."""
-    if sight.request.method != "FOUR_WALL":
-        return sight.rays
-    origins, directions, reach = (part[:, 0] for part in view_rays(sight.request))
+    if sight.parameters.method != "FOUR_WALL":
+        return sight.rays(metres)
+    request = light_request(sight.sensor, sight.parameters, sight.pose, metres, False)
+    origins, directions, reach = (part[:, 0] for part in view_rays(request))
     return SensorRays(origins, directions, reach, apart=True)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...runtime.last_rays import RaysMet
+from ...runtime.trace import RaysMet
 from ...view.overlay.figures import Figure, beams, dashes, ends_of
 
 # m: sizes of the marks on a beam.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ....sensor_logic.kinds.pir.pyroelectric.detector import zones_of
 from ....sensor_logic.kinds.pir.pyroelectric.zones import Zones
 from ....sensor_logic.model import Array
-from ...runtime.last_rays import RaysMet
+from ...runtime.trace import RaysMet
 from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 
 # Neighbouring rays hit different surfaces where their ranges differ by more than this share of the

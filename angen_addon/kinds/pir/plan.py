@@ -10,17 +10,17 @@ import numpy as np
 
 from ....sensor_logic.kinds.pir.pyroelectric.detector import zones_of
 from ....sensor_logic.kinds.pir.pyroelectric.zones import Zone
-from ...runtime.sight import SensorRays, Sight
+from ...runtime.trace import SensorRays, Trace
 
 RAYS_A_ZONE = 5
 
 
-def plan_rays(sight: Sight, metres: float) -> SensorRays:
+def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """The rays that its model casts; of a lens, each zone as a level fan as wide as the zone and as
     long as the detection distance in its datasheet."""
     parameters, pose = sight.parameters, sight.pose
     if parameters.model != "PYROELECTRIC":
-        return replace(sight.rays, rows=parameters.tilt_count)
+        return replace(sight.rays(metres), rows=parameters.tilt_count)
     zones = zones_of(parameters)
     directions = np.array([_across(zone) for zone in zones]).reshape(-1, 3)
     directions = directions @ pose.axes.T

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -50,10 +51,6 @@ RINGS_M, DEEP_M = (0.5, 1.0, 1.6, 2.2), 4.0
 # m: a mark is at most so far above its floor.
 ABOVE_M = 2.7
 DOWN = np.array([0.0, 0.0, -1.0])
-
-
-class TooFar(Exception):
-    """A mark, by its number, lies so far (m) from the others that they are of no one home."""
 
 
 @dataclass(frozen=True)
@@ -106,14 +103,8 @@ def grounds(
     for height in heights:
         below = [h for h in heights if h <= height]
         mine = [under(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
-        try:
-            found.append(_ground(home, walk, height, marks[mine]))
-        except TooFar as error:
-            which, off = error.args
-            raise InputError(
-                f"'{names[np.flatnonzero(mine)[which]]}' is marked {off:.0f} m from the other "
-                "places: mark only what belongs to one home"
-            ) from None
+        grid = _grid(height, marks[mine], list(compress(names, mine)))
+        found.append(_ground(home, walk, grid, marks[mine]))
     return found
 
 
@@ -142,8 +133,7 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
     return [float(np.median(met[np.abs(met - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
 
 
-def _ground(home: EvaluatedHome, walk: EvaluatedHome, height: float, marks: Array) -> WalkedStorey:
-    grid = _grid(height, marks)
+def _ground(home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array) -> WalkedStorey:
     over = finished(floors(walk, grid, OVER_M)).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
     along = [finished(passable(walk, grid, felt, level)) for felt in FELT_M]
@@ -159,14 +149,15 @@ def _ground(home: EvaluatedHome, walk: EvaluatedHome, height: float, marks: Arra
     # What no body gets to is the inside of a wall.
     free &= finished(flood((part > 0).astype(np.int64), free, ways)) > 0
     floor = Floor(grid.low, grid.size, free)
-    number, names, guessed = _rooms(home, grid, height)
+    number, names, guessed = _rooms(home, grid, grid.floor)
     part = parts(floor, BODY_M)
     return WalkedStorey(
-        Storey(height, floor, number, names, guessed), walk, part, _main(floor, part, marks)
+        Storey(grid.floor, floor, number, names, guessed), walk, part, _main(floor, part, marks)
     )
 
 
-def _grid(height: float, marks: Array) -> Grid:
+def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
+    """The cells around marks of these names. Raises InputError where they are too far apart."""
     low, high = marks[:, :2].min(axis=0) - AROUND_M, marks[:, :2].max(axis=0) + AROUND_M
     size = SIZE_M
     area = float(np.prod(high - low + 2 * size))
@@ -174,7 +165,10 @@ def _grid(height: float, marks: Array) -> Grid:
         size = float(np.sqrt(area / MOST_CELLS)) * 1.01
     if size > COARSEST_M:
         off = np.linalg.norm(marks[:, :2] - np.median(marks[:, :2], axis=0), axis=1)
-        raise TooFar(int(np.argmax(off)), float(off.max()))
+        raise InputError(
+            f"'{names[int(np.argmax(off))]}' is marked {off.max():.0f} m from the other "
+            "places: mark only what belongs to one home"
+        )
     first = np.floor(low / size)
     # An even number, for rooms are found on cells twice as large.
     shape = ((np.ceil(high / size) - first + 1) // 2 * 2).astype(int)

@@ -11,9 +11,9 @@ from ....panels.readings import ReadingText
 from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array, Pose
 from ...kinds import appearance_of
-from ...runtime.last_rays import LastRays, RaysMet
 from ...runtime.live import live_of
 from ...runtime.sensor_runner import SensorRunner
+from ...runtime.trace import RaysMet, Trace
 from ...scene.sensors import Sensor, all_sensors, unit_scale
 from .figures import Figure, surface_outline
 
@@ -36,7 +36,7 @@ class DrawnSensor:
         self.matrix: Any = None
         self.parameters: Any = None
         self.pose: Pose | None = None
-        self.rays: LastRays | None = None
+        self.rays: Trace | None = None
         self.outline: Array | None = None
         self.figures: list[Figure] = []
         self.now: list[Figure] = []
@@ -69,7 +69,7 @@ class DrawnSensor:
         if not self._follow_sensor(runner, depsgraph, edits, metres) or runner is None:
             self.rays = None
             return
-        rays = self.rays = runner.rays
+        rays = self.rays = runner.trace
         if self._rays != (rays, rays.revision):
             self._rays = rays, rays.revision
             self.figures = [*self._own, *self._of_bundles("rays_figure", rays.bundles, metres)]

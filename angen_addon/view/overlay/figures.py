@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.kind import RAYS, REFLECTANCE, WARMTH
 from ....sensor_logic.model import Array
-from ...runtime.last_rays import RaysMet
+from ...runtime.trace import CAST, RaysMet
 
 Lines = NDArray[np.float32]
 # m: lines on a surface stand this far before it, so that it does not hide them.
@@ -30,7 +29,6 @@ DASHES_AT = np.linspace(0.0, 1.0, 2 * DASHES)[:, None]
 ROUND = 24
 # Of a picture, in turn.
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-RAY_NEEDS = {RAYS, WARMTH, REFLECTANCE}
 
 
 @dataclass(eq=False)
@@ -104,7 +102,7 @@ def straight(
 def plain_figure(seen: Any, metres: float) -> Figure:
     """A cross where a sensor stands that casts no rays."""
     figure = Figure()
-    if not RAY_NEEDS & seen.sensor.kind.needs.keys():
+    if not CAST & seen.sensor.kind.needs.keys():
         axes = seen.pose.axes.T * CROSS
         figure.add("axis", pairs(seen.pose.origin - axes, seen.pose.origin + axes) / metres)
     return figure

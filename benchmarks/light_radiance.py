@@ -16,12 +16,13 @@ from typing import Any
 
 import bpy
 import numpy as np
+from angen_sensors.angen_addon.scene.instances import shown_objects
 from angen_sensors.angen_addon.scene.light import probe
+from angen_sensors.angen_addon.scene.light.changes import tint_of
 from angen_sensors.angen_addon.scene.light.faces import face_size
 from angen_sensors.angen_addon.scene.light.materials import Surfaces, glows, is_clear
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
-from angen_sensors.angen_addon.scene.light.scene import Housings, is_portal, shown_objects
-from angen_sensors.angen_addon.scene.light.values import tint_of
+from angen_sensors.angen_addon.scene.light.scene import Housings, is_portal
 from angen_sensors.sensor_logic.physics.photometry import luminance
 
 from .ray_layer import HOME

@@ -13,9 +13,9 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.scene.light import engine, probe
+from angen_sensors.angen_addon.scene.light.changes import LightChanges
 from angen_sensors.angen_addon.scene.light.cycles import CyclesLight
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
-from angen_sensors.angen_addon.scene.light.signature import LightSignature
 
 from .ray_layer import HOME
 
@@ -134,10 +134,10 @@ def _reference(requests: Sequence[LightRequest], samples: int) -> tuple[Any, flo
 
 def _static(scene: Any) -> float:
     """Milliseconds that it takes to find that nothing has changed."""
-    signature, layer = LightSignature(), bpy.context.view_layer
+    changes, layer = LightChanges(), bpy.context.view_layer
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    signature.changed(layer, depsgraph)
+    state = changes.look(layer, depsgraph)
     start = time.perf_counter()
     for _ in range(50):
-        assert not signature.changed(layer, depsgraph)
+        assert changes.look(layer, depsgraph) == state
     return (time.perf_counter() - start) / 50 * 1000.0

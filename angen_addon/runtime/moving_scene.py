@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 
 from ..scene.animation import all_animated, may_set
-from ..scene.light.values import MARK
+from ..scene.marks import LIGHT_MARK
 from ..scene.rays.geometry import SURFACE_TYPES
 from .sensor_runner import SensorRunner
 from .stillness import Stillness
@@ -27,7 +27,7 @@ class MovingScene:
 
     def __init__(self, scene: Any, objects: Sequence[Any]) -> None:
         self._scene = bpy.data.scenes.new(".angen_moving")
-        self._scene[MARK] = True
+        self._scene[LIGHT_MARK] = True
         for name in TIME:
             setattr(self._scene.render, name, getattr(scene.render, name))
         for obj in objects:

@@ -14,9 +14,9 @@ from ...sensor_logic.model import Answers, Array, LightSample
 from ..scene.contact.contact_bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
+from ..scene.light.changes import LightChanges
 from ..scene.light.cycles import CyclesLight
 from ..scene.light.probe import LightRequest, measuring
-from ..scene.light.signature import LightSignature
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.frames import Film
 from ..scene.rays.reference import SceneRayCaster
@@ -65,11 +65,10 @@ class Probes:
         # The number of the frame that is looked at alone.
         self.frame = 0
         self._film: Film | None = None
-        # By the sensor's name, what was asked and what was found.
+        # By the sensor's name, what was asked in which state of the scene, and what was found.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
-        self._lighting = LightSignature()
-        self._light = CyclesLight(told=True)
-        self._edits_of_light = -1
+        self._lighting = LightChanges()
+        self._light = CyclesLight()
         state.CACHE.watch(self._lighting)
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
@@ -195,21 +194,16 @@ class Probes:
         `keep`: nothing but frames will change until the next time; to be ended by `close`.
         Not in a frame handler. Raises AngenError.
         """
-        if self._edits_of_light != self.edits:
-            self._edits_of_light = self.edits
-            self._light.note_edit()
         how = scene.angen_luminous_efficacy, scene.angen_light_reference
-        change = self._lighting.changed(view_layer, depsgraph, how)
-        if change:
-            self._measured = {}
-        self._light.note(change)
-        due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != _key(r)]
+        state = self._lighting.look(view_layer, depsgraph, self.edits, how)
+        keys = {r.name: (state.light, _key(r)) for r in asked}
+        due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != keys[r.name]]
         if not due:
             return
         efficacy, self._light.reference = how
         kept = self._light if keep else None
-        found = yield from measuring(scene, view_layer, due, efficacy, kept)
-        self._measured |= {r.name: (_key(r), found[r.name]) for r in due}
+        found = yield from measuring(scene, view_layer, due, efficacy, kept, state)
+        self._measured |= {r.name: (keys[r.name], found[r.name]) for r in due}
 
     def close(self) -> None:
         """Removes from the file what was kept there."""

@@ -96,6 +96,13 @@ def _shown(collection: Any) -> Iterator[Any]:
         yield from _shown(child)
 
 
+def shown_objects(view_layer: Any) -> Iterator[Any]:
+    """The objects that the viewport shows, in the order of the view layer."""
+    for obj in view_layer.objects:
+        if obj.visible_get(view_layer=view_layer):
+            yield obj
+
+
 def with_instanced(view_layer: Any) -> Iterator[tuple[Any, Any]]:
     """The objects of a view layer, and once each those that collection instances in it show; with
     the object of the view layer that each is, or is in."""

@@ -6,3 +6,5 @@
 COVERAGE_MARK = "angen_coverage"
 # On ways that Check Places drew, which no sensor sees.
 WAY_MARK = "angen_way"
+# On what was made for light scenes.
+LIGHT_MARK = "angen_light_made"

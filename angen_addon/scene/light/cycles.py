@@ -40,12 +40,12 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import LightShare
 from ....sensor_logic.physics.photometry import luminance
 from . import faces, four_walls
+from .changes import NEVER, LightState
 from .cycles_scene import CyclesScene, Steps
 from .engine import to_rec709
 from .frozen import Simulated
 from .picture import TWICE, Picture, Seen, share_out
 from .scene import begins_of, contents
-from .signature import LightChange
 
 Array = NDArray[np.float64]
 METHODS: dict[str, Any] = {"FOUR_WALL": four_walls, "ILLUMINANCE": faces}
@@ -107,18 +107,15 @@ class CyclesLight:
 
     `reference`: light paths a reading of the reference; there is none where that is not more than
     the reading's own, and none for what is asked only once: of a sensor that is not `steady`.
-    `told`: the caller tells by `note` what has changed, and by `note_edit` of edits; without it
-    everything counts as changed at every update.
     """
 
-    def __init__(self, reference: int = 0, told: bool = False) -> None:
+    def __init__(self, reference: int = 0) -> None:
         self.reference = reference
-        self._told = told
         self._simulated = Simulated()
         self._user: tuple[Any, Any]
         self._contents: Hashable = None
-        # Whether those are to be listed anew.
-        self._lists = True
+        # At the last update.
+        self._state = NEVER
         self._scene: CyclesScene | None = None
         self._stands: str | int = EARLIER
         self._pictures: dict[Hashable, Picture] = {}
@@ -129,31 +126,24 @@ class CyclesLight:
         self._references: dict[Hashable, dict[int, Array]] = {}
         self._looks_at_frame: bool | None = None
 
-    def look(self, scene: Any, view_layer: Any) -> None:
-        """To be called at each update: the scene is as it is evaluated now."""
-        if not self._told:
-            self.note_edit()
-            self.note(~LightChange.NONE)
-        now = self._contents
-        if self._lists:
-            now, self._lists = contents(scene, view_layer, self._simulated), False
+    def look(self, scene: Any, view_layer: Any, state: LightState | None = None) -> None:
+        """To be called at each update: the scene is as it is evaluated now. Without its `state`
+        everything counts as changed."""
+        before, now = self._state, self._contents
+        self._state = state = state or LightState(*(count + 1 for count in before))
+        if state.edits != before.edits:
+            # Parents, modifiers and physics may be others.
+            self._simulated.look_again()
+        if (state.values, state.edits) != (before.values, before.edits):
+            now = contents(scene, view_layer, self._simulated)
+        if (state.motion, state.values) != (before.motion, before.values):
+            # The power of lamps alone changes nothing of what light paths find.
+            self._found.clear()
         if self._scene is not None and (
             now != self._contents or self._asks_for_frame() or not self._scene.follow_frozen()
         ):
             self._close_scene()
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
-
-    def note_edit(self) -> None:
-        """More than the frame may have changed: parents, modifiers, physics."""
-        self._simulated.look_again()
-        self._lists = True
-
-    def note(self, change: LightChange) -> None:
-        """What has changed since the last update: of what light paths found nothing counts any
-        more, unless it is the power of lamps alone."""
-        self._lists |= LightChange.VALUES in change
-        if change & ~LightChange.POWER:
-            self._found.clear()
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Light], list[str]]]:
         """What each of some requests of one method and number of paths finds, by name; and
@@ -192,7 +182,7 @@ class CyclesLight:
     def close(self) -> None:
         self._close_scene()
         self._references.clear()
-        self._simulated, self._lists = Simulated(), True
+        self._simulated, self._state = Simulated(), NEVER
         self._looks_at_frame = None
 
     def _close_scene(self) -> None:

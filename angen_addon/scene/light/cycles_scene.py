@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.model import LightShare
+from ..instances import shown_objects
 from . import engine
+from .changes import has_stiff_films
 from .frozen import Simulated
 from .groups import LightGroups
 from .picture import Part, Picture, Seen, camera
-from .scene import LightScene, is_portal, quietly, shown_objects
-from .values import has_stiff_films
+from .scene import LightScene, is_portal, quietly
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

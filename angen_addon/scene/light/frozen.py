@@ -16,7 +16,7 @@ import bpy
 
 from ..facts import facts_of
 from ..timed import is_simulated
-from .values import OF_OBJECT, object_values, own_properties
+from .changes import OF_OBJECT, object_values, own_properties
 
 SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
@@ -63,7 +63,7 @@ class Frozen:
         evaluated = obj.evaluated_get(depsgraph)
         self.made = [_placed(_stand_in(obj, evaluated, depsgraph, own), evaluated.matrix_world)]
         self._has_instances = obj.type in SHAPES and obj.is_instancer
-        self._looks, self._shape = _looks(evaluated), _facts(evaluated)
+        self._seen = _seen(evaluated)
         if self._has_instances:
             if not obj.show_instancer_for_render:
                 self.made.clear()
@@ -74,24 +74,19 @@ class Frozen:
         nothing, and what moves its matrix. A new shape needs new objects: where the mesh of one is
         exchanged, Cycles now and then goes on with the one before."""
         evaluated = self._obj.evaluated_get(depsgraph)
-        if self._has_instances or _looks(evaluated) != self._looks:
-            return False
-        if _facts(evaluated) != self._shape:
+        if self._has_instances or _seen(evaluated) != self._seen:
             return False
         if self.made[0].matrix_world != evaluated.matrix_world:
             self.made[0].matrix_world = evaluated.matrix_world
         return True
 
 
-def _looks(evaluated: Any) -> str:
-    return repr(object_values(evaluated))
-
-
-def _facts(evaluated: Any) -> Any:
-    """A shape, to be compared; of what is no mesh it is never the same."""
+def _seen(evaluated: Any) -> tuple[str, Any]:
+    """How it looks, and its whole shape: of one that is no mesh it is never the same."""
+    looks = repr(object_values(evaluated))
     if evaluated.type == "MESH":
-        return repr(facts_of(evaluated.data))
-    return object() if evaluated.type in SHAPES else None
+        return looks, repr(facts_of(evaluated.data))
+    return looks, object() if evaluated.type in SHAPES else None
 
 
 def _stand_in(obj: Any, evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:

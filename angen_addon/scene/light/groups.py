@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import LightShare
 from ..animation import curves, is_animated
+from .changes import POWER, lamp_values, tint_of
 from .materials import has_nodes
-from .values import POWER, lamp_values, tint_of
 
 Array = NDArray[np.float64]
 # What a lamp has where nobody knows how bright the lamps become, W.

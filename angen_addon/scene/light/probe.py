@@ -18,6 +18,7 @@ from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import LightSample
 from ....sensor_logic.physics.photometry import EFFICACY, illuminance, luminance_percent
 from . import eevee, engine
+from .changes import LightState
 from .cycles import CyclesLight, Light
 from .cycles_scene import Steps, finished
 from .scene import LightScene, quietly
@@ -64,11 +65,13 @@ def measuring(
     requests: Iterable[LightRequest],
     efficacy: float = EFFICACY,
     kept: CyclesLight | None = None,
+    state: LightState | None = None,
 ) -> Steps[dict[str, LightSample]]:
     """The light of each request, by name. What it reads does not depend on the other requests.
 
-    With `kept`, much of the work is kept there for the next time. Before each picture it yields,
-    in words what takes long; until it goes on, nothing may change the scene. Raises AngenError.
+    With `kept`, much of the work is kept there for the next time, and more with the scene's
+    `state`. Before each picture it yields, in words what takes long; until it goes on, nothing may
+    change the scene. Raises AngenError.
     """
     if busy():
         raise AngenError("a render is running: the light sensors wait for its end")
@@ -85,7 +88,7 @@ def measuring(
     lights = kept or CyclesLight()
     try:
         if any(by == "CYCLES" for by, *_ in groups):
-            lights.look(scene, view_layer)
+            lights.look(scene, view_layer, state)
         for (by, *_), group in sorted(groups.items()):
             if by == "CYCLES":
                 found, notes = yield from lights.light(group)

@@ -22,11 +22,12 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.quiet import standard_output_silenced
 from ..animation import is_animated
-from ..instances import is_holder, shown_in
+from ..instances import is_holder, shown_in, shown_objects
+from ..marks import LIGHT_MARK
 from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS
+from .changes import own_properties
 from .frozen import Frozen, Simulated
 from .materials import Panes, glass_of, glows
-from .values import MARK, own_properties
 
 # Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
 LINES = {"WIRE", "BOUNDS"}
@@ -86,7 +87,7 @@ class LightScene:
         return self.scene.view_layers[0]
 
     def own(self, datablock: Any) -> Any:
-        datablock[MARK] = True
+        datablock[LIGHT_MARK] = True
         self._made.append(datablock)
         return datablock
 
@@ -290,13 +291,6 @@ class Housings:
         return self._known[uid]
 
 
-def shown_objects(view_layer: Any) -> Iterator[Any]:
-    """The objects that the viewport shows, in the order of the view layer."""
-    for obj in view_layer.objects:
-        if obj.visible_get(view_layer=view_layer):
-            yield obj
-
-
 @contextmanager
 def quietly() -> Iterator[None]:
     """Silences the handlers of others and standard output while the sensors' scenes render."""
@@ -320,8 +314,8 @@ def _handlers_quiet() -> Iterator[None]:
 def remove_left() -> None:
     """Removes light scenes that came back with a file or an undo step that was saved while a run
     used them."""
-    if any(MARK in scene for scene in bpy.data.scenes):
-        left = [d for group in MADE for d in getattr(bpy.data, group) if MARK in d]
+    if any(LIGHT_MARK in scene for scene in bpy.data.scenes):
+        left = [d for group in MADE for d in getattr(bpy.data, group) if LIGHT_MARK in d]
         bpy.data.batch_remove(left)
 
 

@@ -2,7 +2,7 @@
 """What light depends on is never missed; what it does not depend on is not rendered again.
 
 The property test makes random scenes with keyed, driven and edited things, and compares what the
-signature says with the light itself, measured at every frame.
+look says with the light itself, measured at every frame.
 """
 
 import random
@@ -16,20 +16,21 @@ LAST = 10
 
 
 class Watch:
-    """Asks the signature at each frame, as a run does; told by handlers, as the extension is."""
+    """Looks for changes at each frame, as a run does; told by handlers, as the extension is."""
 
     def __init__(self):
-        self.signature = part("light.signature").LightSignature()
+        self.changes, self.state = part("light.changes").LightChanges(), None
 
     def at_frame(self, _scene, depsgraph):
-        self.signature.note(depsgraph)
+        self.changes.note(depsgraph)
 
     def at_edit(self, _scene, depsgraph):
-        self.signature.note(depsgraph, edited=True)
+        self.changes.note(depsgraph, edited=True)
 
     def changed(self):
-        layer = bpy.context.view_layer
-        return self.signature.changed(layer, bpy.context.evaluated_depsgraph_get())
+        layer, before = bpy.context.view_layer, self.state
+        self.state = self.changes.look(layer, bpy.context.evaluated_depsgraph_get())
+        return self.state != before
 
     def at(self, frame):
         bpy.context.scene.frame_set(frame)
@@ -169,13 +170,14 @@ def test_a_person_that_stands_still_is_no_change(room, watch):
 
 
 def test_what_is_asked_is_part_of_it(room):
-    signature = part("light.signature").LightSignature()
+    changes = part("light.changes").LightChanges()
     layer, depsgraph = bpy.context.view_layer, room.update()
-    assert signature.changed(layer, depsgraph, "one")
-    assert not signature.changed(layer, depsgraph, "one")
-    assert signature.changed(layer, depsgraph, "two")
-    signature.forget()
-    assert signature.changed(layer, depsgraph, "two")
+    one = changes.look(layer, depsgraph, asked="one")
+    assert changes.look(layer, depsgraph, asked="one") == one
+    two = changes.look(layer, depsgraph, asked="two")
+    assert two != one
+    changes.forget()
+    assert changes.look(layer, depsgraph, asked="two") not in (one, two)
 
 
 def new_mesh():

@@ -18,7 +18,8 @@ from itertools import groupby
 
 import numpy as np
 
-from ..formats.log import Change, Channel, Log, SensorFacts, Value
+from ..formats.log import Change, Channel, Log, SensorFacts
+from ..log.event_log import Value
 from .plan import Fault, FaultPlan, Range
 
 DAY_S = 86400.0

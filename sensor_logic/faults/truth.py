@@ -23,10 +23,10 @@ TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
 def truth_csv(faulty: FaultyLog) -> str:
     """The truth file of a faulty log, sorted by time."""
     found = [(drawn.time, _drawn_row(drawn)) for drawn in faulty.drawn]
-    numbered = [(str(number), row) for number, row in enumerate(faulty.rows, start=1)]
+    numbered = [(str(number), row) for number, row in enumerate(faulty.log.changes, start=1)]
     for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
         if row.faults:
-            change = row.change if row.origin is None else faulty.clean.changes[row.origin]
+            change = row if row.origin is None else faulty.clean.changes[row.origin]
             true_row = "" if row.origin is None else str(row.origin + 1)
             cells = (";".join(row.faults), number, true_row, *change.event.row)
             found.append((change.time, cells))

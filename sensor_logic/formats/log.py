@@ -39,12 +39,17 @@ class Channel:
 
 @dataclass(frozen=True)
 class Change:
-    """A channel's new value; `time` in whole microseconds since the log's start."""
+    """A channel's new value; `time` in whole microseconds since the log's start. In a faulty log:
+    the `faults` that changed it; its index in the log without faults, `origin` (None: it was
+    added); `is_first`: it is the initial state of its channel."""
 
     time: int
     channel: Channel
     value: Value
     frame: float = 0.0
+    origin: int | None = field(default=None, compare=False)
+    faults: tuple[str, ...] = field(default=(), compare=False)
+    is_first: bool = field(default=False, compare=False)
 
     @property
     def event(self) -> Event[float]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -26,8 +27,9 @@ from ..scene.sensors import Sensor
 class Causes:
     """The causes of the events of a day's run, which calls `note`, found as soon as they are read.
     `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
-    `told`: the events, each with the object that made it and who moves that, if anybody does; those
-    up to midnight have neither, and no event has where they are not `wanted`."""
+    `told`: the events, `because` of the object that made each, with the `person` who moves that, if
+    anybody does; those up to midnight have neither, and no event has where they are not `wanted`.
+    """
 
     def __init__(
         self,
@@ -50,9 +52,9 @@ class Causes:
         self._persons |= {frame.name: person for person, frame in frames.items() if frame}
         self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
-        self._left: list[Event] = []
+        self._left: list[Event[float]] = []
         self.wanted = wanted
-        self.told: list[tuple[Event, str, str]] = []
+        self.told: list[Event[float]] = []
 
     def note(self, runner: SensorRunner) -> None:
         """Find the causes of a sensor's new events by its trace. Those for which one must look at
@@ -60,7 +62,7 @@ class Causes:
         because: dict[float, str] = {}
         for event in self.new.take_of(runner.sensor.name):
             if event.time <= self._midnight:
-                self.told.append((event, "", ""))
+                self.told.append(event)
                 continue
             try:
                 if event.frame not in because:
@@ -75,8 +77,7 @@ class Causes:
         """The events that are left, while the keys of their time are in the home and nothing is
         sensed."""
         if not self.wanted:
-            taken = (self.new.take_of(name) for name in self._sensors)
-            self.told += [(event, "", "") for events in taken for event in events]
+            self.told += (event for name in self._sensors for event in self.new.take_of(name))
             return
         was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
@@ -95,7 +96,7 @@ class Causes:
             state.CACHE.running = was_running
             self._left = []
 
-    def _because(self, replay: Replay, event: Event) -> str:
+    def _because(self, replay: Replay, event: Event[float]) -> str:
         kind, track = replay.sensor.kind, replay.track
         index = track.at(event.frame)
         if index is None or (kind.publishes("motion") and not track.active[index]):
@@ -103,9 +104,9 @@ class Causes:
             return ""
         return appearance_of(kind).explain(replay, index).because
 
-    def _tell(self, event: Event, because: str) -> None:
+    def _tell(self, event: Event[float], because: str) -> None:
         person = self.person_of(because, event.time - self._midnight) if because else ""
-        self.told.append((event, person, because))
+        self.told.append(replace(event, person=person, because=because))
 
     def person_of(self, name: str, time: float) -> str:
         """Whose body an object is part of, who moves it at a time, or who is on it, as on the

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, Protocol
 
 from ...sensor_logic.clock import exact
-from ...sensor_logic.days.rows import Happening, attributed
+from ...sensor_logic.days.rows import attributed
 from ...sensor_logic.days.times import FPS, LEAD_S, clock_of_day, frame_at, stretches
 from ...sensor_logic.days.truth import DAY_S, US
 from ...sensor_logic.log.event_log import Event
@@ -63,7 +64,7 @@ class DayRun:
         first = begin - LEAD_S
         cuts = stretches(acted.spans(first, last), first, last, MOST_MOVEMENT)
         self._bounds = [first, *cuts, last]
-        self.events: tuple[Happening, ...] = ()
+        self.events: tuple[Event[int], ...] = ()
 
     def progress(self) -> Iterator[Progress]:
         """Does it. Raises AngenError."""
@@ -97,18 +98,17 @@ class DayRun:
         self._keys.show(self._acted, start - self._before, end + AFTER_S)
 
 
-def _events(told: list[tuple[Event, str, str]], midnight: float) -> list[Happening]:
-    """How everything is at midnight, and what happens then."""
-    told.sort(key=lambda one: one[0])
-    begins: dict[tuple[str, str], Happening] = {}
+def _events(told: Iterable[Event[float]], midnight: float) -> list[Event[int]]:
+    """How everything is at midnight, and what happens then; without frames, which a day has not."""
+    begins: dict[tuple[str, str], Event[int]] = {}
     found = []
-    for event, person, because in told:
+    for event in sorted(told):
         time = round((event.time - midnight) * US)
-        what = event.sensor, event.kind, event.field, event.value
         if time <= 0:
-            begins[event.sensor, event.field] = Happening(0, *what)
+            at_midnight = replace(event.at(0), frame=0.0, person="", because="")
+            begins[event.sensor, event.field] = at_midnight
         else:
-            found.append(Happening(time, *what, person, because))
+            found.append(replace(event.at(time), frame=0.0))
     return [*begins.values(), *found]
 
 

@@ -82,6 +82,6 @@ def of_run(readings: Recording, sensors: Sequence[Sensor]) -> Recording:
 def day_of_run(day: Day, sensors: Sequence[Sensor]) -> Day:
     """A day as these of the sensors that were simulated told it, as if they had been alone."""
     names = {sensor.name: name_of(sensor) for sensor in sensors}
-    events = [e._replace(sensor=names[e.sensor]) for e in day.events if e.sensor in names]
+    events = [replace(e, sensor=names[e.sensor]) for e in day.events if e.sensor in names]
     events.sort(key=lambda event: (event.time, event.sensor, event.field))
     return replace(day, events=tuple(events))

@@ -5,40 +5,28 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
-from typing import Any, NamedTuple
+from operator import attrgetter
+from typing import Any
 
 from ..formats.log import Log, LoggedActivity, SensorFacts
 from ..formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
-from ..log.event_log import Event, to_csv
+from ..log.event_log import Event, Value, format_value, to_csv
 from .truth import DAY_S, US, Whereabouts, joined
 
 PEOPLE_HEADER = ("time", "person", "room", "x_m", "y_m", "z_m", "posture")
 DAY_US = round(DAY_S) * US
-
-
-class Happening(NamedTuple):
-    """An event of a day: `time` in µs since midnight; the rest as the event log has it; the
-    `person` that it belongs to and the object that *Explain* names as its cause. Rows of what is
-    at midnight have neither."""
-
-    time: int
-    sensor: str
-    kind: str
-    field: str
-    value: str
-    person: str = ""
-    because: str = ""
+_cells = attrgetter(*DAY_HEADER)
 
 
 @dataclass(frozen=True)
 class Day:
-    """A day that was lived: events in the log's order, with each field's value at midnight first;
-    the truth; times in µs since midnight."""
+    """A day that was lived: events in the log's order, with each field's value at midnight first,
+    which nobody made; the truth; times in µs since midnight."""
 
     date: date
-    events: tuple[Happening, ...]
+    events: tuple[Event[int], ...]
     activities: tuple[LoggedActivity, ...]
     people: tuple[Whereabouts, ...]
 
@@ -48,7 +36,7 @@ class Day:
         found = {
             "run": digest,
             "date": self.date.isoformat(),
-            "events": self.events,
+            "events": [_cells(event) for event in self.events],
             "activities": activities,
             "people": self.people,
         }
@@ -68,7 +56,7 @@ class Day:
             ]
             return cls(
                 date.fromisoformat(found["date"]),
-                tuple(Happening(*row) for row in found["events"]),
+                tuple(_event(row) for row in found["events"]),
                 tuple(LoggedActivity(*row) for row in found["activities"]),
                 tuple(people),
             )
@@ -76,7 +64,11 @@ class Day:
             raise ValueError(str(error)) from None
 
 
-def attributed(events: Iterable[Happening]) -> tuple[Happening, ...]:
+def _event(cells: Iterable[Any]) -> Event[int]:
+    return Event(frame=0.0, **dict(zip(DAY_HEADER, cells, strict=True)))
+
+
+def attributed(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
     """The events of a day in the log's order, each told with whose movement it is of. They come
     with who moves the cause: what ends is of who began it."""
     # By sensor, what made the last event that something did, and who.
@@ -88,7 +80,7 @@ def attributed(events: Iterable[Happening]) -> tuple[Happening, ...]:
             if event.person or event.because != before:
                 person = event.person
             last[event.sensor] = event.because, person
-        found.append(event._replace(person=person))
+        found.append(replace(event, person=person))
     return tuple(found)
 
 
@@ -97,7 +89,7 @@ class DayRows:
     """Days that follow each other: times in µs since the first midnight, `start`."""
 
     start: date
-    events: tuple[Happening, ...]
+    events: tuple[Event[int], ...]
     activities: tuple[LoggedActivity, ...]
     people: tuple[Whereabouts, ...]
 
@@ -114,7 +106,7 @@ class DayRows:
     def files(self) -> dict[str, str]:
         """The texts of the tables by file name."""
         begin = datetime.combine(self.start, time())
-        events = ((_moment(begin, e.time), *e[1:]) for e in self.events)
+        events = ((_moment(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events)
         activities = (
             (_moment(begin, a.start), _moment(begin, a.end), a.person, a.activity, a.room)
             for a in self.activities
@@ -136,7 +128,7 @@ class DayRows:
         labels: Mapping[str, str],
     ) -> Log:
         """For the formats of other tools; `labels`: what they call an activity."""
-        events = [Event(e.time / US, e.sensor, e.field, 0.0, e.kind, e.value) for e in self.events]
+        events = (event.at(event.time / US) for event in self.events)
         activities = [
             LoggedActivity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
             for a in self.activities
@@ -145,15 +137,15 @@ class DayRows:
         return make_log(events, sensors, begin, activities, about)
 
 
-def _events(days: Sequence[Day]) -> Iterator[Happening]:
-    last: dict[tuple[str, str], str] = {}
+def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
+    last: dict[tuple[str, str], Value] = {}
     for number, day in enumerate(days):
         for event in day.events:
             key = event.sensor, event.field
             if event.time == 0 and last.get(key) == event.value:
                 continue
             last[key] = event.value
-            yield event._replace(time=event.time + number * DAY_US)
+            yield event.at(event.time + number * DAY_US)
 
 
 def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:

@@ -18,35 +18,12 @@ from itertools import groupby
 
 import numpy as np
 
-from ..formats.log import Change, Channel, Log, SensorFacts, Value
+from ..formats.log import Change, Channel, Log, SensorFacts
+from ..log.event_log import Value
 from .plan import Fault, FaultPlan, Range
 
 DAY_S = 86400.0
 Span = tuple[int, int]
-
-
-@dataclass(frozen=True)
-class FaultyRow:
-    """A row of the faulty log, or one that is missing from it: its `change` in the faulty log; its
-    index in the log without faults, `origin` (None: it was added); the `faults` that changed it;
-    `is_first`: it is the initial state of its field."""
-
-    change: Change
-    origin: int | None
-    faults: tuple[str, ...] = ()
-    is_first: bool = False
-
-    @property
-    def key(self) -> tuple[int, str, str]:
-        channel = self.change.channel
-        return self.change.time, channel.sensor.name, channel.field
-
-    def with_fault(self, fault: str, time: int | None = None) -> FaultyRow:
-        """The row with one more fault, and at another `time` (microseconds) if one is given."""
-        change = self.change
-        if time is not None:
-            change = Change(time, change.channel, change.value, change.frame)
-        return FaultyRow(change, self.origin, (*self.faults, fault), self.is_first)
 
 
 @dataclass(frozen=True)
@@ -61,13 +38,12 @@ class DrawnFault:
 
 @dataclass
 class FaultyLog:
-    """A log with faults: the `clean` log, the `rows` of the faulty one in order, the rows `missing`
-    from it, and the faults that were drawn."""
+    """A log with faults, the `clean` one, the rows `missing` from the faulty one, and the faults
+    that were drawn."""
 
     log: Log
     clean: Log
-    rows: list[FaultyRow]
-    missing: list[FaultyRow]
+    missing: list[Change]
     drawn: list[DrawnFault]
 
 
@@ -76,12 +52,12 @@ class _Sensor:
     """One sensor's rows while the faults are added one by one."""
 
     facts: SensorFacts
-    rows: list[FaultyRow]
+    rows: list[Change]
     seed: int
     span: Span
     frame_at: Callable[[int], float]
     table: int = 0
-    missing: list[FaultyRow] = field(default_factory=list)
+    missing: list[Change] = field(default_factory=list)
     drawn: list[DrawnFault] = field(default_factory=list)
 
     def generator(self, fault: str) -> np.random.Generator:
@@ -92,27 +68,28 @@ class _Sensor:
     def note(self, fault: str, time: int, text: str) -> None:
         self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
-    def messages(self) -> Iterator[list[FaultyRow]]:
+    def messages(self) -> Iterator[list[Change]]:
         """The rows of each time, without the initial states."""
         later = [row for row in self.rows if not row.is_first]
-        return (list(rows) for _, rows in groupby(later, key=lambda row: row.change.time))
+        return (list(rows) for _, rows in groupby(later, key=lambda row: row.time))
 
-    def replace_messages(self, rows: Iterable[FaultyRow]) -> None:
+    def replace_messages(self, rows: Iterable[Change]) -> None:
         """Replaces all rows except the initial states."""
         first = [row for row in self.rows if row.is_first]
-        self.rows = sorted([*first, *rows], key=lambda row: row.key)
+        self.rows = sorted([*first, *rows], key=_order)
 
 
 def make_faults(log: Log, plan: FaultPlan) -> FaultyLog:
     """The log with the plan's faults."""
     first = {id(change) for change in log.initial().values()}
-    of: dict[SensorFacts, list[FaultyRow]] = defaultdict(list)
+    of: dict[SensorFacts, list[Change]] = defaultdict(list)
     for index, change in enumerate(log.changes):
-        of[change.channel.sensor].append(FaultyRow(change, index, (), id(change) in first))
+        row = replace(change, origin=index, is_first=id(change) in first)
+        of[change.channel.sensor].append(row)
     span = (log.changes[0].time, log.changes[-1].time) if log.changes else (0, 0)
-    same: list[FaultyRow] = []
-    other: list[FaultyRow] = []
-    missing: list[FaultyRow] = []
+    same: list[Change] = []
+    other: list[Change] = []
+    missing: list[Change] = []
     drawn: list[DrawnFault] = []
     frame_at = _frames(log)
     for sensor, rows in of.items():
@@ -123,10 +100,18 @@ def make_faults(log: Log, plan: FaultPlan) -> FaultyLog:
         drawn += done.drawn
     # Rows without faults keep their order, also where their times are equal.
     same.sort(key=lambda row: row.origin or 0)
-    merged = list(heapq.merge(same, sorted(other, key=lambda r: r.key), key=lambda r: r.key))
-    faulty = replace(log, changes=tuple(row.change for row in merged), samples=None)
-    missing = [row for row in missing if row.origin is not None]
-    return FaultyLog(faulty, log, merged, missing, drawn)
+    merged = tuple(heapq.merge(same, sorted(other, key=_order), key=_order))
+    faulty = replace(log, changes=merged, samples=None)
+    return FaultyLog(faulty, log, [row for row in missing if row.origin is not None], drawn)
+
+
+def _order(row: Change) -> tuple[int, str, str]:
+    return row.time, row.channel.sensor.name, row.channel.field
+
+
+def _with_fault(row: Change, fault: str, time: int | None = None) -> Change:
+    """The row with one more fault, and at another `time` (microseconds) if one is given."""
+    return replace(row, faults=(*row.faults, fault), time=row.time if time is None else time)
 
 
 def _frames(log: Log) -> Callable[[int], float]:
@@ -138,7 +123,7 @@ def _frames(log: Log) -> Callable[[int], float]:
 
 def _faults_of(
     sensor: SensorFacts,
-    rows: list[FaultyRow],
+    rows: list[Change],
     plan: FaultPlan,
     span: Span,
     frame_at: Callable[[int], float],
@@ -197,7 +182,7 @@ def _stuck(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _channels(sensor: _Sensor) -> list[Channel]:
-    return list(dict.fromkeys(row.change.channel for row in sensor.rows))
+    return list(dict.fromkeys(row.channel for row in sensor.rows))
 
 
 def _is_output(channel: Channel) -> bool:
@@ -209,37 +194,37 @@ def _force(
 ) -> None:
     """Holds a field at a value (None: at its last one) during the spans, which are in order and do
     not overlap; at the end of each span the field returns to the sensed value."""
-    rows = [row for row in sensor.rows if row.change.channel is channel]
-    out: list[FaultyRow] = []
+    rows = [row for row in sensor.rows if row.channel is channel]
+    out: list[Change] = []
     at = 0
 
     def add(time: int, added: Value, is_first: bool = False) -> None:
-        change = Change(time, channel, added, sensor.frame_at(time))
-        out.append(FaultyRow(change, None, (fault,), is_first))
+        frame = sensor.frame_at(time)
+        out.append(Change(time, channel, added, frame, None, (fault,), is_first))
 
     for begin, end in spans:
-        while at < len(rows) and rows[at].change.time < begin:
+        while at < len(rows) and rows[at].time < begin:
             out.append(rows[at])
             at += 1
-        sensed = rows[at - 1].change.value if at else None
-        if value is not None and out and out[-1].change.value != value:
+        sensed = rows[at - 1].value if at else None
+        if value is not None and out and out[-1].value != value:
             add(begin, value)
-        while at < len(rows) and rows[at].change.time < end:
-            row, sensed = rows[at], rows[at].change.value
+        while at < len(rows) and rows[at].time < end:
+            row, sensed = rows[at], rows[at].value
             if not out and (value is None or sensed == value):
                 out.append(row)
             else:
                 if not out and value is not None:
-                    add(row.change.time, value, is_first=True)
-                sensor.missing.append(row.with_fault(fault))
+                    add(row.time, value, is_first=True)
+                sensor.missing.append(_with_fault(row, fault))
             at += 1
-        goes_on = at < len(rows) and rows[at].change.time == end
+        goes_on = at < len(rows) and rows[at].time == end
         is_over = end <= sensor.span[1] and not goes_on
-        if is_over and sensed is not None and sensed != out[-1].change.value:
+        if is_over and sensed is not None and sensed != out[-1].value:
             add(end, sensed)
     out += rows[at:]
-    others = [row for row in sensor.rows if row.change.channel is not channel]
-    sensor.rows = sorted(others + out, key=lambda row: row.key)
+    others = [row for row in sensor.rows if row.channel is not channel]
+    sensor.rows = sorted(others + out, key=_order)
 
 
 def _battery(sensor: _Sensor, fault: Fault) -> None:
@@ -252,10 +237,10 @@ def _battery(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _drop(sensor: _Sensor, fault: str, is_dropped: Callable[[int], bool]) -> None:
-    left: list[FaultyRow] = []
+    left: list[Change] = []
     for rows in sensor.messages():
-        if is_dropped(rows[0].change.time):
-            sensor.missing += [row.with_fault(fault) for row in rows]
+        if is_dropped(rows[0].time):
+            sensor.missing += [_with_fault(row, fault) for row in rows]
         else:
             left += rows
     sensor.replace_messages(left)
@@ -276,9 +261,9 @@ def _clock(sensor: _Sensor, fault: Fault) -> None:
 def _move(sensor: _Sensor, fault: str, to: Callable[[int], int]) -> None:
     moved = []
     for rows in sensor.messages():
-        old = rows[0].change.time
+        old = rows[0].time
         new = to(old)
-        moved += rows if new == old else [row.with_fault(fault, new) for row in rows]
+        moved += rows if new == old else [_with_fault(row, fault, new) for row in rows]
     sensor.replace_messages(moved)
 
 
@@ -302,11 +287,11 @@ def _late(sensor: _Sensor, fault: Fault) -> None:
 def _doubled(sensor: _Sensor, fault: Fault) -> None:
     if fault.doubled:
         rng = sensor.generator("doubled")
-        out: list[FaultyRow] = []
+        out: list[Change] = []
         for rows in sensor.messages():
             out += rows
             is_doubled, after = rng.random() < fault.doubled, rng.uniform(*fault.doubled_after)
             if is_doubled:
-                copies = [row.with_fault("doubled", row.change.time + _us(after)) for row in rows]
+                copies = [_with_fault(row, "doubled", row.time + _us(after)) for row in rows]
                 out += [replace(copy, origin=None) for copy in copies]
         sensor.replace_messages(out)

@@ -23,10 +23,10 @@ TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
 def truth_csv(faulty: FaultyLog) -> str:
     """The truth file of a faulty log, sorted by time."""
     found = [(drawn.time, _drawn_row(drawn)) for drawn in faulty.drawn]
-    numbered = [(str(number), row) for number, row in enumerate(faulty.rows, start=1)]
+    numbered = [(str(number), row) for number, row in enumerate(faulty.log.changes, start=1)]
     for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
         if row.faults:
-            change = row.change if row.origin is None else faulty.clean.changes[row.origin]
+            change = row if row.origin is None else faulty.clean.changes[row.origin]
             true_row = "" if row.origin is None else str(row.origin + 1)
             cells = (";".join(row.faults), number, true_row, *change.event.row)
             found.append((change.time, cells))
@@ -38,13 +38,13 @@ def _drawn_row(drawn: DrawnFault) -> tuple[str, ...]:
     return (drawn.fault, "", "", time, "", drawn.sensor.name, drawn.sensor.kind, "", drawn.text)
 
 
-def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
+def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
     """The events without faults, in their order.
 
     Raises InputError where the file is no truth file or belongs to another log, or OSError.
     """
-    left: dict[int, Event] = dict(enumerate(faulty, start=1))
-    put: dict[int, Event] = {}
+    left: dict[int, Event[float]] = dict(enumerate(faulty, start=1))
+    put: dict[int, Event[float]] = {}
     for line, cells in _rows(truth):
         row, true_row, event = _read(truth, line, cells)
         there = left.pop(row, None) if row else None
@@ -59,7 +59,7 @@ def undo(faulty: Sequence[Event], truth: Path) -> list[Event]:
         raise InputError(f"{truth} does not fit the log: it has rows that are not there") from None
 
 
-def _is_same(there: Event, event: Event, with_time: bool) -> bool:
+def _is_same(there: Event[float], event: Event[float], with_time: bool) -> bool:
     """Whether two events are equal; `with_time`: also in time."""
     return there.row[1 - with_time :] == event.row[1 - with_time :]
 
@@ -82,7 +82,7 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
             raise InputError(f"{truth}: {error}") from None
 
 
-def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event]:
+def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event[float]]:
     try:
         _faults, row, true_row, time, frame, sensor, kind, field, value = cells
         event = Event(float(time), sensor, field, float(frame), kind, value)

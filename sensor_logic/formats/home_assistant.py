@@ -16,10 +16,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..log.event_log import format_value
-from .log import Channel, Log, SensorFacts, Value
+from ..log.event_log import Event, Value, format_value
+from .log import Channel, Log, SensorFacts
 from .names import slug, unique
-from .read import DatedChange, ParsedLog
+from .read import ParsedLog
 from .written import FormatFiles
 
 TOPIC = "angen"
@@ -31,6 +31,7 @@ ONLINE, OFFLINE = "online", "offline"
 UNKNOWN = "None"
 # The payload for an empty text; an empty payload would delete the broker's retained state.
 NO_TEXT = "–"
+VALUES: dict[str, Value] = {"ON": True, "OFF": False, NO_TEXT: ""}
 # Home Assistant refuses a longer state.
 LONGEST = 255
 # Quantity → device class. A force in newtons has none: pressure is in pascals, weight in kilograms.
@@ -189,7 +190,8 @@ def read(path: Path) -> ParsedLog:
             for field, entity in config["cmps"].items():
                 known[entity["state_topic"]] = name, kind, field
         elif topic in known:
-            value = {"ON": "1", "OFF": "0", NO_TEXT: ""}.get(text, text)
+            value = VALUES.get(text, text)
             time = datetime.fromisoformat(message["time"])
-            found.changes.append(DatedChange(time, *known[topic], value, number))
+            name, kind, field = known[topic]
+            found.changes.append(Event(time, name, field, 0.0, kind, value, number))
     return found

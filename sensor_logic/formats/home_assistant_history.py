@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..kinds import KINDS
+from ..log.event_log import Event, Value
 from . import home_assistant, key
-from .read import DatedChange, ParsedLog
+from .read import ParsedLog
 
 HEADER = ("entity_id", "state", "last_changed")
 # The header, or a line of the messages that `home_assistant` writes.
 BEGINS = rb"\"?entity_id\"?,\"?state\"?,\"?last_changed\b|\{[^\n]*\"topic\""
-STATES = {"on": "1", "off": "0", "open": "1", "closed": "0"}
+STATES = {"on": True, "off": False, "open": True, "closed": False}
 BINARY, NUMBER = {"binary_sensor", "input_boolean"}, "sensor"
 # The quantity by the domain, or by a word in the name; any other binary sensor detects motion.
 OF_DOMAIN = {"light": "light", "cover": "opening"}
@@ -66,7 +67,8 @@ def read(path: Path) -> ParsedLog:
         except ValueError:
             raise ValueError(f"line {line}: '{changed}' is no time") from None
         time = time if time.tzinfo else time.replace(tzinfo=UTC)
-        found.changes.append(DatedChange(time, *entity[:3], value, line))
+        sensor, kind, field, _ = entity
+        found.changes.append(Event(time, sensor, field, 0.0, kind, value, line))
     # The file lists one entity after the other.
     found.changes.sort(key=lambda change: change.time)
     found.notes += [left_out.text] if left_out.count else []
@@ -107,8 +109,8 @@ def _fits(domain: str, of: type) -> bool:
     return domain in BINARY if of is bool else domain == NUMBER
 
 
-def _value(entity: Entity | None, state: str) -> str | None:
-    """A state as the event log spells it; None where it has no value."""
+def _value(entity: Entity | None, state: str) -> Value | None:
+    """The value of a state; None where it has none."""
     if entity is None or state.lower() in {"unavailable", "unknown"}:
         return None
     if entity.type is bool:

@@ -12,9 +12,9 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from ..log.event_log import format_value
+from ..log.event_log import Event, Value, format_value, told
 from .log import Change, Log
-from .read import DatedChange, ParsedLog, since_epoch, value_text
+from .read import ParsedLog, since_epoch
 from .written import FormatFiles
 
 # Comments, and a line that ends with its time.
@@ -95,10 +95,10 @@ def read(path: Path) -> ParsedLog:
         for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):
             kind = _plain(measurement).upper()
             try:
-                text = _value(value)
+                read = _value(value)
             except ValueError:
                 raise ValueError(f"line {number}: {field} is '{value}', not a value") from None
-            found.changes.append(DatedChange(time, name, kind, _plain(field), text, number))
+            found.changes.append(Event(time, name, _plain(field), 0.0, kind, read, number))
     return found
 
 
@@ -106,9 +106,10 @@ def _plain(key: str) -> str:
     return re.sub(r"\\([,= ])", r"\1", key)
 
 
-def _value(text: str) -> str:
+def _value(text: str) -> Value:
     if text.startswith('"'):
         return re.sub(r"\\(.)", r"\1", text[1:-1])
     if text.lower() in {"t", "true", "f", "false"}:
-        return value_text(text[0] in "tT")
-    return value_text(float(text.rstrip("iu")))
+        return text[0] in "tT"
+    number: float = told(float(text.rstrip("iu")))
+    return number

@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..kinds import KINDS
-from ..log.event_log import format_value, to_csv
-from .log import Channel, Log, Value
-from .read import DatedChange, ParsedLog, at_line, field_of
+from ..log.event_log import Event, Value, format_value, to_csv
+from .log import Channel, Log
+from .read import ParsedLog, at_line, field_of
 
 HEADER = ("id", "sensor", "field", "kind", "room", "unit", "initial")
 # The words of CASAS, and those of pandas' booleans.
-WORDS = {"ON": "1", "OFF": "0", "OPEN": "1", "CLOSE": "0", "CLOSED": "0"}
-WORDS |= {"PRESENT": "1", "ABSENT": "0", "TRUE": "1", "FALSE": "0"}
+WORDS = {"ON": True, "OFF": False, "OPEN": True, "CLOSE": False, "CLOSED": False}
+WORDS |= {"PRESENT": True, "ABSENT": False, "TRUE": True, "FALSE": False}
 # The quantity by the letters of a CASAS name; names of the release of 2025 are places instead.
 NUMBERED = {"M": "motion", "MA": "motion", "D": "opening", "I": "occupancy", "L": "light"}
 # The quantity by the word, where the name does not tell.
@@ -108,9 +108,9 @@ def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -
     return found
 
 
-def _change(time: datetime, entry: KeyRow, word: str, line: int) -> DatedChange:
-    value = WORDS.get(word.upper(), word)
-    return DatedChange(time, entry.sensor, entry.kind, entry.field, value, line)
+def _change(time: datetime, entry: KeyRow, word: str, line: int) -> Event[datetime]:
+    value: Value = WORDS.get(word.upper(), word)
+    return Event(time, entry.sensor, entry.field, 0.0, entry.kind, value, line)
 
 
 def _is_boolean(entry: KeyRow) -> bool:

@@ -8,13 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
-from ..log.event_log import Event, format_value
+from ..log.event_log import Event, Value
 from ..log.start import moment
 from ..recording.tracks import Recording
 
 # The start of a log without dates, so that its seconds are seconds since 1970.
 DEFAULT_START = datetime(1970, 1, 1)
-Value = bool | float | str
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,21 +39,23 @@ class Channel:
 
 @dataclass(frozen=True)
 class Change:
-    """A channel's new value; `time` in whole microseconds since the log's start."""
+    """A channel's new value; `time` in whole microseconds since the log's start. In a faulty log:
+    the `faults` that changed it; its index in the log without faults, `origin` (None: it was
+    added); `is_first`: it is the initial state of its channel."""
 
     time: int
     channel: Channel
     value: Value
     frame: float = 0.0
+    origin: int | None = field(default=None, compare=False)
+    faults: tuple[str, ...] = field(default=(), compare=False)
+    is_first: bool = field(default=False, compare=False)
 
     @property
-    def event(self) -> Event:
+    def event(self) -> Event[float]:
         """The change as an event of the event log."""
-        sensor = self.channel.sensor
-        text = format_value(self.value)
-        return Event(
-            self.time / 1e6, sensor.name, self.channel.field, self.frame, sensor.kind, text
-        )
+        sensor, name = self.channel.sensor, self.channel.field
+        return Event(self.time / 1e6, sensor.name, name, self.frame, sensor.kind, self.value)
 
 
 @dataclass(frozen=True, order=True)

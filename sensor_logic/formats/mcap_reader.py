@@ -7,8 +7,9 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 
+from ..log.event_log import Event, told
 from . import mcap, ros2
-from .read import DatedChange, ParsedLog, since_epoch, value_text
+from .read import ParsedLog, since_epoch
 
 
 def read(path: Path) -> ParsedLog:
@@ -28,10 +29,11 @@ def read(path: Path) -> ParsedLog:
             number, _, time = struct.unpack_from("<HIQ", content)
             schema_name, about = topics[number]
             if "sensor" in about:
-                value = value_text(ros2.value_of(schema_name, content[22:]))
-                names = (about["sensor"], about["kind"], about["field"])
-                found.changes.append(DatedChange(since_epoch(time // 1000), *names, value))
-                found.rooms[about["sensor"]] = about["room"]
+                value = told(ros2.value_of(schema_name, content[22:]))
+                clock, sensor = since_epoch(time // 1000), about["sensor"]
+                change = Event(clock, sensor, about["field"], 0.0, about["kind"], value)
+                found.changes.append(change)
+                found.rooms[sensor] = about["room"]
             found.has_activities |= about.get("holds") == mcap.ACTIVITIES
     return found
 

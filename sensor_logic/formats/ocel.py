@@ -12,9 +12,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from ..log.event_log import format_value
+from ..log.event_log import Event, format_value, told
 from .log import Change, Log, LoggedActivity, SensorFacts
-from .read import DatedChange, ParsedLog, value_text
+from .read import ParsedLog
 from .written import FormatFiles
 
 BEGINS = rb"\s*\{\s*\"(objectTypes|eventTypes|objects|events)\""
@@ -147,9 +147,9 @@ def read(path: Path) -> ParsedLog:
         related = [objects[relation["objectId"]] for relation in event["relationships"]]
         for sensor in (one for one in related if one["type"] == "sensor"):
             name, kind = (_attribute(sensor, key) for key in ("name", "kind"))
-            value = value_text(_attribute(event, "value"))
+            value = told(_attribute(event, "value"))
             time = datetime.fromisoformat(event["time"])
-            found.changes.append(DatedChange(time, name, kind, event["type"], value))
+            found.changes.append(Event(time, name, event["type"], 0.0, kind, value))
             rooms = [_attribute(one, "name") for one in related if one["type"] == "room"]
             found.rooms[name] = rooms[0] if rooms else ""
     return found

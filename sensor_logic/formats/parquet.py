@@ -13,9 +13,10 @@ from typing import Any
 
 from ..error import AngenError
 from ..kinds import KINDS
+from ..log.event_log import Event, Value, told
 from .columns import event_columns, sample_columns
 from .log import Log
-from .read import DatedChange, ParsedLog, value_text
+from .read import ParsedLog
 from .written import FormatFiles
 
 TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
@@ -44,22 +45,22 @@ def read(path: Path) -> ParsedLog:
     table = _pyarrow().parquet.read_table(path).to_pylist()
     # A log with a time zone was written in UTC, any other in its own clock.
     found = ParsedLog([], in_utc=any(row["time"].tzinfo for row in table[:1]))
-    last: dict[tuple[str, str], str] = {}
+    last: dict[tuple[str, str], Value] = {}
     for row in sorted(table, key=lambda row: row["time"]):
         found.rooms[row["sensor"]] = row["room"]
         values = {row["field"]: row["value"]} if "field" in row else _event_values(row)
         for name, value in values.items():
             if "field" in row or last.get((row["sensor"], name)) != value:
                 last[row["sensor"], name] = value
-                change = DatedChange(row["time"], row["sensor"], row["kind"], name, value)
+                change = Event(row["time"], row["sensor"], name, 0.0, row["kind"], value)
                 found.changes.append(change)
     return found
 
 
-def _event_values(row: dict[str, Any]) -> dict[str, str]:
+def _event_values(row: dict[str, Any]) -> dict[str, Value]:
     """An update's values of the event fields."""
     names = [field.name for field in KINDS[str(row["kind"])].events]
-    return {name: value_text(row[name]) for name in names if row.get(name) is not None}
+    return {name: told(row[name]) for name in names if row.get(name) is not None}
 
 
 def _pyarrow() -> Any:

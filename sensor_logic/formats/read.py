@@ -7,25 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, tzinfo
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeVar
 
 from ..kinds import KINDS
-from ..log.event_log import Event, format_value
+from ..log.event_log import Event, Time
 from .local_time import in_zone, since
 
 EPOCH = datetime(1970, 1, 1)
-
-
-class DatedChange(NamedTuple):
-    """A field's new value, as text in the spelling of the event log. `line`: where the file has it;
-    0 where it has no lines."""
-
-    time: datetime
-    sensor: str
-    kind: str
-    field: str
-    value: str
-    line: int = 0
 
 
 @dataclass
@@ -37,7 +24,7 @@ class ParsedLog:
     thing that was mended or left out. `end`: the local time until which the sensors were watched;
     None: unknown."""
 
-    changes: list[DatedChange]
+    changes: list[Event[datetime]]
     rooms: dict[str, str] = field(default_factory=dict)
     has_states: bool = True
     has_activities: bool = False
@@ -50,19 +37,13 @@ class ParsedLog:
         """Sorts the changes as `sort_rows` does."""
         states, changes = self.changes[: self.undated], self.changes[self.undated :]
         changes, note = sort_rows(changes)
-        self.changes = [state._replace(time=changes[0].time) for state in states] + changes
+        self.changes = [state.at(changes[0].time) for state in states] + changes
         self.notes.append(note)
 
 
 def since_epoch(microseconds: int) -> datetime:
     """The UTC time without a zone, as writers store the times of a log without a zone."""
     return EPOCH + timedelta(microseconds=microseconds)
-
-
-def value_text(value: bool | float | str) -> str:
-    """A value in the spelling of the event log; all numbers become floats."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return format_value(float(value)) if is_number else format_value(value)
 
 
 def field_of(quantity: str) -> tuple[str, str]:
@@ -77,7 +58,7 @@ def field_of(quantity: str) -> tuple[str, str]:
 
 def events_of(
     read: ParsedLog, start: datetime | None, zone: tzinfo | None = None
-) -> tuple[list[Event], datetime | None]:
+) -> tuple[list[Event[float]], datetime | None]:
     """The events in seconds since `start` (None: since the first change), and the start; `zone`:
     the home's, if known. Raises ValueError where times decrease."""
     times = [change.time for change in read.changes]
@@ -87,7 +68,7 @@ def events_of(
     if zone is not None:
         times = in_zone(times, zone, read.in_utc)
     start = start or (times[0] if times else None)
-    found: list[Event] = []
+    found: list[Event[float]] = []
     last: datetime | None = None
     for time, change in zip(times, read.changes, strict=True):
         assert start is not None
@@ -99,8 +80,7 @@ def events_of(
                 f"{at_line(change.line)}out of order: {change.time} comes after {last}; `convert "
                 "--sort` sorts it, or where clocks were put back, convert it with --timezone"
             )
-        name, kind, field, value, line = change[1:]
-        found.append(Event(seconds, name, field, 0.0, kind, value, line))
+        found.append(change.at(seconds))
         last = change.time
     return found, start
 
@@ -110,17 +90,12 @@ def at_line(number: int) -> str:
     return f"line {number}: " if number else ""
 
 
-Row = TypeVar("Row", DatedChange, Event)
-
-
-def sort_rows(rows: Iterable[Row]) -> tuple[list[Row], str]:
+def sort_rows(rows: Iterable[Event[Time]]) -> tuple[list[Event[Time]], str]:
     """The rows by time, exact repeats once, and a note on what changed; rows of one time keep their
     order. Raises TypeError where only some times have a zone."""
     given = list(rows)
     late = sum(after.time < before.time for before, after in pairwise(given))
-    first: dict[Any, Row] = {}
-    for row in sorted(given, key=lambda row: row.time):
-        first.setdefault(row if isinstance(row, Event) else row[:-1], row)
-    repeated = len(given) - len(first)
+    kept = list(dict.fromkeys(sorted(given, key=lambda row: row.time)))
+    repeated = len(given) - len(kept)
     note = f"sorted by time, which went back {late} ×; repeated rows left out: {repeated}"
-    return list(first.values()), note
+    return kept, note

@@ -32,7 +32,7 @@ class LoadedLog:
     were watched; None: unknown."""
 
     path: Path
-    events: list[Event]
+    events: list[Event[float]]
     start: datetime | None
     sensors: dict[str, SensorFacts]
     has_states: bool = True

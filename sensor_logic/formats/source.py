@@ -16,12 +16,12 @@ from typing import Any
 from ..error import InputError
 from ..kind import Field
 from ..kinds import KINDS
-from ..log.event_log import HEADER, Event, read_events
+from ..log.event_log import HEADER, Event, Value, format_value, read_events
 from ..log.start import COLUMN, parse_start
 from ..recording.tracks import Recording
 from .local_time import since
-from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, Value
-from .read import DatedChange, ParsedLog
+from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts
+from .read import ParsedLog
 
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
 # The quantity of a field that names none, by type.
@@ -30,7 +30,7 @@ ACTIVITY_HEADER = ("start", "end", "person", "activity", "room")
 
 
 def make_log(
-    events: Iterable[Event],
+    events: Iterable[Event[float]],
     sensors: Mapping[str, SensorFacts] | None = None,
     start: datetime = DEFAULT_START,
     activities: Iterable[LoggedActivity] = (),
@@ -77,7 +77,7 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
     return Channel(sensor, published.name, published.type, quantity, published.unit)
 
 
-def _field(where: str, event: Event) -> Field:
+def _field(where: str, event: Event[float]) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
         raise InputError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
@@ -88,23 +88,25 @@ def _field(where: str, event: Event) -> Field:
     raise InputError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
 
 
-def _value(where: str, event: Event, of: type) -> Value:
+def _value(where: str, event: Event[float], of: type) -> Value:
+    """The value, which from a file may still be text."""
+    text = format_value(event.value)
     if of is str:
-        return event.value
-    if of is bool and event.value in {"0", "1"}:
-        return event.value == "1"
+        return text
+    if of is bool and text in {"0", "1"}:
+        return text == "1"
     try:
         if of is not bool and math.isfinite(number := float(event.value)):
             return number
-    except ValueError:
+    except (ValueError, TypeError):
         pass
     wanted = "0 or 1" if of is bool else "a number, which is finite"
-    raise InputError(f"{where}: '{event.field}' is '{event.value}', not {wanted}")
+    raise InputError(f"{where}: '{event.field}' is '{text}', not {wanted}")
 
 
 def read_log_events(
     path: Path, start: datetime | None
-) -> tuple[list[Event], datetime | None] | ParsedLog:
+) -> tuple[list[Event[float]], datetime | None] | ParsedLog:
     """The events of an event log and their start; of the `events.csv` of a folder of days, which
     has dates instead of seconds, the changes.
 
@@ -140,14 +142,14 @@ def _start_by_row(row: Sequence[str]) -> datetime | None:
         return None
 
 
-def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[DatedChange]:
+def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[Event[datetime]]:
     for number, row in enumerate(rows, start=2):
         try:
             when, sensor, kind, name, value, _person, _because = row
             time = datetime.fromisoformat(when)
         except ValueError:
             raise InputError(f"{path}: line {number} is not an event") from None
-        yield DatedChange(time, sensor, kind, name, value, number)
+        yield Event(time, sensor, name, 0.0, kind, value, number)
 
 
 @dataclass(frozen=True)

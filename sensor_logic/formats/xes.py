@@ -15,9 +15,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from ..log.event_log import format_value
+from ..log.event_log import Event, format_value
 from .log import Change, Log, LoggedActivity
-from .read import DatedChange, ParsedLog
+from .read import ParsedLog
 from .written import FormatFiles
 
 BEGINS = rb"\s*<(\?xml|log)\b"
@@ -122,12 +122,12 @@ def read(path: Path) -> ParsedLog:
         values = {one.get("key"): one.get("value", "") for one in element}
         element.clear()
         if "angen:kind" in values:
-            sensor = values["org:resource"]
+            sensor, kind = values["org:resource"], values["angen:kind"]
             field = values["concept:name"].removeprefix(f"{sensor} ").split(" ")[0]
-            value = values.get(f"angen:{field}", "")
-            value = {"true": "1", "false": "0"}.get(value, value)
+            text = values.get(f"angen:{field}", "")
+            value = {"true": True, "false": False}.get(text, text)
             time = datetime.fromisoformat(values["time:timestamp"])
-            found.changes.append(DatedChange(time, sensor, values["angen:kind"], field, value))
+            found.changes.append(Event(time, sensor, field, 0.0, kind, value))
             found.rooms[sensor] = values.get("angen:room", "")
         else:
             found.has_activities = True

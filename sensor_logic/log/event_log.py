@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -24,23 +24,35 @@ from .start import COLUMN, iso_time
 HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
 
 
-@dataclass(frozen=True, order=True)
-class Event:
-    """A field's new value, as text; ordered by time, then sensor, then field. `line`: where a file
-    has it; 0 where there is no line."""
+Value = bool | float | str
+# Seconds of a run or a log, µs of a day, or a date and time in what another format's reader gives.
+Time = TypeVar("Time", float, int, datetime)
 
-    time: float
+
+@dataclass(frozen=True, order=True)
+class Event(Generic[Time]):
+    """A field's new value; ordered by time, then sensor, then field. `value`: a float has the 9
+    digits that the log tells; one from a file may still be its text. `line`: where a file has it; 0
+    where there is no line. `person`, `because`: of an event of a day, who and what made it."""
+
+    time: Time
     sensor: str
     field: str
     frame: float
     kind: str
-    value: str
-    line: int = dataclasses.field(default=0, compare=False)
+    value: Value
+    line: int = dataclasses.field(default=0, compare=False, repr=False)
+    person: str = ""
+    because: str = ""
+
+    def at(self, time: Any) -> Event[Any]:
+        """The same at another time."""
+        return dataclasses.replace(self, time=time)
 
     @property
-    def row(self) -> tuple[str, ...]:
+    def row(self: Event[float]) -> tuple[str, ...]:
         time, frame = format_time(self.time), format_frame(self.frame)
-        return (time, frame, self.sensor, self.kind, self.field, self.value)
+        return (time, frame, self.sensor, self.kind, self.field, format_value(self.value))
 
 
 def format_time(seconds: float) -> str:
@@ -59,26 +71,26 @@ def format_value(value: Any) -> str:
     return str(int(value)) if isinstance(value, (bool, int)) else str(value)
 
 
-def events(recording: Recording) -> list[Event]:
+def events(recording: Recording) -> list[Event[float]]:
     """All events of a recording in log order."""
     return sorted(event for track in recording.tracks.values() for event in track_events(track))
 
 
-def track_events(track: Track) -> Iterable[Event]:
+def track_events(track: Track) -> Iterable[Event[float]]:
     """Each published field's first value, and its value whenever that changes (by its step)."""
     for published in track.kind.events:
         for index in event_updates(track, published):
             yield _event(track, published, index)
 
 
-def _event(track: Track, published: Field, index: int) -> Event:
+def _event(track: Track, published: Field, index: int) -> Event[float]:
     return Event(
         track.times[index],
         track.sensor,
         published.name,
         track.frames[index],
         track.kind_name,
-        format_value(track.columns[published.name][index]),
+        told(published.type(track.columns[published.name][index])),
     )
 
 
@@ -89,7 +101,7 @@ def event_updates(track: Track, published: Field) -> list[int]:
     for index in column.changes().tolist():
         value = column[index]
         if _is_event(value, last, step):
-            last = _told(value)
+            last = told(value)
             found.append(index)
     return found
 
@@ -102,13 +114,13 @@ class NewEvents:
         self._begin: dict[str, int] = {}
         self._last: dict[tuple[str, str], Any] = {}
 
-    def take(self) -> list[Event]:
+    def take(self) -> list[Event[float]]:
         """The events of the updates since the last call, in log order."""
         return sorted(event for name in self._recording.tracks for event in self.take_of(name))
 
-    def take_of(self, sensor: str) -> list[Event]:
+    def take_of(self, sensor: str) -> list[Event[float]]:
         """The events of one sensor since the last call, in log order."""
-        found: list[Event] = []
+        found: list[Event[float]] = []
         track = self._recording.tracks[sensor]
         begin, self._begin[sensor] = self._begin.get(sensor, 0), len(track)
         for published in track.kind.events:
@@ -117,14 +129,14 @@ class NewEvents:
             for index in column.changes(begin).tolist():
                 value = column[index]
                 if value != last and _is_event(value, last, step):
-                    self._last[key] = last = _told(value)
+                    self._last[key] = last = told(value)
                     found.append(_event(track, published, index))
         return sorted(found)
 
 
-def _told(value: Any) -> Any:
-    """A value of an event as the log tells it, from which the next changes."""
-    return float(format_value(value)) if isinstance(value, float) else value
+def told(value: Any) -> Any:
+    """A value as the log tells it: floats with 9 significant digits."""
+    return float(format_value(value) or "nan") if isinstance(value, float) else value
 
 
 def _is_event(value: Any, last: Any, step: float) -> bool:
@@ -171,7 +183,7 @@ def events_csv(recording: Recording, start: datetime | None = None) -> str:
     return rows_csv(events(recording), start)
 
 
-def rows_csv(found: Iterable[Event], start: datetime | None = None) -> str:
+def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> str:
     """The log of these events, in their order."""
     if start is None:
         return to_csv(HEADER, (event.row for event in found))
@@ -200,7 +212,7 @@ def _is_empty(column: Column) -> bool:
     return all(np.isnan(part).all() for _, part in column.parts())
 
 
-def read_events(path: Path) -> list[Event]:
+def read_events(path: Path) -> list[Event[float]]:
     """The events of a file. Raises ValueError, which names the first invalid line, or OSError."""
     # "-sig" skips the byte order mark that spreadsheets write.
     with open(path, newline="", encoding="utf-8-sig") as file:
@@ -221,7 +233,7 @@ def read_events(path: Path) -> list[Event]:
     return found
 
 
-def _read_event(row: list[str], dated: bool, line: int) -> Event:
+def _read_event(row: list[str], dated: bool, line: int) -> Event[float]:
     time, frame, sensor, kind, name, value = row[:-1] if dated else row
     if not (math.isfinite(float(time)) and math.isfinite(float(frame))):
         raise ValueError
@@ -229,8 +241,8 @@ def _read_event(row: list[str], dated: bool, line: int) -> Event:
 
 
 def differences(
-    expected: Iterable[Event],
-    actual: Iterable[Event],
+    expected: Iterable[Event[float]],
+    actual: Iterable[Event[float]],
     value_tolerance: float,
     time_tolerance: float,
 ) -> list[str]:
@@ -239,7 +251,9 @@ def differences(
     Events of one field of one sensor are paired in order where their times agree within
     `time_tolerance` seconds; numbers may differ by `value_tolerance`.
     """
-    sides: dict[tuple[str, str], tuple[list[Event], list[Event]]] = defaultdict(lambda: ([], []))
+    sides: dict[tuple[str, str], tuple[list[Event[float]], list[Event[float]]]] = defaultdict(
+        lambda: ([], [])
+    )
     for side, source in enumerate((expected, actual)):
         for event in source:
             sides[event.sensor, event.field][side].append(event)
@@ -250,7 +264,10 @@ def differences(
 
 
 def _compare(
-    wanted: list[Event], got: list[Event], value_tolerance: float, time_tolerance: float
+    wanted: list[Event[float]],
+    got: list[Event[float]],
+    value_tolerance: float,
+    time_tolerance: float,
 ) -> Iterable[tuple[float, str]]:
     # Times are written with 6 decimals.
     slack = time_tolerance + 1e-6
@@ -265,11 +282,12 @@ def _compare(
         else:
             if not _same(wanted[i].value, got[j].value, value_tolerance):
                 row = ",".join(got[j].row)
-                yield wanted[i].time, f"different:  {row} (expected {wanted[i].value})"
+                expected = format_value(wanted[i].value)
+                yield wanted[i].time, f"different:  {row} (expected {expected})"
             i, j = i + 1, j + 1
 
 
-def _same(a: str, b: str, tolerance: float) -> bool:
+def _same(a: Value, b: Value, tolerance: float) -> bool:
     if a == b:
         return True
     try:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ..days.rows import DayRows
 from ..kinds import KINDS
+from ..log.event_log import format_value
 
 DAY_S = 86_400.0
 # Fields of other quantities than these tell nothing of people by being on.
@@ -68,7 +69,12 @@ class Lived:
 
 def lived(rows: DayRows, days: int) -> Lived:
     """What these rows of `days` whole days tell, to the milliseconds that their tables have."""
-    told = (CausedEvent(_seconds(row.time), *row[1:]) for row in rows.events)
+    told = (
+        CausedEvent(
+            _seconds(e.time), e.sensor, e.kind, e.field, format_value(e.value), e.person, e.because
+        )
+        for e in rows.events
+    )
     done = (
         Activity(_seconds(row.start), _seconds(row.end), row.person, row.activity, row.room)
         for row in rows.activities

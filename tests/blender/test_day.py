@@ -100,11 +100,11 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     acted = day_home.acted(1, day=short_days)
     found = [e for e in run(world, acted).events if e.time]
     moved = [e for e in found if e.field == "moved"]
-    assert {(e.because, e.person) for e in moved if e.value == "1"} <= {
+    assert {(e.because, e.person) for e in moved if e.value} <= {
         ("anna", "anna"),
         ("door", "anna"),
     }
-    assert {(e.because, e.person) for e in moved if e.value == "0"} == {("", "anna")}
+    assert {(e.because, e.person) for e in moved if not e.value} == {("", "anna")}
     assert {e.because for e in found if e.sensor == "switch"} == {"door"}
     assert {e.because for e in found if e.sensor == "pad"} == {"anna"}
     lit = [e for e in found if e.sensor == "lux"]
@@ -127,6 +127,6 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     # Truth and data agree: whatever moves, somebody moves at that time.
     spans = acted.spans(0.0, short_days)
     for event in moved:
-        if event.value == "1":
+        if event.value:
             time = event.time / 1e6
             assert ((spans[:, 0] <= time) & (time <= spans[:, 1] + 1.5)).any(), event

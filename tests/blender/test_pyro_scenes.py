@@ -47,7 +47,7 @@ def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
     recording = world.run()
     events = addon_part("sensor_logic.log.event_log").events(recording)
     changes = [event for event in events if event.field == "moved"][1:]
-    assert [event.value for event in changes][:2] == ["1", "0"]
+    assert [event.value for event in changes][:2] == [True, False]
     for event in changes:
         update = (event.frame - 1) / 24
         assert update - 0.15 < event.time < update

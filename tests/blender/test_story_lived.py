@@ -63,10 +63,10 @@ def test_the_evening_is_lived_and_sensed(household):
     done = [one for one in day.activities if one.start >= BEGINS * 1e6]
     assert [one.activity for one in done] == ACTIVITIES
     assert [one.room for one in done[:4]] == ["hall", "kitchen", "living room", "bathroom"]
-    opened = [e for e in day.events if (e.kind, e.value) == ("OPTICAL_SWITCH", "1")]
+    opened = [e for e in day.events if (e.kind, e.value) == ("OPTICAL_SWITCH", True)]
     assert [e.sensor for e in opened] == ["Switch entrance", "Switch kitchen", "Switch kitchen"]
     assert {(e.person, e.because.split()[0]) for e in opened} == {("anna", "Flag")}
-    moved = [e.time for e in day.events if (e.kind, e.value) == ("PIR", "1")]
+    moved = [e.time for e in day.events if (e.kind, e.value) == ("PIR", True)]
     # From when the kitchen's door is opened until it is shut behind her.
     through = [s for s in acted.swings["Door kitchen"] if s.start >= BEGINS]
     assert through[0].start < moved[0] / 1e6 < moved[-1] / 1e6 < through[-1].end + 1.0

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sensor_logic.days.rows import DAY_US, Day, DayRows, Happening, attributed, toml
+from sensor_logic.days.rows import DAY_US, Day, DayRows, attributed, toml
 from sensor_logic.days.sun import Site, direction, position, skylight, sunlight
 from sensor_logic.days.times import stretches
 from sensor_logic.days.truth import Whereabouts, activities, people
 from sensor_logic.formats.log import LoggedActivity
+from sensor_logic.log.event_log import Event
 from sensor_logic.residents.acted import AWAY, SITTING, WALKING, Acted, ActedActivity, Stay
 
 D = math.radians
@@ -82,8 +83,8 @@ def test_a_day_is_cut_in_its_rests_if_it_has_any() -> None:
 
 
 def test_what_ends_is_of_who_began_it() -> None:
-    def event(time: int, person: str = "", because: str = "", sensor: str = "PIR") -> Happening:
-        return Happening(time, sensor, "PIR", "moved", "1", person, because)
+    def event(time: int, *by: str, sensor: str = "PIR") -> Event[int]:
+        return moved(time, sensor, True, *by)
 
     begin = event(0)
     told = [
@@ -151,8 +152,12 @@ def test_the_truth_of_a_day_ends_with_it_and_tells_each_minute_of_movement() -> 
     ]
 
 
-def day(number: int, begins: str, *events: Happening) -> Day:
-    first = Happening(0, "pir", "PIR", "moved", begins)
+def moved(time: int, sensor: str, value: bool, person: str = "", because: str = "") -> Event[int]:
+    return Event(time, sensor, "moved", 0.0, "PIR", value, 0, person, because)
+
+
+def day(number: int, begins: bool, *events: Event[int]) -> Day:
+    first = moved(0, "pir", begins)
     rest = LoggedActivity(DAY_US - 10, DAY_US, "anna", "Sleep", "bedroom")
     early = LoggedActivity(0, 20, "anna", "Sleep", "bedroom")
     at = (1.0, -0.0, 0.9)
@@ -161,9 +166,9 @@ def day(number: int, begins: str, *events: Happening) -> Day:
 
 
 DAYS = [
-    day(0, "0", Happening(1_500_000, "pir", "PIR", "moved", "1", "anna", "Anna's body")),
-    day(1, "1"),
-    day(2, "0"),
+    day(0, False, moved(1_500_000, "pir", True, "anna", "Anna's body")),
+    day(1, True),
+    day(2, False),
 ]
 
 

@@ -59,7 +59,7 @@ def faulty(plan):
 
     def rows(clean: Rows, text: str) -> Rows:
         found = make_faults(log_of(clean), plan(text)).log
-        return [(e.time, e.sensor, e.field, e.value) for e in (c.event for c in found.changes)]
+        return [(e.time, e.sensor, e.field, e.row[-1]) for e in (c.event for c in found.changes)]
 
     return rows
 

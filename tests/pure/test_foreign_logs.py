@@ -78,7 +78,7 @@ def test_compare_tells_it_too(tmp_path, capsys) -> None:
 def test_items_are_present_or_absent(tmp_path) -> None:
     (tmp_path / "data").write_text(of_casas("I03 PRESENT", "Bowl ABSENT"))
     events = read_log(tmp_path / "data").events
-    assert [(e.field, e.value) for e in events] == [("pressed", "1"), ("pressed", "0")]
+    assert [(e.field, e.row[-1]) for e in events] == [("pressed", "1"), ("pressed", "0")]
 
 
 def test_a_sensor_keeps_its_kind_whatever_its_next_word(tmp_path) -> None:
@@ -182,7 +182,7 @@ def test_a_date_that_a_format_cannot_hold_is_one_line(run, tmp_path, name, start
     status, told, _ = run(text, name, "--start", start)
     assert (status, len(told)) == ((0, 0) if holds else (2, 1))
     if holds:
-        assert read_log(tmp_path / "out").events[-1].value == "1"
+        assert read_log(tmp_path / "out").events[-1].row[-1] == "1"
     else:
         assert f"{name} holds dates from " in told[0] and "give another --start" in told[0]
         assert not (tmp_path / "out").exists()
@@ -224,7 +224,7 @@ def test_a_distance_without_a_target_is_infinite_and_its_limits_need_no_home(tmp
     facts = SensorFacts("T", "DISTANCE", "", {"range_min": 0.1, "range_max": 2.0})
     assert ranges(distances(2.0, 1.5), facts) == [(0.1, 2.0, math.inf), (0.1, 2.0, 1.5)]
     (tmp_path / "bag").write_bytes(FORMATS["mcap"].write(make_log(distances(3.6, 1.5))).files[""])
-    assert [e.value for e in read_log(tmp_path / "bag").events] == ["3.6", "1.5"]
+    assert [e.row[-1] for e in read_log(tmp_path / "bag").events] == ["3.6", "1.5"]
 
 
 def test_a_beam_is_no_activity_and_has_its_limits(tmp_path) -> None:
@@ -247,7 +247,10 @@ def test_folders_of_other_programs_are_read(tmp_path, time, values, names) -> No
     (tmp_path / "devices.csv").write_text("time,device,value\n" + rows)
     read = read_log(tmp_path)
     assert read.start == datetime(2010, 11, 5, 0, 0, 9)
-    assert [(e.sensor, e.value) for e in read.events] == [("Front door", "0"), ("Front door", "1")]
+    assert [(e.sensor, e.row[-1]) for e in read.events] == [
+        ("Front door", "0"),
+        ("Front door", "1"),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -284,7 +287,7 @@ def test_the_history_of_home_assistant_is_read(run, tmp_path) -> None:
     assert told == ["2 states left out, first line 3: 'binary_sensor.front_door unavailable'"]
     read = read_log(tmp_path / "source")
     assert read.start == datetime(2024, 3, 1, 10)
-    assert [(e.time, e.sensor, e.field, e.value) for e in read.events] == [
+    assert [(e.time, e.sensor, e.field, e.row[-1]) for e in read.events] == [
         (0.0, "front_door", "open", "0"),
         (0.0, "pad", "pressed", "0"),
         (1.0, "pad", "force_n", "1.5"),

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from sensor_logic.choice import SensorChoice
-from sensor_logic.days.rows import DayRows, Happening
+from sensor_logic.days.rows import DayRows
 from sensor_logic.days.truth import Whereabouts
 from sensor_logic.error import InputError
 from sensor_logic.formats.log import LoggedActivity
+from sensor_logic.log.event_log import Event
 from sensor_logic.study import draws, summary, targets, truth
 from sensor_logic.study.study import Study, read
 from sensor_logic.study.targets import HomeFacts
@@ -211,16 +212,16 @@ def us(clock: str) -> int:
 
 
 EVENTS = [
-    ("00:00:00", "PIR bed", "PIR", "moved", "0", "", ""),
-    ("00:00:00", "Door bath", "CONTACT", "open", "0", "", ""),
-    ("00:00:00", "Lamp", "LIGHT", "lit", "0", "", ""),
-    ("07:00:04.0009", "PIR bed", "PIR", "moved", "1", "Ada", "Ada"),
-    ("07:00:06", "PIR bed", "PIR", "moved", "0", "Ada", "Ada"),
-    ("08:00:00", "Lamp", "LIGHT", "lit", "1", "", ""),
-    ("08:09:50", "Door bath", "CONTACT", "open", "1", "Ada", "Door"),
-    ("08:20:00", "Door bath", "CONTACT", "open", "0", "Ada", "Door"),
-    ("12:00:00", "PIR bed", "PIR", "moved", "1", "", "Curtain"),
-    ("12:00:05", "PIR bed", "PIR", "moved", "0", "", "Curtain"),
+    ("00:00:00", "PIR bed", "PIR", "moved", False, "", ""),
+    ("00:00:00", "Door bath", "CONTACT", "open", False, "", ""),
+    ("00:00:00", "Lamp", "LIGHT", "lit", False, "", ""),
+    ("07:00:04.0009", "PIR bed", "PIR", "moved", True, "Ada", "Ada"),
+    ("07:00:06", "PIR bed", "PIR", "moved", False, "Ada", "Ada"),
+    ("08:00:00", "Lamp", "LIGHT", "lit", True, "", ""),
+    ("08:09:50", "Door bath", "CONTACT", "open", True, "Ada", "Door"),
+    ("08:20:00", "Door bath", "CONTACT", "open", False, "Ada", "Door"),
+    ("12:00:00", "PIR bed", "PIR", "moved", True, "", "Curtain"),
+    ("12:00:05", "PIR bed", "PIR", "moved", False, "", "Curtain"),
 ]
 ACTIVITIES = [
     ("00:00:00", "07:00:00", "Ada", "Sleeping", "bedroom"),
@@ -240,7 +241,10 @@ ROOMS = {"PIR bed": "bedroom", "Door bath": "bathroom", "Lamp": "bedroom"}
 
 def lived(events=EVENTS) -> truth.Lived:
     """The day above, with these events."""
-    happened = tuple(Happening(us(clock), *row) for clock, *row in events)
+    happened = tuple(
+        Event(us(clock), sensor, field, 0.0, kind, value, 0, *by)
+        for clock, sensor, kind, field, value, *by in events
+    )
     done = tuple(LoggedActivity(us(a), us(b), *row) for a, b, *row in ACTIVITIES)
     where = tuple(Whereabouts(us(clock), *row) for clock, *row in PEOPLE)
     return truth.lived(DayRows(date(2026, 3, 2), happened, done, where), 1)

@@ -18,7 +18,8 @@ from ....sensor_logic.formats.home_assistant import (
     Message,
     is_config_of,
 )
-from ....sensor_logic.formats.log import Change, Channel, Value
+from ....sensor_logic.formats.log import Change, Channel
+from ....sensor_logic.log.event_log import Value
 from ...commands.console import note
 from .link import PARTING_S, Link
 from .pace import Pace

@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import Index
-from ..scene.contact.near_pads import weights_stay
+from ..scene.animation import all_animated, may_set
 from ..scene.timed import frames_to_step_from
 from .sensor_runner import Dates, SensorRunner
 from .stillness import Stillness
 
 # What is kept of frames in any scene, so that models can be answered later.
 KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
+# Parts of data paths whose values a weight depends on, beside places and shapes.
+WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
 # Steps that are planned at once, to bound memory.
 WINDOW = 1 << 13
 
@@ -56,7 +58,7 @@ class Agenda:
         self._until: Index = np.zeros(0, np.intp)
         self._from: int | None = None
         # What is kept of frames; all else of the scene is looked for in it, at its frame.
-        self.kept = KEPT | ({FORCES} if weights_stay(scene) else set())
+        self.kept = KEPT | ({FORCES} if _weights_stay(scene) else set())
         starts = frames_to_step_from(scene)
         if starts:
             self._from = (min(starts) - clock.frame_start) * self._substeps
@@ -142,3 +144,11 @@ class Agenda:
             numbers = every * spacing.denominator // spacing.numerator + ~due
             steps = every
         return Dates(steps, numbers, due)
+
+
+def _weights_stay(scene: Any) -> bool:
+    """Whether forces on pads change with places and shapes alone: the scene has no rigid bodies,
+    and nothing animates a mass or gravity."""
+    return scene.rigidbody_world is None and not any(
+        may_set(owner, *WEIGHT) for owner in all_animated()
+    )

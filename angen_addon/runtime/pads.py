@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pads in a run: their forces are worked out at frames at which something moves that they can feel,
-and hold at all others."""
+"""Pads in a run: their forces are worked out at frames at which the scene moves, and hold at all
+others."""
 
 from __future__ import annotations
 
@@ -11,20 +11,19 @@ from typing import Any
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.model import Index
-from ..scene.contact.near_pads import weights_stay
 from .probes import Probes
 from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
 
-# What tells the forces on a pad at one frame from those at others.
-State = tuple[Any, ...]
+# What tells the scene at one frame from that at others.
+State = tuple[int, ...]
 
 
 @dataclass
 class _Pad:
-    """What is known of a pad, by whole frames as steps: the `states` of the scene near it at the
-    last steps at which the motion was needed, what tells the forces at those at which it is due,
-    and at which of these they are to be worked out (`asked`); the `forces` that are known; and the
-    updates that wait for the frame after theirs."""
+    """What is known of a pad, by whole frames as steps: the `states` of the scene at the last steps
+    at which the motion was needed, what tells the forces at those at which it is due, and at which
+    of these they are to be worked out (`asked`); the `forces` that are known; and the updates that
+    wait for the frame after theirs."""
 
     runner: SensorRunner
     states: dict[int, State] = field(default_factory=dict)
@@ -81,13 +80,10 @@ class _Pad:
 class Pads:
     """The pads among the sensors of a run, whose probes tell the forces."""
 
-    def __init__(
-        self, scene: Any, runners: Sequence[SensorRunner], clock: Clock, probes: Probes
-    ) -> None:
+    def __init__(self, runners: Sequence[SensorRunner], clock: Clock, probes: Probes) -> None:
         self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.requires_forces}
         self._probes = probes
-        self._scene, self._clock = scene, clock
-        self._stay = bool(self._pads) and weights_stay(scene)
+        self._clock = clock
 
     def wait(self, runner: SensorRunner, dates: Dates, reads: list[Read | None]) -> None:
         """Updates to be sensed, with what was read of the pad at each."""
@@ -100,8 +96,10 @@ class Pads:
         whole frames, `frames` (n,) tells which of those that the probes keep they are; at which of
         them pads are `due`."""
         needed = set(steps[-2:].tolist())
+        syncs = self._probes.caster.solids.syncs
+        states = {s: (syncs, f) for s, f in zip(steps.tolist(), frames.tolist(), strict=True)}
         for runner, pad in self._pads.items():
-            pad.states |= dict(zip(steps.tolist(), self._states(pad, frames), strict=True))
+            pad.states |= states
             pad.note_due(due[runner].tolist())
             needed.update(step + pad.size * i for step in pad.asked for i in (-1, 0, 1))
         for step, frame in zip(steps.tolist(), frames.tolist(), strict=True):
@@ -125,12 +123,3 @@ class Pads:
             state = pad.asked.pop(step - self._clock.substeps, None)
             if state is not None:
                 pad.forces[state] = self._probes.forces(pad.runner.uid, whole - 1)
-
-    def _states(self, pad: _Pad, frames: Index) -> list[State]:
-        """What tells the scene near a pad at one of the frames from that at others."""
-        solids = self._probes.caster.solids
-        near = self._probes.states_near(pad.runner.uid, self._scene) if self._stay else None
-        if near is None:
-            return [(solids.syncs, frame) for frame in frames.tolist()]
-        listed = solids.listing, solids.edits, len(self._probes.caster.frames.rows)
-        return [(*listed, near[frame]) for frame in frames.tolist()]

@@ -111,11 +111,6 @@ class Probes:
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
-    def states_near(self, pad: Uid, scene: Any) -> list[Any] | None:
-        """What tells apart, at each of the frames that are kept, all that a pad can feel; None
-        where bounds do not tell."""
-        return self._contacts.states_near(pad, self.caster.frames, scene, unit_scale(scene))
-
     @property
     def full(self) -> bool:
         """Whether the frames that are kept are to be sensed now."""

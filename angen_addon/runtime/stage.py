@@ -81,7 +81,7 @@ class Stage:
         changes = (warm and changes_by_itself(scene)) or (coloured and colours_change())
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads = Pads(scene, self.runners, self._clock, self.probes)
+        self._pads = Pads(self.runners, self._clock, self.probes)
         self._batch = FrameBatch()
 
     @property

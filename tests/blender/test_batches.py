@@ -7,7 +7,6 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import (
     agenda,
     moving_scene,
-    pads,
     stage,
 )
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
@@ -280,6 +279,5 @@ def test_pads_read_the_same_where_what_they_cannot_feel_is_left_out(
 def read_plain(world, monkeypatch):
     """With each frame looked at by itself, and nothing left out."""
     with monkeypatch.context() as patch:
-        for module in (agenda, pads):
-            patch.setattr(module, "weights_stay", lambda _: False)
+        patch.setattr(agenda, "_weights_stay", lambda _: False)
         return world.run().tracks

@@ -13,20 +13,20 @@ from ....sensor_logic.contact.pad_forces import ABOVE, BESIDE, pad_forces
 from ....sensor_logic.contact.world import PadForces
 from ....sensor_logic.model import NOT_YET
 from ..instances import Uid
-from ..rays.frames import Frames
 from ..rays.solids import Solids
 from .body_settings import is_simulated, read_settings
 from .contact_bodies import ContactBodies, Key, Pad
-from .frame_state import FrameState, gravity_of
+from .frame_state import FrameState
 from .frame_world import FrameWorld, KnownContacts
 from .missing_mass import MissingMass
-from .near_pads import NEARBY, states_near
 from .parallel_rays import WorldTriangles
 from .supports import Surroundings, find_supports
 
 Array = np.typing.NDArray[np.float64]
 MOST_KNOWN_CONTACTS = 20_000
 FRAMES_NEEDED = 3
+# m: an animated body may touch what its bounds come this near to.
+NEARBY = 0.2
 
 
 class ContactTracker:
@@ -55,17 +55,6 @@ class ContactTracker:
                 if body.pad:
                     scale = np.linalg.norm(self._solids.matrix[solid.row, :3, :3], axis=0)
                     body.collider(depsgraph, scale, metres)
-
-    def states_near(
-        self, pad: Uid, frames: Frames, scene: Any, metres: float
-    ) -> list[bytes] | None:
-        """A key for each of the frames (k,): where two are equal, the pad feels the same at both.
-        None where bounds cannot tell."""
-        key = self._bodies.pads.get(pad)
-        if key is None or not self._bodies.by_key[key].solids:
-            return None
-        up = gravity_of(scene, metres)[1]
-        return states_near(key, self._bodies, self._solids, frames, up, metres)
 
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]

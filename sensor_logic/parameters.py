@@ -136,7 +136,9 @@ def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
 def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
     if spec.choices:
         known = [choice.identifier for choice in spec.choices]
-        return "" if value in known else f"is {value!r}: choose one of {', '.join(known)}"
+        # Blender gives no text for a number that no choice has.
+        shown = repr(value) if value else "none of its choices; an old file, key or driver set it"
+        return "" if value in known else f"is {shown}: choose one of {', '.join(known)}"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return ""
     if not math.isfinite(value):

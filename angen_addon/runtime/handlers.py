@@ -134,6 +134,14 @@ def after_load(*_: Any) -> None:
 
 
 @persistent
+def after_import(*_: Any) -> None:
+    """What was appended or linked may be of an earlier version."""
+    replaced = replace_former_choices()
+    if replaced:
+        recording_store.report(replaced)
+
+
+@persistent
 def before_undo(*_: Any) -> None:
     """Undo and redo make data anew: whatever refers to the old is void."""
     state.CACHE.forget_references()
@@ -194,6 +202,12 @@ HANDLERS = (
     ("save_pre", before_save),
     ("save_post", after_save),
     ("save_post_fail", after_save),
+    # Since Blender 4.3; before, a sensor that was appended with a former choice is refused.
+    *(
+        (("blend_import_post", after_import),)
+        if hasattr(bpy.app.handlers, "blend_import_post")
+        else ()
+    ),
 )
 
 

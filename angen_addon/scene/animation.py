@@ -65,6 +65,16 @@ def curves(obj: Any, paths: set[str]) -> list[Any]:
     return [curve for curve in found if curve.data_path in paths]
 
 
+def played_curves(owner: Any) -> list[Any]:
+    """The F-curves of a datablock's action, and of those in its strips of the NLA."""
+    animation = getattr(owner, "animation_data", None)
+    if animation is None:
+        return []
+    strips = [strip for track in animation.nla_tracks for strip in track.strips]
+    acting = (animation, *strips)
+    return [c for a in acting for c in action_curves(a.action, getattr(a, "action_slot", None))]
+
+
 def may_set(owner: Any, *words: str) -> bool:
     """Whether keys, drivers or strips of the NLA may set a data path that holds one of the words.
     Strips other than clips hold what nobody looked into."""
@@ -72,24 +82,17 @@ def may_set(owner: Any, *words: str) -> bool:
     if animation is None:
         return False
     strips = [strip for track in animation.nla_tracks for strip in track.strips]
-    acting = (animation, *strips)
-    found = [c for a in acting for c in action_curves(a.action, getattr(a, "action_slot", None))]
+    found = (*played_curves(owner), *animation.drivers)
     return any(strip.type != "CLIP" for strip in strips) or any(
-        word in curve.data_path for curve in (*found, *animation.drivers) for word in words
+        word in curve.data_path for curve in found for word in words
     )
 
 
 def is_animated(obj: Any, path: str) -> bool:
     """Whether keys, a strip of the NLA or a driver set this data path."""
     animation = obj.animation_data
-    if animation is None:
-        return False
-    strips = [strip for track in animation.nla_tracks for strip in track.strips]
-    played = [
-        curve for s in strips for curve in action_curves(s.action, getattr(s, "action_slot", None))
-    ]
-    return bool(curves(obj, {path})) or any(
-        curve.data_path == path for curve in (*animation.drivers, *played)
+    return animation is not None and any(
+        curve.data_path == path for curve in (*played_curves(obj), *animation.drivers)
     )
 
 
@@ -207,11 +210,7 @@ def set_by_animation(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]
     animation = getattr(datablock, "animation_data", None)
     if animation is None:
         return
-    curves = list(action_curves(animation.action, getattr(animation, "action_slot", None)))
-    for track in animation.nla_tracks:
-        for strip in track.strips:
-            curves += action_curves(strip.action, getattr(strip, "action_slot", None))
-    curves += animation.drivers
+    curves = (*played_curves(datablock), *animation.drivers)
     found: dict[tuple[str, str], set[int]] = {}
     for curve in curves:
         match = LAST_PART.match(curve.data_path)

@@ -9,6 +9,7 @@ import bpy
 
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.parameters import FormerChoice, former_text, specs
+from .animation import played_curves
 
 
 def stored_settings(obj: Any) -> Any | None:
@@ -20,8 +21,8 @@ def stored_settings(obj: Any) -> Any | None:
 
 
 def replace_former_choices() -> str:
-    """Replace former choices of all objects, linked ones too; return a sentence on them, empty
-    without any."""
+    """Replace former choices of all objects, linked ones too, and those that their keys set; return
+    a sentence on them, empty without any."""
     found: list[tuple[str, str, FormerChoice]] = []
     for obj in bpy.data.objects:
         settings = stored_settings(obj)
@@ -30,10 +31,27 @@ def replace_former_choices() -> str:
         for kind in KINDS.values():
             group = settings.get(kind.attribute)
             for name, spec in specs(kind.parameters).items() if group is not None else ():
+                numbers = {choice.identifier: choice.number for choice in spec.choices}
                 for former in spec.former:
+                    path = f"angen_sensor.{kind.attribute}.{name}"
+                    keyed = _replace_keys(obj, path, former.number, numbers[former.now])
                     if group.get(name) == former.number:
                         setattr(getattr(obj.angen_sensor, kind.attribute), name, former.now)
-                        obj.update_tag()
-                        if obj.angen_sensor.kind == kind.identifier:
-                            found.append((obj.name, name, former))
+                    elif not keyed:
+                        continue
+                    obj.update_tag()
+                    if obj.angen_sensor.kind == kind.identifier:
+                        found.append((obj.name, name, former))
     return former_text(found)
+
+
+def _replace_keys(obj: Any, path: str, before: int, now: int) -> bool:
+    """Replace the value of keys of a data path; return whether there were any."""
+    curves = [curve for curve in played_curves(obj) if curve.data_path == path]
+    keys = [key for curve in curves for key in curve.keyframe_points if key.co.y == before]
+    for key in keys:
+        key.co.y = now
+    for curve in curves if keys else ():
+        curve.update()
+        curve.id_data.update_tag()
+    return bool(keys)

@@ -45,9 +45,61 @@ def test_a_linked_sensor_does_too(world, capfd, tmp_path):
     world.scene.collection.objects.link(data.objects[0])
     home = tmp_path / "home.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(home))
+    capfd.readouterr()
     bpy.ops.wm.open_mainfile(filepath=str(home))
     assert engines()["lux"] == "CYCLES"
     assert capfd.readouterr().err.count("'lux': engine DIRECT no longer exists") == 1
+
+
+@pytest.mark.parametrize("way", ["keys", "strip"])
+def test_keys_of_it_set_cycles(world, addon_part, capfd, tmp_path, way):
+    lux = world.sensor("LIGHT", "lux")
+    number = {"EEVEE": 1, "DIRECT": 2}
+    world.key(lux, "angen_sensor.light.engine", {1: "CYCLES", 5: "EEVEE"})
+    (curve,) = addon_part("angen_addon.scene.animation").played_curves(lux)
+    first, second = curve.keyframe_points
+    first.co.y, second.co.y = number["DIRECT"], number["EEVEE"]
+    if way == "strip":
+        animation = lux.animation_data
+        strip = animation.nla_tracks.new().strips.new("engine", 1, animation.action)
+        if hasattr(strip, "action_slot"):
+            strip.action_slot = animation.action_slot
+        animation.action = None
+    home = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(home))
+    bpy.ops.wm.open_mainfile(filepath=str(home))
+    assert capfd.readouterr().err.count("'lux': engine DIRECT no longer exists") == 1
+    found = {}
+    for frame in (1, 5):
+        bpy.context.scene.frame_set(frame)
+        found[frame] = engines()["lux"]
+    assert found == {1: "CYCLES", 5: "EEVEE"}
+    bpy.ops.wm.save_mainfile()
+    bpy.ops.wm.open_mainfile(filepath=str(home))
+    assert "DIRECT" not in capfd.readouterr().err
+
+
+def test_a_driver_of_it_is_refused(world, addon_part):
+    lux = world.sensor("LIGHT", "lux")
+    lux.driver_add("angen_sensor.light.engine").driver.expression = "2"
+    error = addon_part("sensor_logic.error").AngenError
+    with pytest.raises(error, match=r"'lux': engine is none of its choices; .* driver"):
+        world.run(1, 1)
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_a_sensor_that_comes_into_a_session(world, addon_part, capfd, link):
+    with bpy.data.libraries.load(str(FILE), link=link) as (_, data):
+        data.objects = ["lux"]
+    world.scene.collection.objects.link(data.objects[0])
+    if bpy.app.version >= (4, 3):
+        assert engines()["lux"] == "CYCLES"
+        assert capfd.readouterr().err.count("'lux': engine DIRECT no longer exists") == 1
+        assert "'lux': engine DIRECT" in addon_part("angen_addon.runtime.state").CACHE.notice
+        return
+    error = addon_part("sensor_logic.error").AngenError
+    with pytest.raises(error, match="'lux': engine is none of its choices; an old file"):
+        world.run(1, 1)
 
 
 @pytest.mark.slow

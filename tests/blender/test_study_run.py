@@ -206,7 +206,7 @@ def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> N
     errors = {row["error"] for row in rows}
     # A range that ends before it begins; a function of the user's that raises.
     assert any("range_m" in error for error in errors), errors
-    assert "score.py:score raised RuntimeError: too many (line 3)" in errors
+    assert "score.py:score: raised RuntimeError: too many (line 3)" in errors
     failed = sum(bool(row["error"]) for row in rows)
     assert f"{failed} of {RUNS} runs failed" in told
     # Values more: only what is missing is run, and what failed is tried again.

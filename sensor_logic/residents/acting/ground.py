@@ -139,9 +139,7 @@ class Ground:
         cost += 2.0 * np.maximum(0.0, ELBOW - floor.clearance[cells[:, 0], cells[:, 1]])
         fits = parts[cells[:, 0], cells[:, 1]] == here
         if side > 0 and not door.slides:
-            # In a narrow room as far from the leaf's end as there is room, if its end clears the middle.
-            beyond = np.hypot(u, v) - door.width
-            fits &= beyond >= min(ARC, beyond[fits].max(initial=0.0))
+            fits &= np.hypot(u, v) >= door.width + ARC
         if not fits.any():
             return None
         point = points[int(np.argmin(np.where(fits, cost, np.inf)))]

@@ -71,6 +71,13 @@ def test_every_place_of_the_sample_home_is_reached_as_it_ships(addon_part, empty
     reached(addon_part, *expected)
 
 
+def test_the_sample_home_ships_with_a_recording_that_is_fresh(tmp_path, empty_scene):
+    bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / "angen.blend"), load_ui=False)
+    events = tmp_path / "events.csv"
+    assert bpy.ops.angen.export_events(filepath=str(events)) == {"FINISHED"}
+    assert events.read_text(encoding="utf-8").count("\n") > 400
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("home", "rooms", "sliding", "rests", "week"), [ANGEN, ATELIER])
 def test_every_place_is_reached_and_a_day_lived(

@@ -112,6 +112,20 @@ def test_eevee_is_refused_with_a_reason_where_it_cannot_run(world, monkeypatch):
         look(engine="EEVEE")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["FOUR_WALL", "ILLUMINANCE"])
+def test_no_lamp_shines_through_a_wall_in_eevee(world, method):
+    if reason := part("light.engine").why_no_eevee():
+        pytest.skip(reason)
+    box = world.box((2, 2, 2))
+    box.data.materials.append(material(0.5))
+    lamp(world, "POINT", at=(0, 5, 0), energy=500.0)
+    world.update()
+    asked = request(matrix=UPRIGHT, method=method, samples=16, engine="EEVEE")
+    found = measure(asked)[asked.name]
+    assert (found.luminance_percent or 0.0) == (found.illuminance_lux or 0.0) == 0.0
+
+
 def test_many_sensors_are_one_render_each_with_its_own_light(world):
     walls(world, 0.2, 0.4, 0.6, 1.0)
     alone = look()

@@ -127,6 +127,8 @@ class LightScene:
     def _begin(self) -> None:
         """Sets up the new scene."""
         self.scene.camera = self._user_scene.camera
+        # Off in new scenes, unlike in new files.
+        self.scene.eevee.use_shadows = True
 
     def follow_frozen(self) -> bool:
         """Gives frozen copies their originals' present pose; False where one cannot follow."""

@@ -100,4 +100,4 @@ def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
     # And by `angen compare` and `convert`.
     changes = read_log(written(year(samples=recording), "parquet", "again")).events
     opened = [(e.time, e.value) for e in changes if e.field == "open"]
-    assert opened == [(0.0, "0"), (round(1 / 24, 6), "1"), (round(2 / 24, 6), "0")]
+    assert opened == [(0.0, False), (round(1 / 24, 6), True), (round(2 / 24, 6), False)]

@@ -49,8 +49,11 @@ class Probes:
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
         self.caster = caster or make_caster(scene)
-        self.warmth = Warmth(self.caster)
-        self.reflectance = Reflectance(self.caster)
+        # Blender's own ray cast, the reference for ranges, tells nothing of what was met.
+        own = self.caster
+        self._exact = own if isinstance(own, RayCaster) else RayCaster(own.solids)
+        self.warmth = Warmth(self._exact)
+        self.reflectance = Reflectance(self._exact)
         self.sweeper = Sweeper(self.caster)
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
@@ -58,8 +61,6 @@ class Probes:
         self._told = 0
         self.names: dict[int, str] = {}
         self._named = -1
-        # Blender's own ray cast tells nothing of instances: the exact layer knows what is met.
-        self._exact: RayCaster | None = None
         # Of the pad that is asked about, by whole frames.
         self.known_forces: dict[int, PadForces] = {}
         # The number of the frame that is looked at alone.
@@ -91,7 +92,7 @@ class Probes:
         `frame`: the whole frame that this is, or None where its motion is not needed; `due`: pads
         whose forces at this frame will be asked for.
         """
-        self.caster.update(depsgraph)
+        self._update(depsgraph)
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
@@ -138,14 +139,20 @@ class Probes:
         solids = self._solids
         # What is listed anew is sensed alone: instances may be gone at the next frame.
         stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
-        self.caster.update(depsgraph)
+        self._update(depsgraph)
         self._film = Film(solids, watched) if stands else None
         if self._pads:
             self._contacts.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
         if self._film is not None and not self._film.take(watched):
             self._film = None
             solids.forget()
-            self.caster.update(depsgraph)
+            self._update(depsgraph)
+
+    def _update(self, depsgraph: Any) -> None:
+        """Bring the casters to the scene as it is now evaluated."""
+        self.caster.update(depsgraph)
+        if self._exact is not self.caster:
+            self._exact.update(depsgraph)
 
     def develop(self, depsgraph: Any) -> None:
         """From now on what is asked is answered at the frames that were taken down."""
@@ -167,11 +174,8 @@ class Probes:
         if self._named != self._solids.listing:
             self._named = self._solids.listing
             self.names |= {solid.number: solid.name for solid in self._solids.solids}
-        if isinstance(self.caster, RayCaster):
-            return self.caster.seen
-        if self._exact is None:
-            self._exact = RayCaster(self._solids)
-        self._exact.update(depsgraph)
+        if self._exact is self.caster:
+            return self._exact.seen
         last = np.full(count, len(self._exact.frames) - 1)
         return self._exact.see_at(sensor, bundle, origins, directions, length, last)
 

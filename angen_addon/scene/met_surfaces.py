@@ -12,16 +12,13 @@ from ...sensor_logic.model import Answers, Array, Index
 from .instances import Uid
 from .rays.bundles import RayHits
 from .rays.caster import RayCaster
-from .rays.reference import SceneRayCaster
 
 
 class MetSurfaces(ABC):
     """One property of the solids of a ray caster."""
 
-    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
-        # Blender's own ray_cast serves as a reference for ranges; here the fast rays are as good.
-        self._reference = not isinstance(caster, RayCaster)
-        self._rays = caster if isinstance(caster, RayCaster) else RayCaster(caster.solids)
+    def __init__(self, caster: RayCaster) -> None:
+        self._rays = caster
         self._listing = -1
 
     def see(
@@ -37,8 +34,6 @@ class MetSurfaces(ABC):
         """Casts a sensor's rays at each of the kept frames `frames` (k,), or at the last one, and
         returns what they find there. In Blender units, after the caster was brought up to date; the
         other arguments as of `RayCaster.cast`."""
-        if self._reference:
-            self._rays.update(depsgraph)
         self._follow(depsgraph)
         if frames is None:
             frames = np.array([len(self._rays.frames) - 1])

@@ -16,7 +16,6 @@ from .light.materials import Surfaces
 from .met_surfaces import MetSurfaces
 from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster
-from .rays.reference import SceneRayCaster
 from .rays.solids import Solid
 
 NO_MATERIAL = 0
@@ -27,7 +26,7 @@ class Reflectance(MetSurfaces):
     """The reflectance of the solids of a ray caster, (n,) from 0 to 1; 0 where a ray meets
     nothing."""
 
-    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+    def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
         self._surfaces = Surfaces()
         # Whether materials are animated.

@@ -20,7 +20,6 @@ from .animation import is_animated
 from .met_surfaces import MetSurfaces
 from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster
-from .rays.reference import SceneRayCaster
 from .rays.solids import Solid, Solids
 
 Array = NDArray[np.float64]
@@ -45,7 +44,7 @@ class _Patches:
 class Warmth(MetSurfaces):
     """The temperatures of the solids of a ray caster, as `Emission`."""
 
-    def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
+    def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
         self._temperature = np.empty(0)
         self._emissivity = np.empty(0)

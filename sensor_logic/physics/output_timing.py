@@ -12,7 +12,7 @@ radio sends, and the message arrives after a random delay.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,20 @@ def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.in
 
 def _seconds(time: float) -> str:
     return f"{time:.{0 if time >= 9.95 else 1}f} s"
+
+
+def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator[int]:
+    """Yield the indices of `triggered` (n,) without those at which the output is idle before, and
+    nothing is triggered."""
+    triggers, i = np.flatnonzero(triggered), 0
+    while i < len(triggered):
+        if is_idle():
+            following = int(np.searchsorted(triggers, i))
+            if following == len(triggers):
+                return
+            i = int(triggers[following])
+        yield i
+        i += 1
 
 
 class OutputTiming:
@@ -76,17 +90,10 @@ class OutputTiming:
     ) -> NDArray[np.bool_]:
         """The output (n,) at `times` (n,), given where motion was seen; it steps only through
         times with motion or with the output on."""
-        active, triggers = np.zeros(len(times), bool), np.flatnonzero(triggered)
-        i = 0
-        while i < len(times):
-            if not self.active:
-                following = int(np.searchsorted(triggers, i))
-                if following == len(triggers):
-                    break
-                i = int(triggers[following])
+        active = np.zeros(len(times), bool)
+        for i in _busy(triggered, lambda: not self.active):
             seen = bool(triggered[i])
             active[i] = self.update(float(times[i]), seen, hold, blocking, warm_up, retrigger)
-            i += 1
         return active
 
 
@@ -123,14 +130,8 @@ class RadioTiming:
         or after its arrival; its time is the arrival.
         """
         received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
-        triggers, module = np.flatnonzero(triggered), self._module
-        i = 0
-        while i < len(times):
-            if not (module.active or self._messages or self._received):
-                following = int(np.searchsorted(triggers, i))
-                if following == len(triggers):
-                    break
-                i = int(triggers[following])
+        module = self._module
+        for i in _busy(triggered, self._is_idle):
             time = float(times[i])
             before = self._before if i == 0 else float(times[i - 1])
             ends = module.last_trigger + hold
@@ -146,10 +147,12 @@ class RadioTiming:
                 arrival, self._received = self._messages.pop(0)
                 arrivals[i] = max(arrival, before)
             received[i] = self._received
-            i += 1
         if len(times):
             self._before = float(times[-1])
         return received, arrivals
+
+    def _is_idle(self) -> bool:
+        return not (self._module.active or self._messages or self._received)
 
     def _send(self, time: float, active: bool, delay: float) -> None:
         """Send the output; messages arrive in order."""

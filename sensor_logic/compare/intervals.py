@@ -41,7 +41,7 @@ class HomeIntervals:
     @property
     def length(self) -> float:
         """How long the log is, in seconds; more than 0."""
-        return max(self.end - self.begin, 1e-6)
+        return self.end - self.begin
 
 
 def read(path: Path) -> HomeIntervals:
@@ -53,6 +53,8 @@ def read(path: Path) -> HomeIntervals:
     log = source.log(start=source.start or DEFAULT_START)
     home = _home(path, _log_changes(log), source.has_states)
     end = home.end if source.end is None else source.end
+    if end <= home.begin:
+        raise InputError(f"{path} has changes at one time only: there is nothing to compare")
     return replace(home, end=end, notes=source.notes)
 
 

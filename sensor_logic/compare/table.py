@@ -24,7 +24,7 @@ def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
         for home, values in zip((one, two), measure.values, strict=True):
             figures = [f"{len(values)}", *(_short(q) for q in quantiles(values))]
             lines.append(f"{home.name:<{width}}" + "".join(f"{figure:>10}" for figure in figures))
-    for home in (one, two):
+    for home in (one,) if one == two else (one, two):
         if home.length < DAY_S:
             lines.append(
                 f"\n{home.name} lasts {shown_duration(home.length)}: its times and % of a day are "

@@ -108,6 +108,14 @@ def test_a_log_of_minutes_tells_that_its_rates_are_scaled_up(tmp_path, compare) 
     assert days == pytest.approx([0.01, 1.0])
 
 
+def test_a_log_of_one_moment_is_refused(tmp_path, compare) -> None:
+    """Its rates a day would be thousands of millions."""
+    moment = log(tmp_path, [(5, "A", 1)], "moment.csv")
+    status, out, told = compare(moment, moment)
+    assert (status, out) == (2, "")
+    assert "moment.csv has changes at one time only" in told
+
+
 @pytest.mark.parametrize(
     ("one", "two", "enough"), [(1, 1000, False), (3, 3, False), (4, 4, True), (2, 8, True)]
 )

@@ -109,7 +109,9 @@ class _Walk:
     def _struct(self, struct: Any, depth: int) -> Facts:
         key = (struct.as_pointer(), struct.rna_type.identifier)
         if key in self._seen or depth > MAX_DEPTH:
-            return [getattr(struct, "name", "")]
+            # The two inputs of a Mix Shader have one name.
+            is_socket = isinstance(struct, bpy.types.NodeSocket)
+            return [struct.identifier if is_socket else getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
         left_out = _of_other_kinds(struct)

@@ -334,6 +334,23 @@ def test_what_is_told_of_a_large_mesh_is_short_and_tells_any_change(world, addon
     assert len(set(told)) == 4 and max(map(len, told)) < 1000
 
 
+def test_exchanged_inputs_of_a_node_are_another_material(world, addon_part):
+    """Both have the same name."""
+    facts_of = addon_part("angen_addon.scene.facts").facts_of
+    material = bpy.data.materials.new("mixed")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    mix, clear = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfTransparent")
+    plain = nodes["Principled BSDF"]
+    told = []
+    for first, second in ((1, 2), (2, 1)):
+        links.clear()
+        links.new(plain.outputs[0], mix.inputs[first])
+        links.new(clear.outputs[0], mix.inputs[second])
+        told.append(repr(facts_of(material)))
+    assert told[0] != told[1]
+
+
 BEFORE_A_FRAME = {
     "hidden": lambda world: named("shelf").hide_set(True),
     "disabled": lambda world: named("shelf").__setattr__("hide_viewport", True),

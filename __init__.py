@@ -14,19 +14,27 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .angen_addon.api.home import Home
+    from .residents.blender.api import Home
+
+
+_registered: list[Any] = []
 
 
 def register() -> None:
-    from . import angen_addon
+    from .angen_addon.process import taking_down
+    from .parts import MODULES, installed, part
 
-    angen_addon.register()
+    for name in MODULES:
+        if installed(name):
+            module = part(name)
+            module.register()
+            _registered.append(module)
+    taking_down.expect(unregister)
 
 
 def unregister() -> None:
-    from . import angen_addon
-
-    angen_addon.unregister()
+    while _registered:
+        _registered.pop().unregister()
 
 
 def open(path: str | Path) -> Home:
@@ -35,15 +43,17 @@ def open(path: str | Path) -> Home:
     Blender holds one file at a time: the home that was open before is closed.
     """
     from .angen_addon.api.opening import opened
+    from .parts import HOMES, installed
 
-    return opened(path)
+    found: Any = opened(path, next(name for name in HOMES if installed(name)))
+    return found  # type: ignore[no-any-return]
 
 
 # What users may want to name beside `open`, and where it is; only homes need Blender's module.
 _NAMES = {
     "AngenError": "sensor_logic.error",
     "EventRow": "angen_addon.api.recording",
-    "Home": "angen_addon.api.home",
+    "Home": "residents.blender.api",
     "HomeSensor": "angen_addon.api.home",
     "Recording": "angen_addon.api.recording",
 }

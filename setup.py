@@ -4,6 +4,8 @@
 from setuptools import find_packages, setup
 
 NAME = "angen_sensors"
-FOLDERS = find_packages(include=("angen_addon*", "operators*", "panels*", "sensor_logic*"))
+FOLDERS = find_packages(
+    include=("angen_addon*", "operators*", "panels*", "residents*", "sensor_logic*")
+)
 
 setup(package_dir={NAME: "."}, packages=[NAME, *(f"{NAME}.{folder}" for folder in FOLDERS)])

@@ -37,18 +37,18 @@ def main(arguments: list[str]) -> int:
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
     extension = load_extension()
-    verbs = import_module(f"{PACKAGE}.angen_addon.commands.parser")
-    usage = USAGE.format(PROGRAM, ",".join(verbs.VERBS), ",".join(verbs.WITHOUT_BLENDER))
+    parser = import_module(f"{PACKAGE}.angen_addon.commands.parser")
+    parts = import_module(f"{PACKAGE}.parts")
+    verbs = parser.verbs_here()
+    usage = USAGE.format(PROGRAM, ",".join(verbs), ",".join(parts.WITHOUT_BLENDER))
     verb, options = arguments[:1], arguments[1:]
     if verb and verb[0] in {"-h", "--help"}:
         sys.stdout.write(usage + "Give --help after the verb for its options.\n")
         return 0
-    if verb and verb[0] in verbs.WITHOUT_BLENDER:
-        return int(
-            import_module(f"{PACKAGE}.angen_addon.commands.{verb[0]}").main(options, PROGRAM)
-        )
-    if verb and verb[0] not in verbs.VERBS:
-        note(verbs.wrong_verb(verb[0]))
+    if verb and verb[0] in parts.WITHOUT_BLENDER:
+        return int(parts.part(parts.WITHOUT_BLENDER[verb[0]]).main(options, PROGRAM))
+    if verb and verb[0] not in verbs:
+        note(parser.wrong_verb(verb[0]))
         return 2
     help_only = "-h" in options or "--help" in options
     file = None

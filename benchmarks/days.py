@@ -17,10 +17,10 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.days import living
-from angen_sensors.angen_addon.days.run import Household, Plan
 from angen_sensors.angen_addon.runtime import stillness
 from angen_sensors.angen_addon.scene.sensors import all_sensors
+from angen_sensors.residents.blender import run as living
+from angen_sensors.residents.blender.run import Household, Plan
 
 from .progress import progress
 

@@ -24,14 +24,12 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 from angen_home.animate import add_story_person, animate  # noqa: E402
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
 from angen_home.plan import FLOOR_Z  # noqa: E402
-from angen_sensors.sensor_logic.residents.acted import Acted  # noqa: E402
-from angen_sensors.sensor_logic.residents.body.gait import (  # noqa: E402
-    Stand,
-    Walk,
-    footsteps,
-    standing,
+from angen_sensors.residents.acting.timeline import (  # noqa: E402
+    Acted,
+    Clip,
+    Timeline,
 )
-from angen_sensors.sensor_logic.residents.timeline import Clip, Timeline  # noqa: E402
+from angen_sensors.residents.body.gait import Stand, Walk, footsteps, standing  # noqa: E402
 from sample_file import make  # noqa: E402
 
 from angen_addon.commands.leaving import leave_hard  # noqa: E402

@@ -8,7 +8,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 # pip builds in the folder that it installs from.
 mkdir -p "$folder/source"
 tar -C "$root" -cf - __init__.py blender_manifest.toml pyproject.toml setup.py README.md LICENSE \
-    angen_addon operators panels sensor_logic | tar -C "$folder/source" -xf -
+    parts.py angen_addon operators panels residents sensor_logic | tar -C "$folder/source" -xf -
 "$python" -m pip install -q --disable-pip-version-check --no-deps --target "$folder" "$folder/source"
 cd "$folder"
 export PYTHONPATH="$folder"

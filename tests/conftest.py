@@ -17,8 +17,12 @@ from types import ModuleType
 
 import pytest
 
+from angen_addon.process.standalone import load_extension
+
 ROOT = Path(__file__).resolve().parent.parent
 ADDON = "bl_ext.user_default.angen_sensors"
+# The tests import the parts of the extension from one package, as they import each other.
+load_extension()
 HAS_BPY = importlib.util.find_spec("bpy") is not None
 
 

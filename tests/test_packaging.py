@@ -15,8 +15,8 @@ import build_zip
 
 ROOT = build_zip.ROOT
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
-SHIPPED_FILES = {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md"}
-SHIPPED_FOLDERS = ("angen_addon", "operators", "panels", "sensor_logic")
+SHIPPED_FILES = {"__init__.py", "parts.py", "blender_manifest.toml", "LICENSE", "README.md"}
+SHIPPED_FOLDERS = ("angen_addon", "operators", "panels", "residents", "sensor_logic")
 
 
 @pytest.fixture(scope="module", params=["by Blender's tool", "without Blender"])
@@ -141,8 +141,20 @@ sys.exit(status)
     indirect=True,
 )
 def test_the_zip_runs_in_an_empty_blender(built: Path, tmp_path: Path) -> None:
+    simulates_the_home(zipfile.ZipFile(built), tmp_path)
+
+
+def test_the_sensors_run_without_the_residents(tmp_path: Path) -> None:
+    """An extension of the first house alone."""
+    names = [n for n in build_zip.shipped(MANIFEST) if not n.startswith("residents/")]
+    build_zip.pack(tmp_path / "sensors.zip", names)
+    build_zip.check_zip(tmp_path / "sensors.zip")
+    simulates_the_home(zipfile.ZipFile(tmp_path / "sensors.zip"), tmp_path)
+
+
+def simulates_the_home(packed: zipfile.ZipFile, tmp_path: Path) -> None:
     pytest.importorskip("bpy", reason="needs Blender's Python module (bpy)")
-    zipfile.ZipFile(built).extractall(tmp_path / "extensions/user_default/angen_sensors")
+    packed.extractall(tmp_path / "extensions/user_default/angen_sensors")
     done = subprocess.run(
         [sys.executable, "-c", INSTALLED, str(tmp_path), str(ROOT / "sample_blends/angen.blend")],
         env={"PATH": "", "HOME": str(tmp_path), "BLENDER_USER_RESOURCES": str(tmp_path)},

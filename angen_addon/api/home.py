@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from datetime import date
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import bpy
 import numpy as np
@@ -15,12 +14,10 @@ import numpy.typing as npt
 from mathutils import Matrix, Vector
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.days.rows import Day
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
-from ...sensor_logic.residents.places import Place
 from ..authoring.presets import find_preset, new_sensor
 from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
@@ -31,21 +28,12 @@ from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
-from . import residents
-from .days import run_days
 from .recording import Recording
 
 # The open home: Blender holds one file at a time.
 _open: Home | None = None
 # Attributes that every sensor has beside the parameters of its kind.
 COMMON = ("enabled", "update_rate", "room")
-
-
-def open_home(path: Path) -> Home:
-    """The home in the file that Blender has just opened, which closes the home before it."""
-    global _open
-    _open = Home(path)
-    return _open
 
 
 class HomeSensor:
@@ -141,7 +129,14 @@ class Home:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def __enter__(self) -> Home:
+    @classmethod
+    def open(cls, path: Path) -> Self:
+        """The home in the file that Blender has just opened, which closes the home before it."""
+        global _open
+        _open = found = cls(path)
+        return found
+
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -227,68 +222,6 @@ class Home:
                 progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
         CACHE.keep(scene, stored_run(run, scene, evaluated_depsgraph()))
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
-
-    def days(
-        self,
-        routine: str | Path,
-        start: date | str,
-        days: int = 1,
-        seed: int = 0,
-        sensors: Iterable[str] | None = None,
-        diary: str | Path | None = None,
-        progress: Callable[[float], object] | None = None,
-    ) -> Iterator[Day]:
-        """Simulates days of residents with a routine, one after the other: see `run_days`."""
-        found = self._simulated(sensors)
-        yield from run_days(found, routine, start, days, seed, diary, progress)
-
-    def add_resident(
-        self,
-        sort: str,
-        name: str = "",
-        at: Sequence[float] = (0.0, 0.0, 0.0),
-        yaw: float = 0.0,
-        walking_frame: bool = False,
-    ) -> str:
-        """Adds a resident at the point `at` (metres), who looks along `yaw` (rad, 0: +x).
-
-        `sort` is ADULT, OLDER_ADULT, CHILD or CAT. Returns the name of its object, to which Blender
-        adds a number if another object has it. Raises AngenError.
-        """
-        self.all_sensors()
-        return residents.add_resident(sort, name, at, yaw, walking_frame)
-
-    def mark(self, object: str, use: str, **settings: Any) -> None:
-        """Marks the object of this name with what residents do there: SIT, LIE, DOOR …
-
-        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; all others are
-        guessed. Raises AngenError.
-        """
-        self.all_sensors()
-        residents.mark(object, use, settings)
-
-    def places(self) -> dict[str, Place]:
-        """The marked places by name: `use`, `room`, `room_guessed`, `at`, `yaw`, `target` …
-
-        Doors, and lamps that nobody has to stand at, are not among them. Raises AngenError.
-        """
-        self.all_sensors()
-        return residents.places()
-
-    def live(
-        self,
-        routine: str | Path,
-        start: date | str = "2026-03-02",
-        between: tuple[str, str] | None = None,
-        seed: int = 0,
-        sensors: Iterable[str] | None = None,
-    ) -> Day:
-        """Simulates one day by a routine (a path, or the text of one), or a stretch of it.
-
-        `between`: the stretch that sensors read, as ("19:00", "19:05"). For several days: `days`.
-        Raises AngenError.
-        """
-        return residents.live(self._simulated(sensors), routine, start, between, seed)
 
     def save(self, path: str | Path) -> None:
         """Saves a copy of the home, with its last recording. Raises AngenError."""

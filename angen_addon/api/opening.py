@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...parts import part
 from ...sensor_logic.error import AngenError
 from ..process.quiet import standard_output_silenced
 from ..process.standalone import open_file, unreadable
@@ -15,8 +16,9 @@ if TYPE_CHECKING:
     from .home import Home
 
 
-def opened(path: str | Path) -> Home:
-    """The home in a blend file. Raises AngenError."""
+def opened(path: str | Path, module: str = "angen_addon.api.home") -> Home:
+    """The home in a blend file, by the class `Home` of a module of the extension. Raises
+    AngenError."""
     file = Path(path)
     problem = unreadable(file)
     if problem:
@@ -31,9 +33,8 @@ def opened(path: str | Path) -> Home:
             ) from None
         if not hasattr(bpy.types.Object, "angen_sensor"):
             import_module("...", __package__).register()
-        home = import_module(".home", __package__)
+        made: type[Home] = part(module).Home
         problem = open_file(file, False)
     if problem:
         raise AngenError(problem)
-    found: Home = home.open_home(file)
-    return found
+    return made.open(file)

@@ -1,34 +1,86 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An argument parser that prints its errors in one line, as all other errors are."""
+"""The command line: its verbs, and the options that several of them have."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NamedTuple, NoReturn
 
+from ...parts import VERBS, WITHOUT_BLENDER, installed, part
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.log.start import parse_start
 from ...sensor_logic.spelling import hint
 
-VERBS = (
-    *("simulate", "list", "apply", "check", "explain", "coverage", "place", "places", "day"),
-    "doctor",
-)
-# Verbs that need no blend file, each in the module of its name.
-WITHOUT_BLENDER = ("convert", "compare", "replay", "study")
+
+class Verb(NamedTuple):
+    """A verb on a blend file. `add(verbs, every)` adds its parser to the subparsers `verbs`, with
+    the options of the parser `every`, which all verbs have; `run(options, outputs)` returns the
+    exit status."""
+
+    add: Callable[[Any, argparse.ArgumentParser], None]
+    run: Callable[[argparse.Namespace, Any], int]
+
+
+def verbs_here() -> list[str]:
+    """The names of the verbs on a blend file."""
+    return [name for name, module in VERBS.items() if installed(module)]
+
+
+def verb_of(name: str) -> Verb:
+    found: Verb = part(VERBS[name]).VERBS[name]
+    return found
 
 
 class Parser(argparse.ArgumentParser):
+    """Prints its errors in one line, as all other errors are."""
+
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"angen: {message} (see --help)\n")
+
+
+def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
+    """The options of a command. On an error, prints it and raises SystemExit."""
+    arguments = list(arguments)
+    if "--frames" in arguments[:-1]:
+        # argparse would read a negative first frame as an option.
+        place = arguments.index("--frames")
+        arguments[place : place + 2] = [f"--frames={arguments[place + 1]}"]
+    parser = _make_parser(program)
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in verbs_here():
+        parser.error(wrong_verb(arguments[0]))
+    return parser.parse_args(arguments)
+
+
+def _make_parser(program: str) -> argparse.ArgumentParser:
+    parser = Parser(
+        prog=program, description="Simulates the ambient sensors of a home in a blend file."
+    )
+    names = verbs_here()
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar=" | ".join(names))
+    every = Parser(add_help=False)
+    every.add_argument(
+        "--enable-autoexec",
+        action="store_true",
+        help="open the file as one that you trust: its drivers and scripts may run Python",
+    )
+    for name in names:
+        verb_of(name).add(verbs, every)
+    if "--command" not in program:  # else Blender has opened the home
+        for name, verb in verbs.choices.items():
+            verb.prog += " LAYOUT.json HOME.blend" if name == "apply" else " HOME.blend"
+        verbs.choices["apply"].usage = "%(prog)s --save FILE.blend [options]"
+    return parser
 
 
 def wrong_verb(name: str) -> str:
     """What to tell where `name` is no verb on a blend file."""
     if name in WITHOUT_BLENDER:
         return f"{name} runs without Blender: python -m angen_addon {name}"
-    every = (*VERBS, *WITHOUT_BLENDER)
+    every = (*verbs_here(), *WITHOUT_BLENDER)
     return f"there is no verb '{name}'; {hint(name, every, len(every))}"
 
 
@@ -69,3 +121,59 @@ def path(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("the name of a file or folder is empty")
     return Path(text)
+
+
+def frames(text: str) -> tuple[int, int]:
+    try:
+        first, _, last = text.partition(":")
+        found = int(first), int(last)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
+        ) from None
+    if found[0] > found[1]:
+        raise argparse.ArgumentTypeError(
+            f"{text}: the first frame is after the last; did you mean {found[1]}:{found[0]}?"
+        )
+    import bpy
+
+    limits = bpy.types.Scene.bl_rna.properties["frame_current"]
+    if found[0] < limits.hard_min or found[1] > limits.hard_max:
+        raise argparse.ArgumentTypeError(
+            f"{text}: Blender's frames are {limits.hard_min} to {limits.hard_max}"
+        )
+    return found
+
+
+def start_time(text: str) -> datetime | None:
+    try:
+        return parse_start(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of 0 or more")
+    return value
+
+
+def of_runs(every: argparse.ArgumentParser) -> Parser:
+    """The options of all verbs that simulate."""
+    run = Parser(add_help=False, parents=[every])
+    run.add_argument(
+        "--frames",
+        type=frames,
+        metavar="A:B",
+        help="first and last frame (default: the scene's); t = 0 stays at the scene's start, and "
+        "frames after the scene's end are run too",
+    )
+    add_choice(run)
+    run.add_argument(
+        "--quiet", action="store_true", help="no progress, no advice on standard error"
+    )
+    return run

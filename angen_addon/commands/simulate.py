@@ -5,14 +5,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import Any
 
 import bpy
 
 from ...sensor_logic.error import InputError
 from ...sensor_logic.files import file_names
+from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.log.event_log import for_spreadsheets, rows_csv, samples_csv
+from ..output import faulty
 from ..output.exports import Exports
 from ..output.faulty import Faults
+from ..output.mqtt import address as mqtt
 from ..output.mqtt.address import address_of
 from ..output.mqtt.sending import Sending
 from ..output.output_files import Outputs, check_outputs
@@ -24,7 +28,7 @@ from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
 from .home import run_home, seconds_to_run, sensors_of
-from .parser import choice_of
+from .parser import Verb, choice_of, of_runs, path, start_time
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
@@ -47,7 +51,7 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
         is_whole = sending.finish()
     shown = for_spreadsheets if options.spreadsheet else str
     log, truth = faults.of(log_of_run(recording, bpy.context.scene, selected, options.start))
-    outputs.texts |= {path: shown(text) for path, text in truth.items()}
+    outputs.texts |= {name: shown(text) for name, text in truth.items()}
     text = shown(rows_csv((change.event for change in log.changes), options.start))
     if options.events:
         outputs.texts[options.events] = text
@@ -86,9 +90,9 @@ def _exports(
     exports = Exports(options.format, options.out)
     exports.check_dates(options.start, seconds_to_run(options))
     files |= {**exports.files, "--truth": faults.truth}
-    for flag, path in files.items():
-        if path and faults.file and path.resolve() == faults.file.resolve():
-            raise InputError(f"{flag}: {path} is also read; give another name")
+    for flag, file in files.items():
+        if file and faults.file and file.resolve() == faults.file.resolve():
+            raise InputError(f"{flag}: {file} is also read; give another name")
     check_outputs(files, options.samples, file_names(s.name for s in simulated(selected)).values())
     if options.report:
         check_name(options.report, "--report")
@@ -102,3 +106,58 @@ def _faults(options: argparse.Namespace) -> Faults:
         return Faults(options.faults, options.truth, log)
     except OSError as error:
         raise InputError(f"cannot read {error.filename}: {error.strerror}") from None
+
+
+def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "simulate", parents=[of_runs(every)], help="write what the sensors report"
+    )
+    verb.add_argument(
+        "--events", type=path, metavar="FILE.csv", help="event log (default: standard output)"
+    )
+    verb.add_argument(
+        "--report",
+        type=path,
+        metavar="FILE.html",
+        help="timeline, floor plan and figures to read and print; FILE.svg: the pictures alone",
+    )
+    verb.add_argument(
+        "--samples", type=path, metavar="DIR", help="every update, a CSV file a sensor"
+    )
+    verb.add_argument(
+        "--start",
+        type=start_time,
+        metavar="ISO-TIME",
+        help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
+    )
+    verb.add_argument(
+        "--spreadsheet",
+        action="store_true",
+        help="CSV for a spreadsheet: names that it would read as formulas get a leading '",
+    )
+    verb.add_argument(
+        "--format",
+        action="append",
+        default=[],
+        choices=list(FORMATS),
+        metavar="NAME",
+        help=f"also write the log for another tool, to the --out after it; may be given again: "
+        f"{', '.join(FORMATS)}",
+    )
+    verb.add_argument(
+        "--out",
+        action="append",
+        default=[],
+        type=path,
+        metavar="PATH",
+        help="file or folder of the --format before it",
+    )
+    faulty.add_options(verb, path)
+    mqtt.add_options(verb, required=False)
+    verb.add_argument(
+        "--bake", action="store_true", help="bake the outputs to keyframes; needs --save"
+    )
+    verb.add_argument("--save", type=path, metavar="FILE.blend", help="save the file as a copy")
+
+
+VERBS = {"simulate": Verb(_add_verb, simulate)}

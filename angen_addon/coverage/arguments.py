@@ -4,27 +4,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from ...sensor_logic.coverage.motions import MOTIONS
-from ..commands.parser import add_names
+from ..commands.parser import add_names, path
 from .candidates import MOUNTINGS
 
 
-def add_verbs(verbs: Any, path: Callable[[str], Path], every: argparse.ArgumentParser) -> None:
-    """Adds both verbs to the subparsers of the command line; `path` checks the name of a file,
-    `every` has what all verbs take."""
-    common = _common(path, every)
-    one = verbs.add_parser(
-        "coverage", parents=[common], help="where motion detectors notice what moves"
+def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "coverage", parents=[_common(every)], help="where motion detectors notice what moves"
     )
-    add_names(one, "motion detector")
-    _add_place(verbs, common)
+    add_names(verb, "motion detector")
 
 
-def _common(path: Callable[[str], Path], every: argparse.ArgumentParser) -> argparse.ArgumentParser:
+def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
     common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument(
         "--motion",
@@ -59,9 +53,11 @@ def _common(path: Callable[[str], Path], every: argparse.ArgumentParser) -> argp
     return common
 
 
-def _add_place(verbs: Any, common: argparse.ArgumentParser) -> None:
+def add_place(verbs: Any, every: argparse.ArgumentParser) -> None:
     place = verbs.add_parser(
-        "place", parents=[common], help="propose places of motion detectors; --save places them"
+        "place",
+        parents=[_common(every)],
+        help="propose places of motion detectors; --save places them",
     )
     place.add_argument("--count", type=_whole, default=1, metavar="N", help="how many (default 1)")
     place.add_argument(

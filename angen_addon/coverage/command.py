@@ -8,7 +8,7 @@ import csv
 import io
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,25 +21,28 @@ from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.report.facts import SensorInPlan
 from ...sensor_logic.wording import aligned
-from ..commands.console import tell
+from ..commands.console import DONE, tell
+from ..commands.home import sensors_of
+from ..commands.parser import Verb
 from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
 from ..output.output_files import Outputs, check_outputs
 from ..scene.sensors import Sensor, chosen
 from . import ghosts, kept, mesh
+from .arguments import add_coverage, add_place
 from .maps import MapProgress, cover
 from .plans import picture
 from .proposal import Proposal, Wish, propose
 from .settings import motion_of
 
 
-def check_files(options: argparse.Namespace) -> None:
+def _check_files(options: argparse.Namespace) -> None:
     """Raises AngenError where the results could not be written."""
     check_outputs({"--csv": options.csv, "--picture": options.picture, "--save": options.save})
     if options.picture is not None and options.picture.suffix.lower() != ".svg":
         raise InputError(f"--picture: {options.picture.name} must end in .svg")
 
 
-def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
+def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
     """Maps what the options ask for; says the table of its rooms."""
     asked = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
     for sensor in asked:
@@ -61,7 +64,7 @@ def coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Ou
     outputs.said = table(found)
 
 
-def place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
+def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
     """Proposes what the options ask for; says a table of the places."""
     if options.like and options.preset:
         raise AngenError("--like and --preset both tell the parameters: give one of them")
@@ -156,3 +159,18 @@ def places_csv(proposal: Proposal) -> str:
 def _places(proposal: Proposal) -> str:
     heads = ("place", "room", "on", "x", "y", "z", "yaw °", "adds m²")
     return "\n".join([*aligned([heads, *_rows(proposal)]), proposal.summary() + ".\n"])
+
+
+def _with_files(work: Callable[..., None]) -> Callable[[argparse.Namespace, Outputs], int]:
+    def run(options: argparse.Namespace, outputs: Outputs) -> int:
+        _check_files(options)
+        work(options, sensors_of(options), outputs)
+        return DONE
+
+    return run
+
+
+VERBS = {
+    "coverage": Verb(add_coverage, _with_files(_coverage)),
+    "place": Verb(add_place, _with_files(_place)),
+}

@@ -74,7 +74,9 @@ def standing_still(home: Examined) -> Iterator[Found]:
         if any(((at >= lo - NEAR) & (at <= hi + NEAR)).all() for at in switches)
     ]
     parts = [part for leaf in watched for part in chain(leaf)]
-    if watched and not any(part in home.lived or any(motion_paths(part)) for part in parts):
+    if watched and not any(
+        part in home.moved_without_keys or any(motion_paths(part)) for part in parts
+    ):
         yield (
             f"No door with a switch is animated: {named(sorted(leaf.name for leaf in watched))}",
             "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",

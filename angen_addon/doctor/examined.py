@@ -11,8 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ..residents.places.marks import marked
-from ..residents.settings import residents_in
 from ..scene.home import EvaluatedHome
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_scale
@@ -26,6 +24,11 @@ class Finding(NamedTuple):
     text: str
     mend: str
     objects: tuple[str, ...] = ()
+
+
+# Each finds objects of a scene and view layer that move without keys; parts of the extension that
+# move some add theirs.
+MOVED_WITHOUT_KEYS: list[Callable[[Any, Any], list[Any]]] = []
 
 
 @dataclass
@@ -58,10 +61,9 @@ class Examined:
         return EvaluatedHome(self.depsgraph)
 
     @cached_property
-    def lived(self) -> list[Any]:
-        """The objects that are marked as places of residents; none without a resident, who moves by
-        a routine (`angen day`)."""
-        return marked(self.view_layer) if residents_in(self.scene) else []
+    def moved_without_keys(self) -> list[Any]:
+        """The objects that something else than their animation moves."""
+        return [obj for find in MOVED_WITHOUT_KEYS for obj in find(self.scene, self.view_layer)]
 
     @property
     def metres(self) -> float:

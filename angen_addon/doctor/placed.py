@@ -43,7 +43,7 @@ BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE",
 def nothing_moves(home: Examined) -> Iterator[Found]:
     """Reports detectors of movement in a scene where nothing moves, and nobody by a routine."""
     sensors = home.requiring(RAYS, WARMTH, POSES)
-    if sensors and not home.lived and not _moves(home):
+    if sensors and not home.moved_without_keys and not _moves(home):
         yield (
             f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
             "nothing but their first reading",

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 from mathutils import Matrix
-from numpy.typing import NDArray
 
-from ...sensor_logic.model import pose_from_matrix
+from ...sensor_logic.model import Array, pose_from_matrix
 from ..scene.rays.geometry import SURFACE_TYPES
 from ..scene.sensors import Sensor, unit_scale
 
-Array = NDArray[np.float64]
 Numbers = list[float] | None
 
 

@@ -11,13 +11,12 @@ from typing import Any
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from numpy.typing import NDArray
 
 from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry
-from ...sensor_logic.model import pose_from_matrix
+from ...sensor_logic.model import Array, pose_from_matrix
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.spelling import hint
 from ...sensor_logic.wording import named
@@ -27,7 +26,6 @@ from ..scene.instances import is_holder
 from ..scene.placed import NotPlaced, placed_matrix
 from ..scene.sensors import Sensor, all_sensors, pointed_at, unit_scale
 
-Array = NDArray[np.float64]
 # Tolerances of a sensor's place: m for each m from the origin, at least 1 m (single precision), and
 # rad.
 SAME_PLACE, SAME_ANGLE = 2e-6, 2e-6

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
+from ...sensor_logic.model import Array
 from ..scene.animation import action_curves, all_animated, time_stretch
 from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons
@@ -24,7 +25,6 @@ from . import outputs
 # What no sensor reads that needs these alone of the scene, unless a driver does.
 SHADING = (bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World)
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
-Array = np.typing.NDArray[np.float64]
 # Spans (n, 2) of time.
 NEVER = np.empty((0, 2))
 ALWAYS = np.array([[-np.inf, np.inf]])

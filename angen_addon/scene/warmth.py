@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Emission, Index
+from ...sensor_logic.model import Array, Emission, Index
 from ...sensor_logic.quantities import ZERO_CELSIUS
 from .animation import is_animated
 from .met_surfaces import MetSurfaces
@@ -22,7 +22,6 @@ from .rays.bundles import RayHits
 from .rays.caster import NOTHING, RayCaster
 from .rays.solids import Solid, Solids
 
-Array = NDArray[np.float64]
 TEMPERATURE, EMISSIVITY = "angen_warmth.temperature", "angen_warmth.emissivity"
 DEFAULT_EMISSIVITY = 0.95
 # Kelvin and emissivity of what has no temperature of its own.

@@ -12,14 +12,14 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.days.rows import Day, DayRows
+from ...residents.blender.folder import digest_of as digest_of_home
+from ...residents.blender.run import Household, Plan, run_days
+from ...residents.days.rows import Day, DayRows
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.files import write_files
 from ...sensor_logic.study import truth
 from ...sensor_logic.study.digest import digest_of
 from ...sensor_logic.study.truth import DAY_S, Lived
-from ..days.folder import digest_of as digest_of_home
-from ..days.run import Household, Plan, run_days
 from ..scene.sensors import Sensor, all_sensors
 from .measures import MeasuredRun, coverage
 from .tasks import Task, found

@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.days.rows import Day
+from ...residents.days.rows import Day
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.study.targets import POSE

@@ -8,25 +8,14 @@ from math import ceil, radians
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.residents.curves import CONSTANT, Curves
-from angen_sensors.angen_addon.residents.keys import TILT
-from angen_sensors.angen_addon.residents.person import add_person, body_of
-from angen_sensors.sensor_logic.residents.acted import Acted, Switch
-from angen_sensors.sensor_logic.residents.body.channels import channels
-from angen_sensors.sensor_logic.residents.body.pose import BodyPose
-from angen_sensors.sensor_logic.residents.body.reach import palm, upright
-from angen_sensors.sensor_logic.residents.body.solve import Bones, solve
-from angen_sensors.sensor_logic.residents.body.turns import (
-    about_z,
-    ease,
-    mix,
-    mix_turns,
-    turned,
-)
-from angen_sensors.sensor_logic.residents.body.turns import (
-    times as composed,
-)
-from angen_sensors.sensor_logic.residents.timeline import Hold
+from angen_sensors.residents.acting.timeline import Acted, Hold, Switch
+from angen_sensors.residents.blender.keys import CONSTANT, TILT, Curves
+from angen_sensors.residents.blender.person import add_person, body_of
+from angen_sensors.residents.body.pose import BodyPose
+from angen_sensors.residents.body.poses import palm, upright
+from angen_sensors.residents.body.solve import Bones, channels, solve
+from angen_sensors.residents.body.turns import about_z, ease, mix, mix_turns, turned
+from angen_sensors.residents.body.turns import times as composed
 
 from . import plan
 from .director import direct

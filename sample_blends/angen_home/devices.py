@@ -8,8 +8,8 @@ up. Housings are built looking along +y with z up and turned once.
 from math import cos, pi, radians, sin
 
 import bpy
-from angen_sensors.angen_addon.residents.settings import make_resident
-from angen_sensors.sensor_logic.residents.body.build import Sort
+from angen_sensors.residents.blender.settings import make_resident
+from angen_sensors.residents.body.skeleton import Sort
 
 from . import plan
 from .architecture import CEILING_Z

@@ -10,16 +10,15 @@ from math import hypot, inf, radians
 from types import SimpleNamespace
 
 import numpy as np
-from angen_sensors.sensor_logic.residents.acted import SITTING, Acted
-from angen_sensors.sensor_logic.residents.acting.actor import REACH, SWING, Actor
-from angen_sensors.sensor_logic.residents.acting.home import HomeInUse
-from angen_sensors.sensor_logic.residents.acting.words import ActivityStep, read_step
-from angen_sensors.sensor_logic.residents.body.build import ADULT
-from angen_sensors.sensor_logic.residents.body.pose import BodyPose
-from angen_sensors.sensor_logic.residents.body.reach import carrying
-from angen_sensors.sensor_logic.residents.body.turns import ease
-from angen_sensors.sensor_logic.residents.places import LIE, SIT
-from angen_sensors.sensor_logic.residents.timeline import Gesture, Hold, Swing, swung
+from angen_sensors.residents.acting.actor import REACH, SWING, Actor
+from angen_sensors.residents.acting.home import HomeInUse
+from angen_sensors.residents.acting.places import LIE, SIT
+from angen_sensors.residents.acting.timeline import SITTING, Acted, Gesture, Hold, Swing, swung
+from angen_sensors.residents.acting.words import ActivityStep, read_step
+from angen_sensors.residents.body.pose import BodyPose
+from angen_sensors.residents.body.poses import carrying
+from angen_sensors.residents.body.skeleton import ADULT
+from angen_sensors.residents.body.turns import ease
 
 from . import places, plan
 from .checks import along, distance_to_box, solids

@@ -2,7 +2,7 @@
 """Plain keyframes out of one value a frame, with as few keys as the tolerance allows."""
 
 import numpy as np
-from angen_sensors.angen_addon.residents.curves import Curves
+from angen_sensors.residents.blender.keys import Curves
 
 
 def needed(values: np.ndarray, tolerance: float) -> list[int]:

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
-from angen_sensors.sensor_logic.residents.acted import Acted
-from angen_sensors.sensor_logic.residents.places import LIE, SIT, STAND, USE, Place, Places
-from angen_sensors.sensor_logic.residents.timeline import swung
+from angen_sensors.residents.acting.places import LIE, SIT, STAND, USE, Place, Places
+from angen_sensors.residents.acting.timeline import Acted, swung
 
 from . import places, plan
 from .paths import place_yaw

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from ..choice import ALL_SENSORS, SensorChoice
 from ..error import InputError
-from ..routine.table import TomlTable, number, read_table, suggestion, text, texts
+from ..toml_table import TomlTable, number, read_table, suggestion, text, texts
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")

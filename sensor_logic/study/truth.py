@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..days.rows import DayRows
+from ...residents.days.rows import DayRows
 from ..kinds import KINDS
 from ..log.event_log import format_value
 

@@ -147,7 +147,7 @@ def build(world: Any) -> None:
 
 def acted(seed: int, ways: int = 12, day: float = 86_400.0) -> Any:
     """What anna does on a day: ways between random points, the door, the lamps."""
-    module = part("sensor_logic.residents.acted")
+    module = part("residents.acting.timeline")
     random = np.random.default_rng(seed)
     starts = np.sort(random.choice(np.arange(40, int(day) - 40, 20), ways, replace=False)) * 1.0
     points = np.column_stack([random.uniform(low, high, ways + 1) for low, high in

@@ -149,13 +149,10 @@ CASES: dict[str, Case] = {
         for table in ("events.csv", "activities.csv", "people.csv")
     },
     "help.txt": _case(EXACT, texts.help_of),
-    **{
-        f"help_{verb}.txt": _case(EXACT, texts.help_of, verb)
-        for verb in part("angen_addon.commands.parser").VERBS
-    },
+    **{f"help_{verb}.txt": _case(EXACT, texts.help_of, verb) for verb in part("parts").VERBS},
     **{
         f"help_{verb}.txt": _case(EXACT, texts.help_of, verb, without_blender=True)
-        for verb in part("angen_addon.commands.parser").WITHOUT_BLENDER
+        for verb in part("parts").WITHOUT_BLENDER
     },
     **{
         f"help_study_{what}.txt": _case(EXACT, texts.help_of, "study", what, without_blender=True)

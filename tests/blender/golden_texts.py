@@ -187,7 +187,7 @@ ATELIER = Morning("atelier", "atelier_week.toml", 24_930.0, 25_410.0)
 def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
     """The tables of the day, of which the stretch is sensed without light: Cycles takes minutes."""
     bench.open(morning.home)
-    run = part("angen_addon.days.run")
+    run = part("residents.blender.run")
     sensors = [sensor for sensor in all_sensors() if sensor.kind.identifier != "LIGHT"]
     plan = run.Plan.read(SAMPLES / morning.routine)
     household = run.Household(bpy.context.scene, sensors, plan, MONDAY, 1)
@@ -199,7 +199,7 @@ def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
             except StopIteration as end:
                 day = end.value
                 break
-    files: dict[str, str] = part("sensor_logic.days.rows").DayRows.of([day]).files()
+    files: dict[str, str] = part("residents.days.rows").DayRows.of([day]).files()
     return {name: bench.plain(text) for name, text in files.items()}
 
 

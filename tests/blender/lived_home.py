@@ -47,8 +47,8 @@ def build(world: Any, addon_part: Callable[[str], Any]) -> None:
         obj.angen_place.use = use
     lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (1.5, 2, 2.4))
     lamp.data.energy, lamp.angen_place.use = 40.0, "LAMP"
-    sort = addon_part("sensor_logic.residents.body.build").Sort.ADULT
-    adding = addon_part("angen_addon.residents.adding")
+    sort = addon_part("residents.body.skeleton").Sort.ADULT
+    adding = addon_part("residents.blender.settings")
     adding.add_resident(bpy.context, sort, Vector((1.5, 2.5, 0)), 0.0)
     for name, x, yaw in (("PIR left", 0.06, -math.pi / 2), ("PIR right", 5.94, math.pi / 2)):
         pir = world.pir(name, update_rate=10.0, rays=15, vertical_fov=0.6)

@@ -19,14 +19,14 @@ def short_days(
 ) -> float:
     """Days of some minutes, cut where there is more than some seconds of movement."""
     seconds: float = getattr(request, "param", 400.0)
-    for name in ("sensor_logic.days.truth", "sensor_logic.days.times", "angen_addon.days.living"):
+    for name in ("residents.days.truth", "residents.days.rows", "residents.blender.run"):
         monkeypatch.setattr(addon_part(name), "DAY_S", seconds)
-    monkeypatch.setattr(addon_part("angen_addon.days.living"), "MOST_MOVEMENT", 6.0)
+    monkeypatch.setattr(addon_part("residents.blender.run"), "MOST_MOVEMENT", 6.0)
     return seconds
 
 
 def run(world: Any, acted: Any, number: int = 0, keys: Any = None) -> Any:
-    living = day_home.part("angen_addon.days.living")
+    living = day_home.part("residents.blender.run")
     residents = {"anna": world.bpy.data.objects["anna"]}
     keys = keys or day_home.BoxKeys()
     what = acted, residents, keys, number
@@ -53,7 +53,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
     stillness = addon_part("angen_addon.runtime.stillness")
     every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
     monkeypatch.setattr(stillness, "find", lambda *_: every)
-    monkeypatch.setattr(addon_part("angen_addon.days.living"), "MOST_MOVEMENT", 1e9)
+    monkeypatch.setattr(addon_part("residents.blender.run"), "MOST_MOVEMENT", 1e9)
     whole = day_home.BoxKeys()
     plain = run(world, acted, seed, whole)
     assert len(whole.shown) == 1 and plain.steps.evaluated == plain.steps.steps
@@ -77,8 +77,8 @@ def test_each_event_has_the_cause_that_explain_names(
 ) -> None:
     """What the run met itself is what is found by going back."""
     day_home.build(world)
-    living = addon_part("angen_addon.days.living")
-    lead = addon_part("sensor_logic.days.times").LEAD_S
+    living = addon_part("residents.blender.run")
+    lead = addon_part("residents.days.rows").LEAD_S
     monkeypatch.setattr(living, "MOST_MOVEMENT", 1e9)
     day = run(world, day_home.acted(3, ways, short_days))
     explain = addon_part("angen_addon.explain.explain").explain
@@ -113,7 +113,7 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     cushion = world.box((0.4, 0.4, 0.1), (0.4, 0.0, 0.5), "cushion")
     world.bpy.context.view_layer.update()
     acted.bodies["anna"].points[:] = (0.4, 0.0, 0.7)
-    causes = day_home.part("angen_addon.days.causes").Causes
+    causes = day_home.part("residents.blender.causes").Causes
     found_out = causes(world.scene, [], None, acted, {"anna": world.bpy.data.objects["anna"]}, 0.0)
     assert found_out.person_of("cushion", 200.0) == "anna"
     cushion.location.x = 1.0

@@ -125,7 +125,7 @@ def test_a_day_has_a_camera_only_where_something_asks_for_it(
         )
     elif reader == "constraint":
         box.constraints.new("FOLLOW_TRACK")
-    with addon_part("angen_addon.days.aside").put_aside(scene):
+    with addon_part("residents.blender.run").put_aside(scene):
         assert (scene.camera is not None) == bool(reader)
     assert scene.camera.name == "Camera"
 
@@ -137,7 +137,7 @@ def test_what_was_kept_is_gone_on_with(
     lived(2)
     whole = LIVED[2]
     write(home.parent / "parts", FIRST_DAY, whole)
-    run, steps = addon_part("angen_addon.days.run"), []
+    run, steps = addon_part("residents.blender.run"), []
     household_run = run.Household.run
 
     def interrupted(self: Any, number: int, keys: Any, **more: Any) -> Any:
@@ -167,7 +167,7 @@ def test_what_was_kept_is_gone_on_with(
 def test_what_a_diary_begins_with_at_midnight_was_begun_before(
     home: Path, addon_part: Callable[[str], Any]
 ) -> None:
-    run, routine = addon_part("angen_addon.days.run"), home.parent / "week.toml"
+    run, routine = addon_part("residents.blender.run"), home.parent / "week.toml"
     diary = home.parent / "diary.csv"
     diary.write_text(
         "start,end,person,activity\n"
@@ -230,8 +230,8 @@ def test_a_script_gets_the_same_days(
     lived: Callable[..., Path], home: Path, addon_part: Callable[..., Any]
 ) -> None:
     lived(1)
-    rows_of = addon_part("sensor_logic.days.rows")
-    opened = addon_part("angen_addon.api.home").open_home(home)
+    rows_of = addon_part("residents.days.rows")
+    opened = addon_part("residents.blender.api").Home.open(home)
     told: list[float] = []
     routine = home.parent / "week.toml"
     made = list(opened.days(routine, "2026-03-02", seed=1, progress=told.append))
@@ -265,7 +265,9 @@ def workers_do(monkeypatch: Any, addon_part: Callable[[str], Any]) -> Callable[[
 
     def do(code: str) -> None:
         command = [sys.executable, "-c", f"import os, signal, sys\n{code}"]
-        monkeypatch.setattr(addon_part("angen_addon.days.jobs"), "worker_command", lambda: command)
+        monkeypatch.setattr(
+            addon_part("residents.blender.command"), "worker_command", lambda: command
+        )
 
     return do
 
@@ -364,7 +366,7 @@ def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> N
 def test_ctrl_c_in_the_first_day_tells_how_to_go_on(
     day: Any, home: Path, addon_part: Any, monkeypatch: Any
 ) -> None:
-    household = addon_part("angen_addon.days.run").Household
+    household = addon_part("residents.blender.run").Household
 
     def interrupted(self: Any, number: int, keys: Any) -> Any:
         os.kill(os.getpid(), signal.SIGINT)

@@ -42,10 +42,10 @@ def test_keys_change_nothing_while_nobody_moves(
     empty_scene: Any,
 ) -> None:
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / home), load_ui=False)
-    run, scene = addon_part("angen_addon.days.run"), bpy.context.scene
+    run, scene = addon_part("residents.blender.run"), bpy.context.scene
     household = run.Household(scene, [], run.Plan.read(SAMPLES / week), START, 1)
     acted = household.acted(0)
-    with household.keyed() as keys, addon_part("angen_addon.days.living").at_ten_frames(scene):
+    with household.keyed() as keys, addon_part("residents.blender.run").at_ten_frames(scene):
         keys.show(acted, *between)
         still = addon_part("angen_addon.runtime.stillness").find(scene, {"RAYS"})
     assert not still.reasons
@@ -71,7 +71,7 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / home), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live = False
-    run, living = addon_part("angen_addon.days.run"), addon_part("angen_addon.days.living")
+    run, living = addon_part("residents.blender.run"), addon_part("residents.blender.run")
     sensors = [
         s
         for s in addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
@@ -85,7 +85,7 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     middle = float(random.choice(spans[:-1, 1][rests > AROUND]))
     told = f"{home}, seed {seed}, day {number}, {middle:.1f} s"
     # Detectors settle in fewer frames than days have before midnight.
-    for module in (living, addon_part("sensor_logic.days.times")):
+    for module in (living, addon_part("residents.days.rows")):
         monkeypatch.setattr(module, "LEAD_S", 10.0)
 
     def stretch() -> tuple[Any, Any]:

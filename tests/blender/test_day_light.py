@@ -40,14 +40,14 @@ def lived(
     bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live, scene.angen_light_reference = False, 1024
-    run, living = addon_part("angen_addon.days.run"), addon_part("angen_addon.days.living")
+    run, living = addon_part("residents.blender.run"), addon_part("residents.blender.run")
     every = addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     plan = run.Plan.read(HOME.with_name("week.toml"))
     # What is done does not depend on the sensors.
     household = run.Household(scene, every, plan, START, 1)
     acted = household.acted(0)
     # A light sensor's part follows for seconds; here what light there is counts.
-    for module in (living, addon_part("sensor_logic.days.times")):
+    for module in (living, addon_part("residents.days.rows")):
         monkeypatch.setattr(module, "LEAD_S", 4.0)
     monkeypatch.setattr(living, "TILTS_BACK", 1)
     light = addon_part("angen_addon.scene.light.cycles").CyclesLight
@@ -75,7 +75,7 @@ def lived(
             light.samples, light.report_step = 64, 0.1
         with (
             household.keyed() as keys,
-            addon_part("angen_addon.days.daylight").Daylight(scene, sensors, START),
+            addon_part("residents.blender.daylight").Daylight(scene, sensors, START),
         ):
             what = acted, household.residents, keys, 0, (begin, end), False
             day = living.DayRun(scene, sensors, *what)

@@ -94,13 +94,13 @@ def test_what_is_shown_has_the_light_of_the_day(
     assert set(bpy.data.actions.keys()) == actions and "angen_light_begins" not in scene
     assert sky.node_tree.animation_data is None and sun.animation_data is None
 
-    run = addon_part("angen_addon.days.run")
+    run = addon_part("residents.blender.run")
     start, sensors = date.fromisoformat(scene.angen_day.date), world.sensors()
     household = run.Household(scene, sensors, run.Plan.of(ROUTINE, "week.toml"), start, 1)
-    day = addon_part("angen_addon.days.living").DayRun
+    day = addon_part("residents.blender.run").DayRun
     with (
         household.keyed() as keys,
-        addon_part("angen_addon.days.daylight").Daylight(scene, sensors, start),
+        addon_part("residents.blender.daylight").Daylight(scene, sensors, start),
     ):
         between = item.start, item.start + 2.0
         lived = day(scene, sensors, household.acted(0), household.residents, keys, 0, between)
@@ -160,8 +160,8 @@ def test_panel_command_and_package_have_the_same_seed_unless_told(
 ) -> None:
     """So that the panel lists the day that the command ran."""
     arguments = ["day", "--routine", "a.toml", "--start", "2026-03-02", "--out", "b"]
-    command = addon_part("angen_addon.commands.arguments").parse(arguments, "angen").seed
-    package = signature(addon_part("angen_addon.api.home").Home.days).parameters["seed"].default
+    command = addon_part("angen_addon.commands.parser").parse(arguments, "angen").seed
+    package = signature(addon_part("residents.blender.api").Home.days).parameters["seed"].default
     panel = scene.angen_day.bl_rna.properties["seed"].default
     assert panel == command == package
 

@@ -17,7 +17,7 @@ NOON = 1 + 10 * 12 * 3600
 
 
 def test_sun_and_sky_follow_the_hour(world: Any, addon_part: Callable[[str], Any]) -> None:
-    daylight = addon_part("angen_addon.days.daylight")
+    daylight = addon_part("residents.blender.daylight")
     world.sensor("LIGHT", "lux")
     sun = world.link("Sun", bpy.data.lights.new("Sun", "SUN"))
     sun.data.energy, sun.rotation_euler = 2.0, (math.radians(60), 0, 0)

@@ -133,7 +133,7 @@ def test_a_layout_is_applied_with_cycles(world, addon_part, tmp_path):
 def test_a_script_that_sets_it_is_warned(world, addon_part):
     world.sensor("LIGHT", "lux", engine="EEVEE")
     world.update()
-    home = addon_part("angen_addon.api.home").open_home(Path("home.blend"))
+    home = addon_part("angen_addon.api.home").Home.open(Path("home.blend"))
     with pytest.warns(UserWarning, match="'lux': engine DIRECT no longer exists"):
         home.sensor("lux").engine = "DIRECT"
     assert engines() == {"lux": "CYCLES"}

@@ -17,7 +17,7 @@ def studio(world, addon_part):
 
     def rooms():
         depsgraph = world.update()
-        found = addon_part("angen_addon.residents.places.read").read_places(world.scene, depsgraph)
+        found = addon_part("residents.blender.places").read_places(world.scene, depsgraph)
         return {name: (p.room, p.room_guessed) for name, p in found.places.items()}
 
     return rooms

@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "tests"
-EXTENSION = ("angen_addon", "operators", "panels", "sensor_logic")
+EXTENSION = ("angen_addon", "operators", "panels", "residents", "sensor_logic")
 
 
 @pytest.fixture
@@ -23,7 +23,13 @@ def copy(tmp_path):
         leave = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=leave)
     (tmp_path / "tests" / "blender").mkdir(parents=True)
-    for name in ("__init__.py", "blender_manifest.toml", "pyproject.toml", "tests/conftest.py"):
+    for name in (
+        "__init__.py",
+        "parts.py",
+        "blender_manifest.toml",
+        "pyproject.toml",
+        "tests/conftest.py",
+    ):
         shutil.copy(ROOT / name, tmp_path / name)
     for name in ("conftest.py", "lived_home.py", "pressure_scenes.py", "panel_layout.py"):
         shutil.copy(TESTS / "blender" / name, tmp_path / "tests" / "blender" / name)

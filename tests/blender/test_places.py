@@ -60,7 +60,7 @@ class Flat:
 
     def read(self, part):
         depsgraph = self.world.update()
-        return part("angen_addon.residents.places.read").read_places(self.world.scene, depsgraph)
+        return part("residents.blender.places").read_places(self.world.scene, depsgraph)
 
     def shown(self, point):
         return np.asarray(point) - np.array(self.origin)
@@ -89,7 +89,7 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
     assert np.allclose(flat.shown(door.handle_at(door.closed))[1:], (2.28, 1.05), atol=0.03)
     assert flat.shown(door.handle_at(door.open))[0] == pytest.approx(2.95 - 0.77, abs=0.03)
     assert door.side(door.handle_at(door.open)) == door.side(seat.at) == 1.0
-    assert addon_part("sensor_logic.residents.reach").unreached(found) == []
+    assert addon_part("residents.acting.reach").unreached(found) == []
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 2, 3), (-1, 1, 1), (1, 1, -1)])
@@ -155,7 +155,7 @@ def test_places_that_nobody_gets_to(world, addon_part, obstacle, lost):
         obj = world.link(name, None, at)
         obj.angen_place.use = "STAND"
     flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
-    found = addon_part("sensor_logic.residents.reach").unreached(flat.read(addon_part))
+    found = addon_part("residents.acting.reach").unreached(flat.read(addon_part))
     assert [missing.place.name for missing in found] == lost
     for missing in found:
         # As far as the wall, or the block.
@@ -171,7 +171,7 @@ def test_two_floors_and_none(world, addon_part):
     found = flat.read(addon_part)
     assert [round(storey.height, 2) for storey in found.storeys] == [0.0, 2.8]
     assert found.places["Upstairs"].storey == 1
-    error = addon_part("angen_addon.residents.places.floor").AngenError
+    error = addon_part("residents.blender.standing").AngenError
     for obj in [*bpy.data.objects]:
         if obj.name.startswith("wall") or obj == up:
             bpy.data.objects.remove(obj)
@@ -254,7 +254,7 @@ def test_arrows_of_a_leaf(world, addon_part, use, count):
     leaf = Flat(world).door()
     world.update()
     leaf.angen_place.use = use
-    lines = addon_part("angen_addon.view.places").lines(leaf, 1.0)
+    lines = addon_part("residents.blender.places_drawn").lines(leaf, 1.0)
     assert lines.shape == (count, 2, 3)
     if use == "DOOR":
         assert lines[0, 0] == pytest.approx((2.95, 2.39, 0.05), abs=0.02)
@@ -265,6 +265,6 @@ def test_a_mark_that_belongs_to_no_home_is_named(world, addon_part):
     flat = Flat(world)
     flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
     world.link("Astray", None, (400, 0, 0)).angen_place.use = "STAND"
-    error = addon_part("angen_addon.residents.places.floor").AngenError
+    error = addon_part("residents.blender.standing").AngenError
     with pytest.raises(error, match=r"'Astray' is marked 39[0-9] m from the other places"):
         flat.read(addon_part)

@@ -116,7 +116,7 @@ def test_an_even_run_tells_it_soon_in_round_numbers(parts):
 
 def test_the_time_left_of_a_day_falls_though_most_of_it_is_rest(parts, addon_part, monkeypatch):
     """Movement from 6 to 9 and from 18 to 22 o'clock; 10 s of work an hour of it, none of rest."""
-    progress = addon_part("angen_addon.days.progress")
+    progress = addon_part("residents.blender.command")
     clock = Clock(monkeypatch, progress)
     hours = 3600.0 * np.array([[6.0, 9.0], [18.0, 22.0]])
     acted = types.SimpleNamespace(spans=lambda first, last: np.clip(hours, first, last))

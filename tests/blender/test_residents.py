@@ -13,7 +13,7 @@ SORTS = ["OLDER_ADULT", "ADULT", "CHILD", "CAT"]
 
 @pytest.fixture
 def body(addon_part):
-    return lambda name: addon_part(f"sensor_logic.residents.body.{name}")
+    return lambda name: addon_part(f"residents.body.{name}")
 
 
 def vertices(obj):
@@ -80,10 +80,10 @@ def keyed(world, addon_part, body):
     moves, gait, timeline = (
         body("moves"),
         body("gait"),
-        addon_part("sensor_logic.residents.timeline"),
+        addon_part("residents.acting.timeline"),
     )
-    acted, places = (addon_part(f"sensor_logic.residents.{n}") for n in ("acted", "places"))
-    build_of = addon_part("angen_addon.residents.settings").build_of
+    acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
+    build_of = addon_part("residents.blender.settings").build_of
     bodies = {}
     for person, at in (("Anna", (0.0, 0.0)), ("Mimi", (1.0, 3.0))):
         build = build_of(rigs[person])
@@ -118,8 +118,8 @@ def test_keys_play_what_was_acted_and_clear_gives_all_back(world, addon_part, bo
     bent = [np.array(b.matrix) for b in rigs["Anna"].pose.bones]
     scene = world.scene
     scene.render.fps = 10
-    keys = addon_part("angen_addon.residents.keys").KeyedStretch(rigs, places)
-    solve, palm = body("solve").solve, body("reach").palm
+    keys = addon_part("residents.blender.keys").KeyedStretch(rigs, places)
+    solve, palm = body("solve").solve, body("poses").palm
     for start, end in ((0.0, 100.0), (100.0, 200.0)):
         began = perf_counter()
         keys.show(done, start, end)
@@ -157,8 +157,8 @@ def test_keys_play_what_was_acted_and_clear_gives_all_back(world, addon_part, bo
 def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part, body):
     bpy.ops.angen.resident_add(sort="OLDER_ADULT", walking_frame=True)
     rig = bpy.context.object
-    build = addon_part("angen_addon.residents.settings").build_of(rig)
-    gait, timeline = body("gait"), addon_part("sensor_logic.residents.timeline")
+    build = addon_part("residents.blender.settings").build_of(rig)
+    gait, timeline = body("gait"), addon_part("residents.acting.timeline")
     poses = [gait.standing(gait.Stand.at(1.0, 2.0, yaw, build), 0.0, build)
              for yaw in (1.0 + 4 * np.pi, 1.0)]  # fmt: skip
     line = timeline.Timeline([
@@ -167,8 +167,8 @@ def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part
     ])  # fmt: skip
     # A gesture that does nothing has a key put at each frame.
     line.gestures.append(timeline.Gesture(2.0, 8.0, 1.0, 1.0, lambda pose, _t, _w: pose))
-    acted, places = (addon_part(f"sensor_logic.residents.{n}") for n in ("acted", "places"))
-    keys = addon_part("angen_addon.residents.keys").KeyedStretch(
+    acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
+    keys = addon_part("residents.blender.keys").KeyedStretch(
         {"Anna": rig}, places.Places({}, {}, {})
     )
     keys.show(acted.Acted({"Anna": line}), 0.0, 10.0)
@@ -183,15 +183,15 @@ def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part
 def test_who_is_away_is_not_there(world, addon_part, body):
     bpy.ops.angen.resident_add(sort="OLDER_ADULT", walking_frame=True)
     rig = bpy.context.object
-    build = addon_part("angen_addon.residents.settings").build_of(rig)
-    gait, timeline = body("gait"), addon_part("sensor_logic.residents.timeline")
+    build = addon_part("residents.blender.settings").build_of(rig)
+    gait, timeline = body("gait"), addon_part("residents.acting.timeline")
     pose = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), 0.0, build)
     line = timeline.Timeline([
         timeline.Clip(10.0 * k, 10.0 * k + 10.0, lambda t: pose, still=True, away=k == 1)
         for k in range(3)
     ])  # fmt: skip
-    acted, places = (addon_part(f"sensor_logic.residents.{n}") for n in ("acted", "places"))
-    keys = addon_part("angen_addon.residents.keys").KeyedStretch(
+    acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
+    keys = addon_part("residents.blender.keys").KeyedStretch(
         {"Anna": rig}, places.Places({}, {}, {})
     )
     seen = {}

@@ -46,11 +46,9 @@ def reached(addon_part, rooms, sliding, rests):
     """The places of the open home, each of which can be reached."""
     bpy.context.view_layer.update()
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    found = addon_part("angen_addon.residents.places.read").read_places(
-        bpy.context.scene, depsgraph
-    )
+    found = addon_part("residents.blender.places").read_places(bpy.context.scene, depsgraph)
     assert found.problems == ()
-    lost = addon_part("sensor_logic.residents.reach").unreached(found)
+    lost = addon_part("residents.acting.reach").unreached(found)
     assert [one.place.name for one in lost] == []
     assert len(found.entrances) == len(found.storeys) == 1
     assert len(set(found.storeys[0].rooms)) == rooms + 1
@@ -90,16 +88,14 @@ def test_every_place_is_reached_and_a_day_lived(
 
 def _live(addon_part, found, text):
     """The second day of the home's own week: as busy as real homes are, and all of it acted."""
-    build = addon_part("sensor_logic.residents.body.build")
-    routine = addon_part("sensor_logic.routine.file").read(text, "week.toml")
-    segments = addon_part("sensor_logic.routine.timetable").timetable(
-        routine, date(2026, 3, 2), 2, 1
-    )
+    build = addon_part("residents.body.skeleton")
+    routine = addon_part("residents.routine.file").read(text, "week.toml")
+    segments = addon_part("residents.routine.timetable").timetable(routine, date(2026, 3, 2), 2, 1)
     bodies = {
         name: build.CAT if name == "missan" else build.OLDER_ADULT for name in routine.persons
     }
-    draws = addon_part("sensor_logic.routine.draws").Draws(1, date(2026, 3, 2))
-    act = addon_part("sensor_logic.residents.acting").act
+    draws = addon_part("residents.routine.timetable").Draws(1, date(2026, 3, 2))
+    act = addon_part("residents.acting").act
     acted = act(segments, routine, found, bodies, draws, 1)
     for name, body in acted.bodies.items():
         done = [one for one in acted.activities if one.person == name]

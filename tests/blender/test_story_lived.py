@@ -6,8 +6,8 @@ from pathlib import Path
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.days import run
 from bl_ext.user_default.angen_sensors.angen_addon.scene import sensors
+from bl_ext.user_default.angen_sensors.residents.blender import run
 from mathutils import Vector
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from sensor_logic.contact.world import PadForces
-from sensor_logic.kind import FORCES, LIGHT, RAYS
-from sensor_logic.model import Array, LightSample, PadContact, Pose, Reading, Update
-from sensor_logic.noise import generator
+from angen_sensors.sensor_logic.contact.world import PadForces
+from angen_sensors.sensor_logic.kind import FORCES, LIGHT, RAYS
+from angen_sensors.sensor_logic.model import Array, LightSample, PadContact, Pose, Reading, Update
+from angen_sensors.sensor_logic.noise import generator
 
 AHEAD = Pose(np.zeros(3), np.eye(3))
 
@@ -63,7 +62,7 @@ def angen(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, st
     its status, standard output and error."""
 
     def run(*arguments: object) -> tuple[int, str, str]:
-        from angen_addon.__main__ import main
+        from angen_sensors.angen_addon.__main__ import main
 
         capfd.readouterr()
         try:

@@ -4,12 +4,11 @@
 import math
 
 import numpy as np
-
-from sensor_logic.kind import WARMTH
-from sensor_logic.kinds.pir.pyroelectric.detector import PyroelectricDetector
-from sensor_logic.kinds.pir.range_scan import PirParameters
-from sensor_logic.model import Emission, Pose, Update
-from sensor_logic.noise import generator
+from angen_sensors.sensor_logic.kind import WARMTH
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import PyroelectricDetector
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.model import Emission, Pose, Update
+from angen_sensors.sensor_logic.noise import generator
 
 ZERO = 273.15
 # The detector at (0, 0, height) looks along world +Y, up is Z; a ceiling's looks down.

@@ -2,10 +2,8 @@
 """What was done on a day: when anything moves, and who moves it."""
 
 import numpy as np
-
-from sensor_logic.residents.acted import Acted, Switch, Swung
-from sensor_logic.residents.body.pose import BodyPose
-from sensor_logic.residents.timeline import Clip, Hold, Timeline
+from angen_sensors.residents.acting.timeline import Acted, Clip, Hold, Switch, Swung, Timeline
+from angen_sensors.residents.body.pose import BodyPose
 
 
 def body(*moves: tuple[float, float], away: tuple[tuple[float, float], ...] = ()) -> Timeline:

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.contact.balance import GROUND, Joint, Load, Points, balance
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy import optimize
-
-from sensor_logic.contact.balance import GROUND, Joint, Load, Points, balance
 
 UP = np.array((0.0, 0.0, 1.0))
 SEEDS = st.integers(0, 2**32 - 1)

@@ -8,14 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
-from sensor_logic.residents.body import gait, moves, reach, seat
-from sensor_logic.residents.body.build import ADULT, CAT, CHILD, OLDER_ADULT
-from sensor_logic.residents.body.cat_skeleton import CAT as CAT_BONES
-from sensor_logic.residents.body.skeleton import PERSON
-from sensor_logic.residents.body.solve import solve
-from sensor_logic.residents.body.turns import turned
-from sensor_logic.residents.timeline import Clip, Gesture, Timeline
+from angen_sensors.residents.acting.timeline import Clip, Gesture, Timeline
+from angen_sensors.residents.body import gait, moves, poses
+from angen_sensors.residents.body.cat_skeleton import CAT as CAT_BONES
+from angen_sensors.residents.body.skeleton import ADULT, CAT, CHILD, OLDER_ADULT, PERSON
+from angen_sensors.residents.body.solve import solve
+from angen_sensors.residents.body.turns import turned
 
 PEOPLE = [ADULT, OLDER_ADULT, CHILD, replace(OLDER_ADULT, frame=True)]
 WITH_FRAME = ["adult", "older adult", "child", "walking frame"]
@@ -45,27 +43,27 @@ def an_hour_at_home(build):
     upright = gait.standing(walk.end, FLOOR, build)
     rest(upright)
     x, y = walk.end.centre
-    back = seat.seat_distance(build) * np.array([-np.cos(-1.0), -np.sin(-1.0)])
+    back = poses.seat_distance(build) * np.array([-np.cos(-1.0), -np.sin(-1.0)])
     for height in (0.30, 0.47, 0.75):
-        seated = seat.sitting(upright, np.array([x + back[0], y + back[1], FLOOR + height]))
-        play(1.7, lambda t, s=seated: seat.sitting_down(upright, s, t / 1.7))
+        seated = poses.sitting(upright, np.array([x + back[0], y + back[1], FLOOR + height]))
+        play(1.7, lambda t, s=seated: poses.sitting_down(upright, s, t / 1.7))
         rest(seated)
-        play(1.7, lambda t, s=seated: seat.sitting_down(upright, s, 1 - t / 1.7))
-    seated = seat.sitting(upright, np.array([x + back[0], y + back[1], FLOOR + 0.5]))
-    play(1.7, lambda t: seat.sitting_down(upright, seated, t / 1.7))
+        play(1.7, lambda t, s=seated: poses.sitting_down(upright, s, 1 - t / 1.7))
+    seated = poses.sitting(upright, np.array([x + back[0], y + back[1], FLOOR + 0.5]))
+    play(1.7, lambda t: poses.sitting_down(upright, seated, t / 1.7))
     bed = np.array([x + 2 * back[0], y + 2 * back[1], FLOOR + 0.5])
-    ways = [seat.lying(seated, bed, -1.0 + np.pi / 2, side) for side in (0, 1, -1, 0)]
-    play(3.2, lambda t: seat.lying_down(seated, ways[0], t / 3.2))
+    ways = [poses.lying(seated, bed, -1.0 + np.pi / 2, side) for side in (0, 1, -1, 0)]
+    play(3.2, lambda t: poses.lying_down(seated, ways[0], t / 3.2))
     for a, b in pairwise(ways):
         rest(a)
-        play(3.0, lambda t, a=a, b=b: seat.turning_over(a, b, t / 3.0))
-    play(3.2, lambda t: seat.lying_down(seated, ways[0], 1 - t / 3.2))
-    play(1.7, lambda t: seat.sitting_down(upright, seated, 1 - t / 1.7))
+        play(3.0, lambda t, a=a, b=b: poses.turning_over(a, b, t / 3.0))
+    play(3.2, lambda t: poses.lying_down(seated, ways[0], 1 - t / 3.2))
+    play(1.7, lambda t: poses.sitting_down(upright, seated, 1 - t / 1.7))
     for height in (0.1, 0.6, 1.0, 1.6):
         point = np.array([x + 0.5 * np.cos(-1.0), y + 0.5 * np.sin(-1.0), height * build.scale])
         line.gestures.append(
             Gesture(now, now + 3, 0.9, 0.9,
-                    lambda pose, t, w, p=point: reach.reaching(pose, 1, p, w), steady=True)
+                    lambda pose, t, w, p=point: poses.reaching(pose, 1, p, w), steady=True)
         )  # fmt: skip
         play(3.0, lambda t: upright, still=True)
     return line
@@ -141,7 +139,7 @@ def test_only_what_moves_is_in_the_spans(film):
 def test_a_seat_of_any_height_is_met(build, height):
     upright = gait.standing(gait.Stand.at(1.0, 2.0, 0.7, build), FLOOR, build)
     at = np.array([0.6, 1.7, FLOOR + height])
-    bones = solve(seat.sitting(upright, at))
+    bones = solve(poses.sitting(upright, at))
     assert bones.at["pelvis"][0] == pytest.approx(at + [0, 0, 0.13 * build.scale])
     for side in "LR":
         sole = bones.at[f"foot.{side}"][0, 2] - gait.ANKLE_HEIGHT * build.scale
@@ -155,8 +153,8 @@ def test_a_seat_of_any_height_is_met(build, height):
 @pytest.mark.parametrize("side", [0, 1, -1])
 def test_one_lies_on_the_bed_and_not_in_it(build, side):
     upright = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), FLOOR, build)
-    seated = seat.sitting(upright, np.array([-0.5, 0.0, 0.5]))
-    bones = solve(seat.lying(seated, np.array([-1.0, 0.0, 0.5]), 1.2, side))
+    seated = poses.sitting(upright, np.array([-0.5, 0.0, 0.5]))
+    bones = solve(poses.lying(seated, np.array([-1.0, 0.0, 0.5]), 1.2, side))
     heights = [at[0, 2] for at in bones.at.values()]
     assert min(heights) > 0.5 and max(heights) < 0.5 + 0.45 * build.scale
     way = (bones.at["head"] - bones.at["pelvis"])[0, :2]
@@ -168,9 +166,9 @@ def test_one_lies_on_the_bed_and_not_in_it(build, side):
 def test_the_hand_gets_there(build, height):
     upright = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), FLOOR, build)
     point = np.array([0.45, -0.15, height]) * build.scale + [0, 0, FLOOR]
-    bones = solve(reach.reaching(upright, 1, point, np.ones(1)))
+    bones = solve(poses.reaching(upright, 1, point, np.ones(1)))
     wrist = bones.at["hand.R"][0]
-    assert np.linalg.norm(wrist - point) == pytest.approx(reach.PALM * build.scale, abs=0.03)
+    assert np.linalg.norm(wrist - point) == pytest.approx(poses.PALM * build.scale, abs=0.03)
     assert bones.at["foot.L"][0] == pytest.approx(upright.feet.ankle[0, 0], abs=0.002)
 
 

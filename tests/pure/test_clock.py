@@ -5,10 +5,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.clock import Clock, Schedule
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from sensor_logic.clock import Clock, Schedule
 
 
 def single(value):

@@ -14,12 +14,17 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.compare.intervals import read
+from angen_sensors.sensor_logic.compare.statistics import (
+    counts,
+    gaps,
+    ks_distance,
+    on_times,
+    shares,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow
-
-from sensor_logic.compare.intervals import read
-from sensor_logic.compare.statistics import counts, gaps, ks_distance, on_times, shares
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 HEADER = "time_s,frame,sensor,kind,field,value\n"

@@ -5,10 +5,9 @@ import math
 
 import numpy as np
 import pytest
-
-from sensor_logic.contact import shapes
-from sensor_logic.contact.covered import Contact, without_covered
-from sensor_logic.contact.patches import contact_patch
+from angen_sensors.sensor_logic.contact import shapes
+from angen_sensors.sensor_logic.contact.covered import Contact, without_covered
+from angen_sensors.sensor_logic.contact.patches import contact_patch
 
 BODY, PAD, FLOOR = range(3)
 

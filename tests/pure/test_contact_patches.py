@@ -5,13 +5,12 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.contact import shapes
+from angen_sensors.sensor_logic.contact.closest import separation
+from angen_sensors.sensor_logic.contact.patches import contact_patch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import spatial
-
-from sensor_logic.contact import shapes
-from sensor_logic.contact.closest import separation
-from sensor_logic.contact.patches import contact_patch
 
 FLOOR = shapes.box((5, 5, 0.1))
 TOLERANCE = 0.002

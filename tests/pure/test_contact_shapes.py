@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 import pytest
-
-from sensor_logic.contact import shapes
+from angen_sensors.sensor_logic.contact import shapes
 
 
 def moved(x=0.0, y=0.0, z=0.0, axis=(0, 0, 1), angle=0.0):

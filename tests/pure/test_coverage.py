@@ -7,21 +7,20 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.coverage import colours, picture
+from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
+from angen_sensors.sensor_logic.coverage.detectors import Walker
+from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
+from angen_sensors.sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Rays, Start, hits
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.response import Response
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from angen_sensors.sensor_logic.model import Pose
+from angen_sensors.sensor_logic.quantities import ZERO_CELSIUS
 from hypothesis import given
 from hypothesis import strategies as st
 from walks import peak_signals
-
-from sensor_logic.coverage import colours, picture
-from sensor_logic.coverage.detect import RangeView, WarmView
-from sensor_logic.coverage.detectors import Walker
-from sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
-from sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Rays, Start, hits
-from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
-from sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
-from sensor_logic.kinds.pir.pyroelectric.response import Response
-from sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
-from sensor_logic.model import Pose
-from sensor_logic.quantities import ZERO_CELSIUS
 
 STEP, ARM = MOTIONS["STEP"], MOTIONS["ARM"]
 ORIGIN = np.array([0.0, 0.0, 2.0])
@@ -264,7 +263,7 @@ def test_the_picture_is_xml_and_escapes_names(small):
     from dataclasses import replace
     from xml.etree import ElementTree
 
-    from sensor_logic.report.facts import PlanStorey, SensorInPlan
+    from angen_sensors.sensor_logic.report.facts import PlanStorey, SensorInPlan
 
     named = replace(small, sensors=("<one>", "two & a half"))
     placed = tuple(SensorInPlan(n, np.zeros(2), np.array([1.0, 0.0]), 2.0) for n in named.sensors)

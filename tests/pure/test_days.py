@@ -13,14 +13,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from sensor_logic.days.rows import DAY_US, Day, DayRows, attributed, toml
-from sensor_logic.days.sun import Site, direction, position, skylight, sunlight
-from sensor_logic.days.times import stretches
-from sensor_logic.days.truth import Whereabouts, activities, people
-from sensor_logic.formats.log import LoggedActivity
-from sensor_logic.log.event_log import Event
-from sensor_logic.residents.acted import AWAY, SITTING, WALKING, Acted, ActedActivity, Stay
+from angen_sensors.residents.acting.timeline import (
+    AWAY,
+    SITTING,
+    WALKING,
+    Acted,
+    ActedActivity,
+    Stay,
+)
+from angen_sensors.residents.days.rows import DAY_US, Day, DayRows, attributed, stretches, toml
+from angen_sensors.residents.days.sun import Site, direction, position, skylight, sunlight
+from angen_sensors.residents.days.truth import Whereabouts, activities, people
+from angen_sensors.sensor_logic.formats.log import LoggedActivity
+from angen_sensors.sensor_logic.log.event_log import Event
 
 D = math.radians
 

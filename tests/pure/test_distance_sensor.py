@@ -6,13 +6,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from sensor_logic.kind import RAYS, REFLECTANCE
-from sensor_logic.kinds.distance import KIND
-from sensor_logic.kinds.distance.model import DistanceSensor, range_of, zone_distances, zone_rays
-from sensor_logic.kinds.distance.parameters import DistanceParameters
-from sensor_logic.model import Pose
-from sensor_logic.noise import generator
+from angen_sensors.sensor_logic.kind import RAYS, REFLECTANCE
+from angen_sensors.sensor_logic.kinds.distance import KIND
+from angen_sensors.sensor_logic.kinds.distance.model import (
+    DistanceSensor,
+    range_of,
+    zone_distances,
+    zone_rays,
+)
+from angen_sensors.sensor_logic.kinds.distance.parameters import DistanceParameters
+from angen_sensors.sensor_logic.model import Pose
+from angen_sensors.sensor_logic.noise import generator
 
 POSE = Pose(np.zeros(3), np.eye(3))
 PRESETS = {preset.identifier: preset for preset in KIND.presets}

@@ -4,10 +4,9 @@
 import math
 
 import pytest
+from angen_sensors.sensor_logic.physics import divider
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sensor_logic.physics import divider
 
 OHMS = st.floats(1.0, 1e8)
 

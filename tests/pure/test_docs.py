@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from angen_sensors.sensor_logic.study import draws, study
 
 import hard_cases
 import parameter_tables
 from benchmarks import page
-from sensor_logic.study import draws, study
 
 
 def test_the_parameter_page_is_up_to_date():

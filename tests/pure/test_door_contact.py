@@ -6,10 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from sensor_logic.kinds.contact import KIND
-from sensor_logic.kinds.contact.model import ContactParameters, DoorContact
-from sensor_logic.model import Pose
+from angen_sensors.sensor_logic.kinds.contact import KIND
+from angen_sensors.sensor_logic.kinds.contact.model import ContactParameters, DoorContact
+from angen_sensors.sensor_logic.model import Pose
 
 PARTS = [ContactParameters(magnet="m", **preset.values) for preset in KIND.presets]
 

@@ -5,8 +5,7 @@ import csv
 import io
 
 import pytest
-
-from sensor_logic.log.event_log import (
+from angen_sensors.sensor_logic.log.event_log import (
     Event,
     differences,
     events_csv,
@@ -16,8 +15,8 @@ from sensor_logic.log.event_log import (
     samples_csv,
     to_csv,
 )
-from sensor_logic.model import Reading
-from sensor_logic.recording.tracks import Recording, Track
+from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
 

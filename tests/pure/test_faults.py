@@ -11,13 +11,19 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
+from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.faults import (
+    Fault,
+    FaultPlan,
+    make_faults,
+    read_plan,
+    truth_csv,
+    undo,
+)
+from angen_sensors.sensor_logic.formats.source import make_log
+from angen_sensors.sensor_logic.log.event_log import Event, read_events, rows_csv
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from sensor_logic.error import InputError
-from sensor_logic.faults import Fault, FaultPlan, make_faults, read_plan, truth_csv, undo
-from sensor_logic.formats.source import make_log
-from sensor_logic.log.event_log import Event, read_events, rows_csv
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 DAY = 86400

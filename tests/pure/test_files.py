@@ -9,9 +9,8 @@ import threading
 from pathlib import Path
 
 import pytest
-
-from sensor_logic.error import AngenError
-from sensor_logic.files import check_folder, file_names, write_files
+from angen_sensors.sensor_logic.error import AngenError
+from angen_sensors.sensor_logic.files import check_folder, file_names, write_files
 
 ROOT = Path(__file__).resolve().parents[2]
 

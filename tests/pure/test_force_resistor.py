@@ -12,17 +12,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from tiers import mostly_slow
-
-from sensor_logic.kinds.pressure.force_resistor import (
+from angen_sensors.sensor_logic.kinds.pressure.force_resistor import (
     ForceResistor,
     spread_factor,
     typical_resistance,
 )
-from sensor_logic.kinds.pressure.parameters import PressureParameters
-from sensor_logic.parameters import is_chosen, specs
+from angen_sensors.sensor_logic.kinds.pressure.parameters import PressureParameters
+from angen_sensors.sensor_logic.parameters import is_chosen, specs
+from hypothesis import given
+from hypothesis import strategies as st
+from tiers import mostly_slow
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "force_resistor.md"
 IDEAL = PressureParameters()

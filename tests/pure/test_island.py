@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from sensor_logic.contact import shapes
-from sensor_logic.contact.balance import Load
-from sensor_logic.contact.covered import Contact
-from sensor_logic.contact.pad_forces import pad_forces
-from sensor_logic.contact.patches import contact_patch
-from sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
+from angen_sensors.sensor_logic.contact import shapes
+from angen_sensors.sensor_logic.contact.balance import Load
+from angen_sensors.sensor_logic.contact.covered import Contact
+from angen_sensors.sensor_logic.contact.pad_forces import pad_forces
+from angen_sensors.sensor_logic.contact.patches import contact_patch
+from angen_sensors.sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
 
 G = 9.81
 PAD = (1,)

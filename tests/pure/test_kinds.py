@@ -4,9 +4,8 @@
 import math
 
 import pytest
-
-from sensor_logic.kinds import KINDS
-from sensor_logic.parameters import Parameters, specs
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.parameters import Parameters, specs
 
 # Numbers are in saved files: they never change and are never reused.
 NUMBERS = {

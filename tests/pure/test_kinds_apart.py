@@ -5,8 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-
-from sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.kinds import KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
 IDENTIFIERS, ATTRIBUTES = "|".join(KINDS), "|".join(kind.attribute for kind in KINDS.values())

@@ -7,15 +7,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PRODUCT = ("angen_addon", "operators", "panels", "sensor_logic")
+PRODUCT = ("angen_addon", "operators", "panels", "residents", "sensor_logic")
 SENSING = tuple(f"angen_addon.{name}" for name in ("runtime", "scene", "recording"))
 INTERFACE = (
     "operators",
     "panels",
     *(f"angen_addon.{name}" for name in ("view", "kinds", "commands", "output", "api")),
 )
-# What draws and what is drawn; angen_addon itself registers all.
-WINDOW = ("operators", "panels", "angen_addon.view", "angen_addon.kinds")
+# What draws and what is drawn.
+WINDOW = (
+    *("operators", "panels", "angen_addon.view", "angen_addon.kinds"),
+    *("residents.operators", "residents.panels", "residents.blender.places_drawn"),
+)
+# The sensors know neither the people nor the studies.
+SENSORS = ("angen_addon", "operators", "panels", "sensor_logic")
 
 
 def modules() -> dict[str, Path]:
@@ -72,7 +77,7 @@ def test_sensing_imports_nothing_that_shows_or_writes_it() -> None:
 
 def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
     """Plans, explanations, coverage, days and the command line work without it."""
-    outside = [name for name in MODULES if not name.startswith(WINDOW) and name != "angen_addon"]
+    outside = [name for name in MODULES if not name.startswith(WINDOW)]
     wrong = {
         (name, other)
         for name in outside
@@ -80,6 +85,17 @@ def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
         if other.startswith(WINDOW) and other != "angen_addon.kinds"
     }
     assert len(outside) > 200 and not wrong
+
+
+def test_the_sensors_know_nothing_of_the_residents() -> None:
+    wrong = {
+        (name, other)
+        for name in MODULES
+        if name.startswith(SENSORS) and ".study" not in name
+        for other in imported(name, everywhere=True)
+        if other.startswith("residents")
+    }
+    assert not wrong
 
 
 def circles() -> set[frozenset[str]]:

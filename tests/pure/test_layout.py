@@ -5,12 +5,11 @@ import json
 import re
 
 import pytest
-
-from sensor_logic.error import InputError
-from sensor_logic.kinds import KINDS
-from sensor_logic.layout.entries import KEYS, read_layout
-from sensor_logic.layout.schema import FILE, SHAPES, schema_text
-from sensor_logic.parameters import specs
+from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.layout.entries import KEYS, read_layout
+from angen_sensors.sensor_logic.layout.schema import FILE, SHAPES, schema_text
+from angen_sensors.sensor_logic.parameters import specs
 
 SOUND = """[
  {"name": "PIR hall.001", "kind": "PIR", "location": [0, 1, 2],

@@ -5,12 +5,16 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.kinds.light.photoresistor import conductance, equivalent_lux, follow
+from angen_sensors.sensor_logic.physics.divider import voltage
+from angen_sensors.sensor_logic.physics.photometry import (
+    counts,
+    illuminance,
+    luminance,
+    luminance_percent,
+)
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sensor_logic.kinds.light.photoresistor import conductance, equivalent_lux, follow
-from sensor_logic.physics.divider import voltage
-from sensor_logic.physics.photometry import counts, illuminance, luminance, luminance_percent
 
 GL5528 = (14_000.0, 0.7, 1e6)
 LUX = st.floats(0.0, 2e5)

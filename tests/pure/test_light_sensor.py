@@ -5,14 +5,13 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.kind import LIGHT
+from angen_sensors.sensor_logic.kinds.light.model import LightParameters, LightSensor
+from angen_sensors.sensor_logic.kinds.light.photoresistor import conductance
+from angen_sensors.sensor_logic.model import LightSample, Pose, Update
+from angen_sensors.sensor_logic.noise import generator
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sensor_logic.kind import LIGHT
-from sensor_logic.kinds.light.model import LightParameters, LightSensor
-from sensor_logic.kinds.light.photoresistor import conductance
-from sensor_logic.model import LightSample, Pose, Update
-from sensor_logic.noise import generator
 
 LUX = {"method": "ILLUMINANCE", "threshold": 50.0}
 DIGITAL = {**LUX, "output": "DIGITAL", "lux_step": 0.0, "lux_max": 1e6, "integration_time": 0.0}

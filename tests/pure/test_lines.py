@@ -4,8 +4,7 @@
 import json
 
 import pytest
-
-from sensor_logic.lines import LineError, line_of, read_json, read_toml
+from angen_sensors.sensor_logic.lines import LineError, line_of, read_json, read_toml
 
 # Each whole number is that of its line.
 TOML = """# a [comment] = 0

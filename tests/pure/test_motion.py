@@ -5,11 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.contact import motion
+from angen_sensors.sensor_logic.contact.shapes import rotation_about
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from sensor_logic.contact import motion
-from sensor_logic.contact.shapes import rotation_about
 
 DT = 1 / 24
 GRAVITY = np.array((0.0, 0.0, -9.81))

@@ -9,15 +9,14 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from angen_addon.output.mqtt.pace import SLICE_S, Pace
-from sensor_logic.formats.home_assistant import HomeMessages, payload
-from sensor_logic.formats.log import Channel, SensorFacts
-from sensor_logic.formats.source import make_log
-from sensor_logic.kinds import KINDS
-from sensor_logic.log.event_log import Event, NewEvents, events
-from sensor_logic.model import Reading
-from sensor_logic.recording.tracks import Recording, Track
+from angen_sensors.angen_addon.output.mqtt.pace import SLICE_S, Pace
+from angen_sensors.sensor_logic.formats.home_assistant import HomeMessages, payload
+from angen_sensors.sensor_logic.formats.log import Channel, SensorFacts
+from angen_sensors.sensor_logic.formats.source import make_log
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.log.event_log import Event, NewEvents, events
+from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
 ROOT = Path(__file__).resolve().parents[2]
 EVENTS = "time_s,frame,sensor,kind,field,value\n0,1,P,PIR,moved,0\n2.5,1,P,PIR,moved,1\n"

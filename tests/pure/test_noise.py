@@ -4,10 +4,12 @@
 import math
 
 import numpy as np
-
-from sensor_logic.kinds.optical_switch.model import OpticalSwitchParameters, SlottedSwitch
-from sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
-from sensor_logic.noise import generator
+from angen_sensors.sensor_logic.kinds.optical_switch.model import (
+    OpticalSwitchParameters,
+    SlottedSwitch,
+)
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
+from angen_sensors.sensor_logic.noise import generator
 
 COUNT = 1500
 

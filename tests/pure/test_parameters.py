@@ -5,9 +5,8 @@ import dataclasses
 import math
 
 import pytest
-
-from sensor_logic.kinds import KINDS
-from sensor_logic.parameters import format_quantity, specs
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.parameters import format_quantity, specs
 
 NUMBERS = [
     (kind.identifier, name)

@@ -4,8 +4,7 @@
 import random
 
 import pytest
-
-from sensor_logic.log.partner_names import joined, split
+from angen_sensors.sensor_logic.log.partner_names import joined, split
 
 CASES = [
     [],

@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 import pytest
-
-from sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
 
 DEGREE = math.pi / 180
 ONE_TILT = {"rays": 5, "vertical_fov": 10 * DEGREE, "vertical_step": 10 * DEGREE}

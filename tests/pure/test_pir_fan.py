@@ -5,10 +5,9 @@ import math
 
 import numpy as np
 import pytest
-
-from sensor_logic.kind import RAYS
-from sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan, fan_directions
-from sensor_logic.model import Update, pose_from_matrix
+from angen_sensors.sensor_logic.kind import RAYS
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan, fan_directions
+from angen_sensors.sensor_logic.model import Update, pose_from_matrix
 
 
 def about_x(angle):

@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.coverage.placement import choose
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sensor_logic.coverage.placement import choose
 
 
 @st.composite

@@ -3,8 +3,7 @@
 
 import numpy as np
 import pytest
-
-from sensor_logic.residents.places import DOOR, Door
+from angen_sensors.residents.acting.places import DOOR, Door
 
 UP = np.array([0.0, 0.0, 1.0])
 

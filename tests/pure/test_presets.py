@@ -5,13 +5,12 @@ import math
 
 import numpy as np
 import pytest
-
-from sensor_logic.kind import RAYS
-from sensor_logic.kinds import KINDS
-from sensor_logic.kinds.optical_switch.model import SlottedSwitch
-from sensor_logic.kinds.pressure.force_resistor import ForceResistor
-from sensor_logic.model import Pose, Update
-from sensor_logic.parameters import defaults, is_chosen, specs
+from angen_sensors.sensor_logic.kind import RAYS
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.kinds.optical_switch.model import SlottedSwitch
+from angen_sensors.sensor_logic.kinds.pressure.force_resistor import ForceResistor
+from angen_sensors.sensor_logic.model import Pose, Update
+from angen_sensors.sensor_logic.parameters import defaults, is_chosen, specs
 
 PRESETS = [(kind, preset) for kind in KINDS.values() for preset in kind.presets]
 IDS = [f"{kind.identifier}-{preset.identifier}" for kind, preset in PRESETS]

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from sensor_logic.contact.world import PadForces, Partner
-from sensor_logic.kinds.pressure.model import PressurePad, pad_reading
-from sensor_logic.kinds.pressure.parameters import PressureParameters
-from sensor_logic.model import PadContact, Pose
+from angen_sensors.sensor_logic.contact.world import PadForces, Partner
+from angen_sensors.sensor_logic.kinds.pressure.model import PressurePad, pad_reading
+from angen_sensors.sensor_logic.kinds.pressure.parameters import PressureParameters
+from angen_sensors.sensor_logic.model import PadContact, Pose
 
 IDEAL = PressureParameters()
 HERE = Pose(np.zeros(3), np.eye(3))
@@ -31,9 +30,9 @@ def read(parameters, *contacts):
 
 
 def update_of(one, number=0, time=0.0):
-    from sensor_logic.kind import FORCES
-    from sensor_logic.model import Update
-    from sensor_logic.noise import generator
+    from angen_sensors.sensor_logic.kind import FORCES
+    from angen_sensors.sensor_logic.model import Update
+    from angen_sensors.sensor_logic.noise import generator
 
     noise = lambda: generator(0, "pad", number)  # noqa: E731
     return Update(number, time, HERE, {FORCES: lambda: one}, noise, noise)

@@ -11,6 +11,12 @@ from functools import lru_cache, partial
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.kind import WARMTH
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import PyroelectricDetector
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from angen_sensors.sensor_logic.model import Emission, Pose, Update, Updates
+from angen_sensors.sensor_logic.noise import generator
+from angen_sensors.sensor_logic.physics.output_timing import RadioTiming
 from pyro_bodies import (
     DOWN,
     LEVEL,
@@ -26,15 +32,6 @@ from pyro_bodies import (
     walk,
 )
 from tiers import mostly_slow
-
-from sensor_logic.kind import WARMTH
-from sensor_logic.kinds.pir.pyroelectric.detector import (
-    PyroelectricDetector,
-)
-from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
-from sensor_logic.model import Emission, Pose, Update, Updates
-from sensor_logic.noise import generator
-from sensor_logic.physics.output_timing import RadioTiming
 
 # Calibration
 

@@ -5,19 +5,18 @@ import math
 
 import numpy as np
 import pytest
-from pyro_bodies import DOWN, ZERO, level_at, peak, pyro, walk
-from walks import peak_signals
-
-from sensor_logic.coverage.detectors import Walker
-from sensor_logic.kind import WARMTH
-from sensor_logic.kinds.pir.pyroelectric.detector import (
+from angen_sensors.sensor_logic.coverage.detectors import Walker
+from angen_sensors.sensor_logic.kind import WARMTH
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import (
     PyroelectricDetector,
     response_of,
     threshold_of,
     zones_of,
 )
-from sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
-from sensor_logic.model import Emission, Pose, Update
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from angen_sensors.sensor_logic.model import Emission, Pose, Update
+from pyro_bodies import DOWN, ZERO, level_at, peak, pyro, walk
+from walks import peak_signals
 
 
 def cylinder_seen(walker, feet, ambient):

@@ -3,9 +3,10 @@
 
 import json
 
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+
 from benchmarks.page import DOCS
 from benchmarks.pir_pyroelectric_report import COMMAND, PAGE, filled
-from sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
 
 
 def test_the_tables_are_those_of_the_data():

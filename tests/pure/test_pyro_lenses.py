@@ -5,16 +5,25 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.calibration import crossing_peak, threshold
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import (
+    LENS_PRESETS,
+    LENSES,
+    dual,
+    seen_through,
+)
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.response import Response
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import (
+    Zone,
+    read_table,
+    write_table,
+    zone_rays,
+)
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.parameters import specs
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sensor_logic.error import InputError
-from sensor_logic.kinds.pir.pyroelectric.calibration import crossing_peak, threshold
-from sensor_logic.kinds.pir.pyroelectric.lenses import LENS_PRESETS, LENSES, dual, seen_through
-from sensor_logic.kinds.pir.pyroelectric.response import Response
-from sensor_logic.kinds.pir.pyroelectric.zones import Zone, read_table, write_table, zone_rays
-from sensor_logic.kinds.pir.range_scan import PirParameters
-from sensor_logic.parameters import specs
 
 USUAL = Response(1.0, 0.15, 0.3, 8.0)
 # Numbers are in saved files: they never change and are never reused.

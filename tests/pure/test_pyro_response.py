@@ -5,9 +5,14 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.response import (
+    Chain,
+    Response,
+    expm,
+    filtered,
+    step,
+)
 from scipy import linalg, signal
-
-from sensor_logic.kinds.pir.pyroelectric.response import Chain, Response, expm, filtered, step
 
 USUAL = Response(electrical=1.0, thermal=0.15, low_cut=0.3, high_cut=8.0)
 OTHER = Response(electrical=4.0, thermal=0.02, low_cut=0.1, high_cut=10.0)

@@ -4,12 +4,11 @@
 import math
 
 import pytest
-
-from sensor_logic.kinds import KINDS
-from sensor_logic.kinds.light.model import LightParameters
-from sensor_logic.kinds.pir.range_scan import PirParameters
-from sensor_logic.parameters import format_quantity, specs
-from sensor_logic.quantities import Lengths, measured, short, typed
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.kinds.light.model import LightParameters
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.parameters import format_quantity, specs
+from angen_sensors.sensor_logic.quantities import Lengths, measured, short, typed
 
 CENTIMETRES, FEET = Lengths("cm", 0.01), Lengths("ft", 0.3048)
 

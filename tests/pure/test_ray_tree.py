@@ -3,9 +3,8 @@
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.geometry.ray_tree import RayTree
 from tiers import mostly_slow
-
-from sensor_logic.geometry.ray_tree import RayTree
 
 
 def one_by_one(points, triangles, origins, directions, limits):

@@ -7,14 +7,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.clock import Clock, Schedule
+from angen_sensors.sensor_logic.log.event_log import samples_csv
+from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.columns import CHUNK, Column, EvenSpacing
+from angen_sensors.sensor_logic.recording.tracks import Recording, Track
+from angen_sensors.sensor_logic.recording.writer import from_bytes, to_bytes
 from tiers import mostly_slow
-
-from sensor_logic.clock import Clock, Schedule
-from sensor_logic.log.event_log import samples_csv
-from sensor_logic.model import Reading
-from sensor_logic.recording.columns import CHUNK, Column, EvenSpacing
-from sensor_logic.recording.tracks import Recording, Track
-from sensor_logic.recording.writer import from_bytes, to_bytes
 
 MANY = 3 * CHUNK + 17
 RNG = np.random.default_rng(3)

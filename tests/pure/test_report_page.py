@@ -10,16 +10,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from sensor_logic.clock import Clock
-from sensor_logic.kinds import KINDS
-from sensor_logic.recording.columns import Column
-from sensor_logic.recording.tracks import Recording, Track
-from sensor_logic.report import page
-from sensor_logic.report.facts import PlanShape, PlanStorey, Report, ReportedSensor, SensorInPlan
-from sensor_logic.report.sections import Line
-from sensor_logic.report.svg import fitting, safe, text_width, ticks
-from sensor_logic.report.theme import HUES, INKS, hue, plain_style, style
+from angen_sensors.sensor_logic.clock import Clock
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.recording.columns import Column
+from angen_sensors.sensor_logic.recording.tracks import Recording, Track
+from angen_sensors.sensor_logic.report import page
+from angen_sensors.sensor_logic.report.facts import (
+    PlanShape,
+    PlanStorey,
+    Report,
+    ReportedSensor,
+    SensorInPlan,
+)
+from angen_sensors.sensor_logic.report.sections import Line
+from angen_sensors.sensor_logic.report.svg import fitting, safe, text_width, ticks
+from angen_sensors.sensor_logic.report.theme import HUES, INKS, hue, plain_style, style
 
 SVG = "{http://www.w3.org/2000/svg}"
 SQUARE = np.array([(0, 0), (5, 0), (5, 4), (0, 4)], float)

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.report.labels import spread
+from angen_sensors.sensor_logic.report.sections import Line, cut, from_above, joined, simplified
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import spatial
-
-from sensor_logic.report.labels import spread
-from sensor_logic.report.sections import Line, cut, from_above, joined, simplified
 
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 

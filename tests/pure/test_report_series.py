@@ -3,13 +3,12 @@
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.recording.tracks import Track
+from angen_sensors.sensor_logic.report import time_axis
+from angen_sensors.sensor_logic.report.figures import figures, quantity
+from angen_sensors.sensor_logic.report.series import columns, runs
 from hypothesis import given
 from hypothesis import strategies as st
-
-from sensor_logic.recording.tracks import Track
-from sensor_logic.report import time_axis
-from sensor_logic.report.figures import figures, quantity
-from sensor_logic.report.series import columns, runs
 
 
 def switch(times: list[float], opened: list[bool]) -> Track:

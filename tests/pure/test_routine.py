@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from sensor_logic.error import InputError
-from sensor_logic.routine import diary, file
-from sensor_logic.routine.routine import AWAY, DAY, Segment
-from sensor_logic.routine.timetable import timetable
+from angen_sensors.residents.routine import file
+from angen_sensors.residents.routine import timetable as diary
+from angen_sensors.residents.routine.routine import AWAY, DAY, Segment
+from angen_sensors.residents.routine.timetable import timetable
+from angen_sensors.sensor_logic.error import InputError
 
 TEXT = Path(__file__).with_name("week.toml").read_text(encoding="utf-8")
 MONDAY = date(2026, 3, 2)

@@ -9,16 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from sensor_logic.choice import SensorChoice
-from sensor_logic.days.rows import DayRows
-from sensor_logic.days.truth import Whereabouts
-from sensor_logic.error import InputError
-from sensor_logic.formats.log import LoggedActivity
-from sensor_logic.log.event_log import Event
-from sensor_logic.study import draws, summary, targets, truth
-from sensor_logic.study.study import Study, read
-from sensor_logic.study.targets import HomeFacts
+from angen_sensors.residents.days.rows import DayRows
+from angen_sensors.residents.days.truth import Whereabouts
+from angen_sensors.sensor_logic.choice import SensorChoice
+from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.formats.log import LoggedActivity
+from angen_sensors.sensor_logic.log.event_log import Event
+from angen_sensors.sensor_logic.study import draws, summary, targets, truth
+from angen_sensors.sensor_logic.study.study import Study, read
+from angen_sensors.sensor_logic.study.targets import HomeFacts
 
 HOME = HomeFacts(
     "home.blend",

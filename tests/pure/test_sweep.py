@@ -5,14 +5,13 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
+from angen_sensors.sensor_logic.geometry.sweep import RayCrossings, _intersections, crossings
+from angen_sensors.sensor_logic.geometry.triangle_tree import TriangleTree
+from angen_sensors.sensor_logic.kinds.optical_switch.breaks import light_between
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow
-
-from sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
-from sensor_logic.geometry.sweep import RayCrossings, _intersections, crossings
-from sensor_logic.geometry.triangle_tree import TriangleTree
-from sensor_logic.kinds.optical_switch.breaks import light_between
 
 
 def turn(axis, angle):

@@ -3,11 +3,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
-from sensor_logic.contact.shapes import rotation_about
-from sensor_logic.contact.underside import (
+from angen_sensors.sensor_logic.contact.shapes import rotation_about
+from angen_sensors.sensor_logic.contact.underside import (
     _numbered,
     centre_of_mass,
     clustered,
@@ -16,6 +13,8 @@ from sensor_logic.contact.underside import (
     is_closed,
     underside,
 )
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 UP = np.array((0.0, 0.0, 1.0))
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)

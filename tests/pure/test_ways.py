@@ -5,8 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
-from sensor_logic.residents.ways import Floor, NoWay, length, way
+from angen_sensors.residents.acting.ways import Floor, NoWay, length, way
 
 
 def flat(rows: str, size: float = 0.25) -> Floor:

@@ -7,11 +7,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-
-from sensor_logic.coverage.detectors import STEFAN_BOLTZMANN, Response, Walker, filtered, zone_rays
-from sensor_logic.kinds.pir.pyroelectric.zones import Zones
-from sensor_logic.model import Array, Pose
-from sensor_logic.quantities import ZERO_CELSIUS
+from angen_sensors.sensor_logic.coverage.detectors import (
+    STEFAN_BOLTZMANN,
+    Response,
+    Walker,
+    filtered,
+    zone_rays,
+)
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import Zones
+from angen_sensors.sensor_logic.model import Array, Pose
+from angen_sensors.sensor_logic.quantities import ZERO_CELSIUS
 
 
 def peak_signals(

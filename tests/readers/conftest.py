@@ -29,8 +29,8 @@ def reader():
 @pytest.fixture
 def written(tmp_path):
     """Writes a log in a format; returns the path."""
-    from sensor_logic.files import write_files
-    from sensor_logic.formats import FORMATS, outputs
+    from angen_sensors.sensor_logic.files import write_files
+    from angen_sensors.sensor_logic.formats import FORMATS, outputs
 
     def write(log, name: str, to: str = "out") -> Path:
         target, out = FORMATS[name], tmp_path / to

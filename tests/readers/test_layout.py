@@ -8,8 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-
-from sensor_logic.layout.schema import schema
+from angen_sensors.sensor_logic.layout.schema import schema
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"
 

@@ -6,12 +6,11 @@ from __future__ import annotations
 import math
 from datetime import UTC
 
+from angen_sensors.sensor_logic.formats.log import SensorFacts
+from angen_sensors.sensor_logic.formats.names import slug
+from angen_sensors.sensor_logic.formats.source import make_log
+from angen_sensors.sensor_logic.log.event_log import Event
 from log_of_a_year import ABOUT, AWKWARD, ROWS, START, YEAR, year
-
-from sensor_logic.formats.log import SensorFacts
-from sensor_logic.formats.names import slug
-from sensor_logic.formats.source import make_log
-from sensor_logic.log.event_log import Event
 
 EPOCH_NS = int(START.replace(tzinfo=UTC).timestamp()) * 10**9
 

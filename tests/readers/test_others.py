@@ -7,9 +7,8 @@ from datetime import UTC, timedelta
 from zoneinfo import ZoneInfo
 
 import pytest
+from angen_sensors.sensor_logic.formats.reading import read_log
 from log_of_a_year import ACTIVITIES, AWKWARD, ROWS, START, YEAR, year
-
-from sensor_logic.formats.reading import read_log
 
 UTC_START = START.replace(tzinfo=UTC)
 
@@ -77,8 +76,8 @@ def test_pandas_reads_a_typed_table(reader, written, zone) -> None:
 
 
 def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
-    from sensor_logic.model import Reading
-    from sensor_logic.recording.tracks import Recording, Track
+    from angen_sensors.sensor_logic.model import Reading
+    from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
     pandas = reader("pandas")
     switch, lux = Track("Switch", "OPTICAL_SWITCH"), Track("Lux", "LIGHT")

@@ -10,8 +10,7 @@ from itertools import combinations, product
 from pathlib import Path
 
 import pytest
-
-from angen_addon.process.standalone import load_extension
+from angen_sensors.angen_addon.process.standalone import load_extension
 
 load_extension()
 from angen_sensors.angen_addon.study import report, results  # noqa: E402

@@ -15,7 +15,7 @@ from sample_blends.angen_home import story as story_text  # noqa: E402
 from sample_blends.angen_home.keys import needed  # noqa: E402
 
 InputError = import_module("angen_sensors.sensor_logic.error").InputError
-solve = import_module("angen_sensors.sensor_logic.residents.body.solve").solve
+solve = import_module("angen_sensors.residents.body.solve").solve
 
 
 @pytest.fixture(scope="module")

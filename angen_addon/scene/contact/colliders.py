@@ -16,9 +16,9 @@ import numpy as np
 
 from ....sensor_logic.contact import shapes
 from ....sensor_logic.contact.shapes import Shape
+from ....sensor_logic.model import Array
 from ..rays.geometry import triangles_of
 
-Array = np.typing.NDArray[np.float64]
 MARGIN = 0.04
 UNIT_SCALE_SLACK = 1e-4
 LEAST_EXTENT = 1e-6

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.contact.underside import is_closed
+from ....sensor_logic.model import Array
 from ..bearers import armatures, bearer, candidates
 from ..instances import Uid, chain
 from ..placed import is_placed
@@ -17,7 +18,6 @@ from ..rays.solids import Solid, Solids
 from .body_settings import is_simulated
 from .colliders import Collider, rigid_body_collider, surface_collider
 
-Array = np.typing.NDArray[np.float64]
 Key = tuple[int, ...]
 GROUND: Key = ()
 # Force fields, each with the name of its weight.

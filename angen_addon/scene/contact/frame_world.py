@@ -15,13 +15,13 @@ from ....sensor_logic.contact.covered import Contact
 from ....sensor_logic.contact.patches import contact_patch
 from ....sensor_logic.contact.shapes import Shape, perpendiculars
 from ....sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
+from ....sensor_logic.model import Array
 from .body_settings import FRICTION, BodySettings, is_simulated, read_settings
 from .colliders import Collider
 from .constraints import read_constraint
 from .contact_bodies import FIELDS, ContactBodies, ContactBody, Key
 from .frame_state import FrameState
 
-Array = np.typing.NDArray[np.float64]
 # Contacts of two bodies by reach, with the poses and scales of both, until the scene is edited:
 # what rests costs nothing after its first frame.
 KnownContacts = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]

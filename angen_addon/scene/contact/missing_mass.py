@@ -14,13 +14,13 @@ import numpy as np
 
 from ....sensor_logic.contact.shapes import perpendiculars
 from ....sensor_logic.contact.world import BareSurface
+from ....sensor_logic.model import Array
 from ..rays.solids import Solid
 from . import parallel_rays
 from .contact_bodies import Key
 from .frame_state import FrameState
 from .supports import DEPTH, FLUSH, Surroundings
 
-Array = np.typing.NDArray[np.float64]
 # Rays sample a pad's upper side in a grid of this many points a side.
 POINTS = 5
 

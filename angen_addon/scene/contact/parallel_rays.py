@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from ..rays.solids import Solid, Solids
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 # A ray beside a triangle by this share of it still hits it, so that no gap opens along an edge.
 RIM = 1e-9

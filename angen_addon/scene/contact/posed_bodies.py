@@ -11,11 +11,10 @@ import numpy as np
 
 from ....sensor_logic.contact import underside
 from ....sensor_logic.contact.world import Support
+from ....sensor_logic.model import Array
 from ..rays.solids import Solid, Solids
 from .contact_bodies import ContactBody
 from .parallel_rays import ParallelRays
-
-Array = np.typing.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

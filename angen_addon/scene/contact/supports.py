@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from ....sensor_logic.contact.feet import held_by_pads
 from ....sensor_logic.contact.underside import Samples, clustered, firmness, looks_up, underside
 from ....sensor_logic.contact.world import BareSurface, Support
+from ....sensor_logic.model import Array
 from ..rays.caster import NOTHING
 from ..rays.solids import Solid, Solids
 from . import parallel_rays
 from .contact_bodies import GROUND, ContactBodies, ContactBody, Key
 from .posed_bodies import PosedBody, surface_state, unchanged
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 # m: a body may sink this deep into soft surfaces; of a pad and a surface this near to each other
 # the pad takes the weight.

@@ -11,7 +11,7 @@ import numpy as np
 
 from ....sensor_logic.contact.pad_forces import ABOVE, BESIDE, pad_forces
 from ....sensor_logic.contact.world import PadForces
-from ....sensor_logic.model import NOT_YET
+from ....sensor_logic.model import NOT_YET, Array
 from ..instances import Uid
 from ..rays.solids import Solids
 from .body_settings import is_simulated, read_settings
@@ -22,7 +22,6 @@ from .missing_mass import MissingMass
 from .parallel_rays import WorldTriangles
 from .supports import Surroundings, find_supports
 
-Array = np.typing.NDArray[np.float64]
 MOST_KNOWN_CONTACTS = 20_000
 FRAMES_NEEDED = 3
 # m: an animated body may touch what its bounds come this near to.

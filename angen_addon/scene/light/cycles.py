@@ -37,7 +37,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.model import LightShare
+from ....sensor_logic.model import Array, LightShare
 from ....sensor_logic.physics.photometry import luminance
 from . import faces, four_walls
 from .changes import NEVER, LightState
@@ -47,7 +47,6 @@ from .frozen import Simulated
 from .picture import TWICE, Picture, Seen, share_out
 from .scene import begins_of, contents
 
-Array = NDArray[np.float64]
 METHODS: dict[str, Any] = {"FOUR_WALL": four_walls, "ILLUMINANCE": faces}
 # So many times the light paths are traced where a reference tells too little: where more of the
 # light than this share has come or gone since the first frame.

@@ -15,9 +15,8 @@ from typing import Any, TypeVar
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
-from ....sensor_logic.model import LightShare
+from ....sensor_logic.model import Array, LightShare
 from ..instances import shown_objects
 from . import engine
 from .changes import has_stiff_films
@@ -26,7 +25,6 @@ from .groups import LightGroups
 from .picture import Part, Picture, Seen, camera
 from .scene import LightScene, is_portal, quietly
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 # Yields before each picture, in words what takes long, else nothing; the result comes last.
 Steps = Generator[str, None, T]

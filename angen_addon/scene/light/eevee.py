@@ -12,13 +12,12 @@ from typing import Any
 import bpy
 import numpy as np
 from mathutils import Matrix
-from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from . import engine
 from .faces import face, face_size, white
 from .four_walls import NEAREST_CLIP, WALLS, WIDEST
 
-Array = NDArray[np.float64]
 # The least that Blender renders.
 PIXELS = 4
 # EEVEE's samples jitter the lamps; its pixels converge sooner than light paths do.

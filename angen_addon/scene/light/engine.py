@@ -18,7 +18,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ....sensor_logic.model import Array
+
 # Unbiased for what homes hold: after so many bounces between white walls 1e-3 of the light is left.
 BOUNCES = 128
 SEED = 0
@@ -31,6 +32,7 @@ EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 PATIENCE_S = 120
 TRY_EEVEE = """
 import bpy
+
 bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene
 scene.render.engine = {engine!r}

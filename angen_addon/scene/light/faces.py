@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from .materials import Nodes
 from .picture import CORNERS, Picture, Seen
 
-Array = NDArray[np.float64]
 # Pixels of a request; of their radiance, the light on a white face.
 COUNT, FACTOR = 1, math.pi
 # The face is this large, and stands this far off its origin, in metres: off the wall that the

@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from ..animation import stays
 from .frozen import Simulated
 from .materials import Nodes, is_clear
 from .picture import CORNERS, Picture, Seen
 from .scene import Housings, is_left_out
 
-Array = NDArray[np.float64]
 WALLS = 4
 # Pixels of a request, and what their radiance is multiplied with.
 COUNT, FACTOR = WALLS, 1.0

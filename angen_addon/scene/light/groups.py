@@ -17,14 +17,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ....sensor_logic.model import LightShare
+from ....sensor_logic.model import Array, LightShare
 from ..animation import curves, is_animated
 from .changes import POWER, lamp_values, tint_of
 from .materials import has_nodes
 
-Array = NDArray[np.float64]
 # What a lamp has where nobody knows how bright the lamps become, W.
 LAMP = 20.0
 # W/m² of a sun for each W of a lamp. The same of the world's strength, at most, and its share of

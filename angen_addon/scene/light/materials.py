@@ -19,12 +19,11 @@ from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from ..instances import with_instanced
 from ..sensors import unit_scale
 
-Array = NDArray[np.float64]
 GREY = np.full(3, 0.5)
 CLEAR = {"BSDF_TRANSPARENT", "BSDF_GLASS", "BSDF_REFRACTION"}
 DEEPEST = 8

@@ -18,11 +18,10 @@ from typing import Any
 import bpy
 import numpy as np
 from mathutils import Matrix
-from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from .materials import Nodes
 
-Array = NDArray[np.float64]
 # Each view has so many pixels, whose random numbers have nothing in common.
 TWICE = 2
 # So many first pixels there are for names. Cycles visits the empty ones too; fewer would collide

@@ -12,10 +12,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ....sensor_logic.error import AngenError
-from ....sensor_logic.model import LightSample
+from ....sensor_logic.model import Array, LightSample
 from ....sensor_logic.physics.photometry import EFFICACY, illuminance, luminance_percent
 from . import eevee, engine
 from .changes import LightState
@@ -23,7 +22,6 @@ from .cycles import CyclesLight, Light
 from .cycles_scene import Steps, finished
 from .scene import LightScene, quietly
 
-Array = NDArray[np.float64]
 # A sensor farther from the origin than this many metres stands on a grid, in single precision,
 # too coarse for its face and its room's walls.
 FARTHEST = 100_000.0

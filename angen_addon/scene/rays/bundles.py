@@ -10,9 +10,9 @@ from operator import is_
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from .changing_shapes import RayPicture, apex_of, pictures_of
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ....sensor_logic.model import Array
+
 Index = NDArray[np.intp]
 # A ray this little beside a triangle, as share of it, meets it: no gap opens along an edge, and one
 # that goes through the edge itself is not lost to the rounding of single precision.

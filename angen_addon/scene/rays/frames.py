@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from .geometry import Surface, read_surface
 from .listed import pointers_of
 from .matrices import invertible, matrices_of, world_bounds
 from .solids import Solids
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 # Frames that are kept at once, and bytes that they may take.
 MOST_FRAMES = 256

@@ -13,9 +13,9 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ....sensor_logic.geometry.ray_tree import RayTree
+from ....sensor_logic.model import Array
 from ..timed import DEFORMING_MODIFIERS
 
-Array = NDArray[np.float64]
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # A mesh this many times farther from its own origin than it is large loses digits in single
 # precision; its tree is then built about its centre.

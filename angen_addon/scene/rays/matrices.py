@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ....sensor_logic.model import Array
+
 # A box is padded by this many units, and by the rounding of single precision at its distance, so
 # that a flat object's box still catches the rays that hit it.
 PADDING = 1e-5

@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 from mathutils import Vector
-from numpy.typing import NDArray
 
-from ....sensor_logic.model import Answers, Index
+from ....sensor_logic.model import Answers, Array, Index
 from ..instances import Uid
 from .frames import Frames
 from .solids import Solids
 
-Array = NDArray[np.float64]
 # To pass through an object the ray starts anew this far behind it: more than single precision
 # rounds away, at any distance from the origin.
 STEP = 1e-6

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.model import Array
 from ..animation import may_set
 from ..instances import Paths, Uid, parts_of_instances
 from ..timed import INSTANCING_MODIFIERS
@@ -21,8 +22,6 @@ from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
 from .listed import is_own_surface, is_transient, name_of, owners_of, pointers_of
 from .made_by_nodes import MadeByNodes, made_shape
 from .matrices import inverted, invertible, matrices_of, world_bounds
-
-Array = NDArray[np.float64]
 
 Key = tuple[int, ...]
 # To be looked up once: at each evaluation it is asked of everything that changed.

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from ....sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
 from ....sensor_logic.geometry.sweep import RayCrossings, crossings, joined, no_crossings
 from ....sensor_logic.geometry.triangle_tree import TriangleTree
+from ....sensor_logic.model import Array
 from ..instances import Uid
 from .caster import RayCaster
 from .frames import Frames
 from .geometry import Geometry, Surface
 from .reference import SceneRayCaster
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 # Metres by which the beam may stray from its way through a solid: 4 % of the narrowest slit in the
 # data sheets, 0.25 mm.

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
 from ....sensor_logic.log.event_indices import Indices, event_indices, log_indices
+from ....sensor_logic.model import Array
 from ....sensor_logic.recording.tracks import Recording, Track
 from ...scene.instances import Uid
 
-Array = NDArray[np.float64]
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
 # A sensor was off where its next update comes later than this many of its usual times between two.
 GAP = 1.5

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
+from ....sensor_logic.model import Array
 from ...scene.instances import Uid
 from .history import ACTIVE, IDLE, INVALID, OFF, History, HistoryRow
 
-Array = NDArray[np.float64]
 Colour = tuple[float, float, float, float]
 # Okabe and Ito's colours, which colour-blind people tell apart, by the kinds' numbers in turn.
 COLOURS: tuple[Colour, ...] = (

@@ -12,11 +12,8 @@ from math import pi
 
 import numpy as np
 import pytest
-
-from sensor_logic.residents.acted import Acted
-from sensor_logic.residents.acting import Ground, act
-from sensor_logic.residents.body.build import ADULT, CAT, Build
-from sensor_logic.residents.places import (
+from angen_sensors.residents.acting import Ground, act
+from angen_sensors.residents.acting.places import (
     DOOR,
     DRAWER,
     LAMP,
@@ -30,12 +27,12 @@ from sensor_logic.residents.places import (
     Places,
     Storey,
 )
-from sensor_logic.residents.timeline import swung
-from sensor_logic.residents.ways import Floor
-from sensor_logic.routine import file
-from sensor_logic.routine.draws import Draws
-from sensor_logic.routine.routine import Segment
-from sensor_logic.routine.timetable import timetable
+from angen_sensors.residents.acting.timeline import Acted, swung
+from angen_sensors.residents.acting.ways import Floor
+from angen_sensors.residents.body.skeleton import ADULT, CAT, Build
+from angen_sensors.residents.routine import file
+from angen_sensors.residents.routine.routine import Segment
+from angen_sensors.residents.routine.timetable import Draws, timetable
 
 SIZE = 0.05
 ROOMS = {

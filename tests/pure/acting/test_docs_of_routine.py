@@ -4,8 +4,8 @@
 import re
 from pathlib import Path
 
-from sensor_logic.residents.acting import words
-from sensor_logic.routine import diary, file
+from angen_sensors.residents.acting import words
+from angen_sensors.residents.routine import file, timetable
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs/residents.md").read_text(encoding="utf-8")
@@ -23,4 +23,7 @@ def test_the_page_has_a_routine_that_can_be_read_and_all_words() -> None:
 
 def test_the_page_has_a_diary_that_can_be_read() -> None:
     rows = re.search(r"    start,end.*?(?=\n\n)", PAGE, re.DOTALL).group().replace("    ", "")
-    assert [s.activity for s in diary.read(rows, "diary.csv")[1]][1::2] == ["Toilet", "Relaxing"]
+    assert [s.activity for s in timetable.read(rows, "diary.csv")[1]][1::2] == [
+        "Toilet",
+        "Relaxing",
+    ]

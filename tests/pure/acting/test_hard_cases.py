@@ -7,13 +7,12 @@ from datetime import date
 
 import numpy as np
 import pytest
-
-from sensor_logic.error import InputError
-from sensor_logic.residents.acting import act
-from sensor_logic.residents.body.build import ADULT, Build, Sort
-from sensor_logic.routine import diary, file
-from sensor_logic.routine.draws import Draws
-from sensor_logic.routine.routine import DAY, Segment
+from angen_sensors.residents.acting import act
+from angen_sensors.residents.body.skeleton import ADULT, Build, Sort
+from angen_sensors.residents.routine import file, timetable
+from angen_sensors.residents.routine.routine import DAY, Segment
+from angen_sensors.residents.routine.timetable import Draws
+from angen_sensors.sensor_logic.error import InputError
 
 DRAWS = Draws(1, date(2026, 3, 2))
 ACTIVITIES = """
@@ -61,7 +60,7 @@ def test_what_cannot_be_is_told_with_its_line(play, steps: str, told: str) -> No
 
 def test_activities_and_people_that_nobody_knows(home, ground) -> None:
     routine = file.read('schema = 1\n[person.anna]\nbegins = "Away"', "week.toml")
-    _, segments = diary.read(
+    _, segments = timetable.read(
         "start,end,person,activity\n2026-03-02 07:00,2026-03-02 08:00,anna,Nap\n", "d.csv"
     )
     with pytest.raises(InputError, match=r"^d\.csv, line 2: 'anna' does 'Nap'"):
@@ -100,7 +99,7 @@ def test_a_diary_with_gaps_and_a_row_that_goes_on_with_the_one_before(home, grou
         '[activity.Relax]\ndo = ["sit Sofa"]\n[activity.Toilet]\ndo = ["sit Toilet 1 min"]\n'
     )
     routine = file.read(from_day + '[activity.Sleep]\ndo = ["lie Bed"]\n', "week.toml")
-    _, segments = diary.read(rows, "d.csv")
+    _, segments = timetable.read(rows, "d.csv")
     for day in (0, 1):
         acted = act(segments, routine, home, {"anna": ADULT}, DRAWS, day, ground)
         told = [(done.activity, done.place) for done in acted.activities]

@@ -5,13 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
-from sensor_logic.days.truth import activities, people
-from sensor_logic.error import InputError
-from sensor_logic.residents.body.reach import palm
-from sensor_logic.residents.body.solve import solve
-from sensor_logic.residents.timeline import swung
-from sensor_logic.routine.routine import DAY
+from angen_sensors.residents.acting.timeline import swung
+from angen_sensors.residents.body.poses import palm
+from angen_sensors.residents.body.solve import solve
+from angen_sensors.residents.days.truth import activities, people
+from angen_sensors.residents.routine.routine import DAY
+from angen_sensors.sensor_logic.error import InputError
 
 ACTIVITIES = """
 Sleep = lie Bed while turn over every 30 min

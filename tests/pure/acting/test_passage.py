@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from sensor_logic.error import InputError
-from sensor_logic.residents.acted import STANDING
-from sensor_logic.residents.places import STAND, Place, Places, Storey
-from sensor_logic.residents.ways import Floor
+from angen_sensors.residents.acting.places import STAND, Place, Places, Storey
+from angen_sensors.residents.acting.timeline import STANDING
+from angen_sensors.residents.acting.ways import Floor
+from angen_sensors.sensor_logic.error import InputError
 
 SIZE = 0.05
 ACTIVITIES = "West = stand at West\nEast = stand at East"

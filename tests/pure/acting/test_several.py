@@ -5,11 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from angen_sensors.residents.acting.timeline import Stay
+from angen_sensors.residents.routine.routine import DAY
+from angen_sensors.sensor_logic.error import InputError
 from tiers import mostly_slow
-
-from sensor_logic.error import InputError
-from sensor_logic.residents.acted import Stay
-from sensor_logic.routine.routine import DAY
 
 ACTIVITIES = """
 Sleep = lie Bed

@@ -3,8 +3,7 @@
 
 import numpy as np
 import pytest
-
-from sensor_logic.residents.body.build import Build, Sort
+from angen_sensors.residents.body.skeleton import Build, Sort
 
 FRAMED = Build(Sort.OLDER_ADULT, 1.65, 68.0, 0.85, frame=True)
 ACTIVITIES = """

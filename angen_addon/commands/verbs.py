@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The smaller verbs on a blend file: list, apply, check, explain, doctor."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import Any
+
+import bpy
+
+from ...sensor_logic.error import InputError
+from ...sensor_logic.log.event_log import differences, events, read_events
+from ...sensor_logic.wording import named
+from ..doctor import command as doctor
+from ..explain.command import ExplainedTime
+from ..layout.apply import apply_layout
+from ..output.describe import describe
+from ..output.output_files import Outputs, check_outputs
+from ..scene.sensors import chosen
+from .console import DONE, FAILED, note
+from .home import open_home, run_home, sensors_of
+from .parser import Verb, add_choice, choice_of, of_runs, path, tolerance
+from .progress import ProgressLine
+
+SHOWN_DIFFERENCES = 50
+
+
+def _add_list(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser("list", parents=[every], help="list the sensors and their parameters")
+    verb.add_argument("--json", action="store_true", help="for programs")
+
+
+def _list(options: argparse.Namespace, outputs: Outputs) -> int:
+    sensors = sensors_of(options)
+    found = [describe(sensor) for sensor in sensors]
+    if options.json:
+        outputs.said = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return DONE
+    width = max(len(sensor.name) for sensor in sensors)
+    for sensor, facts in zip(sensors, found, strict=True):
+        remark = "" if facts["enabled"] else "  off"
+        line = (
+            f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "
+            f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}"
+        )
+        outputs.said += f"{line.rstrip()}\n"
+    return DONE
+
+
+def _add_apply(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "apply", parents=[every], help="add and change sensors to match a layout file"
+    )
+    verb.add_argument("layout", type=path, metavar="LAYOUT.json", help="as `list --json` prints it")
+    verb.add_argument(
+        "--save", type=path, metavar="FILE.blend", help="the home with the sensors; needed"
+    )
+    verb.add_argument(
+        "--remove", action="store_true", help="delete the sensors that the layout lacks"
+    )
+    verb.add_argument("--quiet", action="store_true", help="do not say what was done")
+
+
+def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
+    if not options.save:
+        raise InputError("apply changes the file: give --save FILE.blend, or it would be lost")
+    open_home(options)
+    check_outputs({"--save": options.save})
+    if options.save.exists() and options.layout.exists() and options.save.samefile(options.layout):
+        raise InputError(f"--save: {options.save} is the layout itself, and would overwrite it")
+    applied = apply_layout(options.layout, options.remove)
+    outputs.save_blend(options.save)
+    if not options.quiet:
+        note(f"{options.layout.name}: {applied.text}")
+    return DONE
+
+
+def _add_check(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "check", parents=[of_runs(every)], help="simulate and compare with an event log"
+    )
+    verb.add_argument("expected", type=path, metavar="EXPECTED.csv")
+    verb.add_argument(
+        "--tolerance",
+        type=tolerance,
+        default=0.0,
+        metavar="X",
+        help="numbers that differ by at most this count as equal (default 0)",
+    )
+    verb.add_argument(
+        "--time-tolerance",
+        type=tolerance,
+        default=0.0,
+        metavar="SECONDS",
+        help="times that differ by at most this count as equal (default 0)",
+    )
+
+
+def _check(options: argparse.Namespace, outputs: Outputs) -> int:
+    try:
+        expected = read_events(options.expected)
+    except OSError as error:
+        raise InputError(f"cannot read {options.expected}: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    choice = choice_of(options)
+    expected = [event for event in expected if choice.takes(event.sensor, event.kind)]
+    recording = run_home(options, chosen(sensors_of(options), choice))
+    found = differences(expected, events(recording), options.tolerance, options.time_tolerance)
+    outputs.said = "".join(f"{line}\n" for line in found[:SHOWN_DIFFERENCES])
+    if len(found) > SHOWN_DIFFERENCES:
+        outputs.said += f"and {len(found) - SHOWN_DIFFERENCES} more\n"
+    note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
+    if options.lacks:
+        note("the check fails, as the home lacks what is named above")
+    return FAILED if found or options.lacks else DONE
+
+
+def _add_explain(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "explain", parents=[every], help="name the object that made a sensor report its last event"
+    )
+    add_choice(verb)
+    verb.add_argument(
+        "--time",
+        type=tolerance,
+        required=True,
+        metavar="SECONDS",
+        help="explain its last event at or before this time of the event log",
+    )
+    verb.add_argument(
+        "--now",
+        action="store_true",
+        help="explain its reading at this time instead, or what would have to change for one",
+    )
+    verb.add_argument(
+        "--quiet", action="store_true", help="no progress, no advice on standard error"
+    )
+
+
+def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
+    sensors = sensors_of(options)
+    scene = bpy.context.scene
+    found = chosen(sensors, choice_of(options))
+    if len(found) > 1:
+        names = named(sensor.name for sensor in found)
+        raise InputError(f"explain is about one sensor, and these are {len(found)}: {names}")
+    (sensor,) = found
+    explained = ExplainedTime(scene, sensors, sensor, options.time)
+    if explained.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
+        raise InputError(f"--time {options.time:g}: Blender's frames end before that")
+    line = ProgressLine(sys.stderr, options.quiet)
+    progress = None
+    with options.interrupt.watched():
+        for progress in explained.run():
+            options.interrupt.check()
+            line.show(progress)
+        line.finish(progress.seconds_total if progress else 0.0, explained.updates)
+        outputs.said = explained.text(options.now)
+    return DONE
+
+
+def _add_doctor(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "doctor", parents=[every], help="find what makes the home's sensors read nonsense"
+    )
+    verb.add_argument("--json", action="store_true", help="for programs")
+
+
+def _doctor(options: argparse.Namespace, outputs: Outputs) -> int:
+    open_home(options)
+    found = doctor.findings()
+    outputs.said = doctor.as_text(found, options.json)
+    note(doctor.count(found))
+    return FAILED if found else DONE
+
+
+VERBS = {
+    "list": Verb(_add_list, _list),
+    "apply": Verb(_add_apply, _apply),
+    "check": Verb(_add_check, _check),
+    "explain": Verb(_add_explain, _explain),
+    "doctor": Verb(_add_doctor, _doctor),
+}

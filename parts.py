@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the extension is made of: the modules that register with Blender, and the verbs of the
+command line, both in order. A house (a folder of the root) that is not installed is left out, and
+whatever it has here with it: the sensors work without the residents.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+# Each has `register` and `unregister`. Later ones may need earlier ones; panels come in the order
+# of the sidebar.
+MODULES = (
+    "angen_addon.properties",
+    "residents.blender.marks",
+    "residents.blender.settings",
+    "angen_addon.view.active",
+    "angen_addon.view.overlay",
+    "residents.blender.places_drawn",
+    "angen_addon.view.timeline",
+    "angen_addon.coverage",
+    "residents.blender.day_settings",
+    "operators.add",
+    "operators.place",
+    "residents.operators.places",
+    "operators.assign",
+    "operators.copy",
+    "operators.door",
+    "operators.preset",
+    "operators.user_preset",
+    "operators.simulate",
+    "operators.bake",
+    "operators.recording",
+    "operators.export",
+    "operators.export_format",
+    "operators.import_layout",
+    "operators.lacking",
+    "operators.report",
+    "operators.event_jump",
+    "operators.markers",
+    "operators.explain",
+    "operators.show",
+    "operators.instance_override",
+    "operators.warmth",
+    "residents.operators.resident_add",
+    "residents.operators.day",
+    "operators.coverage",
+    "operators.propose",
+    "operators.doctor",
+    "operators.study",
+    "panels.presets",
+    "panels.physics_tab",
+    "panels.table",
+    "panels.sidebar",
+    "panels.events",
+    "panels.active_sensor",
+    "panels.overlay",
+    "panels.load",
+    "panels.warmth",
+    "panels.coverage",
+    "residents.panels.residents",
+    "residents.panels.places",
+    "residents.panels.day",
+    "panels.study",
+    "panels.doctor",
+    "angen_addon.runtime.handlers",
+    "angen_addon.commands.command_line",
+)
+
+# The verbs on a blend file, in the order of the help, with the module that runs them: it has
+# `add_verb(name, verbs, every)` and `run(options, outputs)`, the exit status.
+VERBS = {
+    "simulate": "angen_addon.commands.simulate",
+    "list": "angen_addon.commands.verbs",
+    "apply": "angen_addon.commands.verbs",
+    "check": "angen_addon.commands.verbs",
+    "explain": "angen_addon.commands.verbs",
+    "coverage": "angen_addon.coverage.command",
+    "place": "angen_addon.coverage.command",
+    "places": "residents.blender.command",
+    "day": "residents.blender.command",
+    "doctor": "angen_addon.commands.verbs",
+}
+# Those that need no blend file: `main(options, program)`, the exit status.
+WITHOUT_BLENDER = {
+    "convert": "angen_addon.commands.convert",
+    "compare": "angen_addon.commands.compare",
+    "replay": "angen_addon.commands.replay",
+    "study": "angen_addon.commands.study",
+}
+# The class of an open home, for scripts: the first that is installed.
+HOMES = ("residents.blender.api", "angen_addon.api.home")
+
+
+def installed(name: str) -> bool:
+    """Whether the house of a module is there."""
+    return find_spec(f".{name.partition('.')[0]}", __package__) is not None
+
+
+def part(name: str) -> Any:
+    """The module of this name."""
+    return import_module(f".{name}", __package__)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which places residents cannot get to, and how far they get."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.model import Array
+from .places import BODY_M, Door, Place, Places
+from .ways import Floor, NoWay, entry, parts, way
+
+# m: who stands farther from where there is room for a body does not get there.
+SQUEEZE_M = 0.6
+# How many times as long a way seems where a body does not fit, and through what stands there: it
+# rather leads through a shut door than through a wall.
+NARROW, THROUGH = 4.0, 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class Unreached:
+    """A place that nobody gets to from `start`, a door or place: the way (n, 2) m leads as far as
+    one gets, where something shuts it off, `short` m from where one would stand. No way where the
+    place is on another storey."""
+
+    place: Place
+    start: str
+    way: Array
+    short: float
+
+    @property
+    def nearest(self) -> Array:
+        point: Array = self.way[-1]
+        return point
+
+
+def unreached(places: Places, radius: float = BODY_M) -> list[Unreached]:
+    """The places that somebody of a half width cannot get to, by name."""
+    found = []
+    home = places.entrances[0].storey if places.entrances else None
+    for number, storey in enumerate(places.storeys):
+        here = [place for place in places.places.values() if place.storey == number]
+        start = _start(places, number, here, storey.floor, radius)
+        if start is None:
+            continue
+        name, point = start
+        lost = [place for place in here if not _is_reached(storey.floor, point, place, radius)]
+        if home not in (None, number):
+            entrance = next(door for door in places.entrances if door.storey == home)
+            nowhere = np.empty((0, 2))
+            found += [Unreached(place, entrance.name, nowhere, np.inf) for place in here]
+        elif lost:
+            ends = _ends(storey.floor, point, lost, radius)
+            for place, points in zip(lost, ends, strict=True):
+                short = float(np.linalg.norm(points[-1] - place.at[:2]))
+                found.append(Unreached(place, name, points, short))
+    return sorted(found, key=lambda lost: lost.place.name)
+
+
+def _start(
+    places: Places, number: int, here: list[Place], floor: Floor, radius: float
+) -> tuple[str, Array] | None:
+    """The entrance, or the first of the places that most others can be reached from."""
+    for door in places.entrances:
+        if door.storey == number:
+            return door.name, _middle(door)
+    if not here:
+        return None
+    part = parts(floor, radius)
+    try:
+        numbers = [int(part[entry(floor, radius, place.at)]) for place in here]
+    except NoWay:
+        return here[0].name, here[0].at[:2]
+    most = Counter(numbers).most_common(1)[0][0]
+    first = here[numbers.index(most)]
+    return first.name, first.at[:2]
+
+
+def _middle(door: Door) -> Array:
+    middle: Array = door.line(door.closed, 3)[1]
+    return middle
+
+
+def _is_reached(floor: Floor, start: Array, place: Place, radius: float) -> bool:
+    try:
+        last = floor.middle(entry(floor, radius, place.at))
+        way(floor, start, place.at[:2], radius)
+    except NoWay:
+        return False
+    return float(np.linalg.norm(last - place.at[:2])) <= SQUEEZE_M
+
+
+def _ends(floor: Floor, start: Array, lost: list[Place], radius: float) -> list[Array]:
+    """The ways (n, 2) towards places, as far as one gets: along the cheapest that goes through what
+    stands there, to where it leaves the floor for good that is reached."""
+    try:
+        first = entry(floor, radius, start)
+    except NoWay:
+        return [start[None] for _ in lost]
+    part = parts(floor, radius)
+    came = _through(floor, part > 0, first)
+    found = []
+    for place in lost:
+        here = floor.cell(place.at)
+        while part[here] != part[first]:
+            here = came[here]
+        found.append(way(floor, start, floor.middle(here), radius))
+    return found
+
+
+def _through(
+    floor: Floor, wide: NDArray[np.bool_], first: tuple[int, int]
+) -> dict[tuple[int, int], tuple[int, int]]:
+    """By cell, the one before it on the cheapest way from the first (Dijkstra)."""
+    price = np.where(wide, 1.0, np.where(floor.free, NARROW, THROUGH)).tolist()
+    nx, ny = floor.free.shape
+    cost, came = {first: 0.0}, {first: first}
+    queue, done = [(0.0, first)], set()
+    while queue:
+        so_far, here = heapq.heappop(queue)
+        if here in done:
+            continue
+        done.add(here)
+        x, y = here
+        for i, j in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)):
+            if 0 <= i < nx and 0 <= j < ny:
+                total = so_far + (price[x][y] + price[i][j]) / 2.0
+                if total < cost.get((i, j), math.inf):
+                    cost[i, j], came[i, j] = total, here
+                    heapq.heappush(queue, (total, (i, j)))
+    return came

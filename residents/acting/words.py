@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The words of a routine's steps, read and held against what is marked in the home."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from ...sensor_logic.error import InputError
+from ...sensor_logic.toml_table import suggestion
+from ..routine.routine import AWAY, Routine, RoutineActivity, seconds
+from .places import LIE, SIT, USE, Place, Places
+from .timeline import AWAY as GONE
+from .timeline import LYING, SITTING, STANDING
+
+_DURATION = re.compile(r"\s+((?:\d+(?:\.\d+)?\s*(?:s|min|h)\s*)+)$")
+# Each word: what its name is one of, and whether it may be told how long it takes.
+_PLACE, _LEAF, _LAMP, _THING, _NONE = "place", "door or drawer", "lamp", "thing", ""
+_WORDS = {
+    "go": (_PLACE, True),
+    "stand at": (_PLACE, True),
+    "sit": (_PLACE, True),
+    "lie": (_PLACE, True),
+    "use": (_PLACE, True),
+    "reach": (_PLACE, False),
+    "open": (_LEAF, False),
+    "close": (_LEAF, False),
+    "switch": (_LAMP, False),
+    "take": (_THING, False),
+    "put": (_THING, False),
+    "drink": (_THING, False),
+    "wait": (_NONE, True),
+    "turn over": (_NONE, False),
+    "shift": (_NONE, False),
+    "look around": (_NONE, True),
+    "leave": (_NONE, False),
+}
+# After which word somebody is at its place, and how.
+POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTING, "lie": LYING,
+            "leave": GONE}  # fmt: skip
+_CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
+_NEEDS = {"turn over": (LYING,)}
+# The largest side of what a hand can carry, m.
+LARGEST_THING_M = 1.0
+# So many small movements come in a row, on average, where the routine does not say.
+BURST = 3.0
+
+
+@dataclass(frozen=True)
+class ActivityStep:
+    """A word, the name that it goes with, how long it takes (s, None where that is not told), the
+    place that something is put at, and whether a lamp is switched on. `where` it stands."""
+
+    word: str
+    name: str
+    lasts: float | None
+    at: str
+    on: bool
+    where: str
+
+    def error(self, text: str) -> InputError:
+        return InputError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
+
+
+def read_step(text: str, where: str, places: Places) -> ActivityStep:
+    """Raises InputError where a word or a name is not known."""
+    word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
+    if word is None:
+        first = text.split(" ", maxsplit=1)[0]
+        raise InputError(f"{where}: {text!r} begins with no word; {suggestion(first, _WORDS)}")
+    kind, may_last = _WORDS[word]
+    rest, lasts = text[len(word) :].strip(), None
+    if may_last and (found := _DURATION.search(" " + rest)):
+        rest, lasts = rest[: max(found.start() - 1, 0)].strip(), seconds(found.group(1))
+    if word == "wait" and lasts is None:
+        raise InputError(f'{where}: wait: say how long, as in "wait 20 s"')
+    at, on = "", False
+    if word == "put":
+        rest, _, at = rest.partition(" at ")
+    if word == "switch":
+        rest, _, state = rest.rpartition(" ")
+        if state not in ("on", "off"):
+            raise InputError(f'{where}: {text!r} does not say "on" or "off" at its end')
+        on = state == "on"
+    step = ActivityStep(word, rest, lasts, at, on, where)
+    if kind == _NONE and rest:
+        raise step.error(f"{rest!r} means nothing here")
+    asked = [(rest, kind)] if kind else []
+    for name, one in [*asked, (at, _PLACE)] if word == "put" else asked:
+        known = _known(one, places)
+        if name not in known:
+            raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
+        if one == _THING:
+            _check_thing(step, places.places[name])
+    return step
+
+
+def _check_thing(step: ActivityStep, thing: Place) -> None:
+    """Raises InputError where nobody can carry it."""
+    if thing.use != USE:
+        raise step.error(
+            f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
+        )
+    if thing.size > LARGEST_THING_M:
+        raise step.error(
+            f"it is {thing.size:.1f} m large; what is larger than {LARGEST_THING_M:g} m cannot be "
+            "carried"
+        )
+
+
+def _known(kind: str, places: Places) -> Collection[str]:
+    if kind == _LEAF:
+        return places.doors.keys()
+    return places.lamps.keys() if kind == _LAMP else places.places.keys()
+
+
+def check_body(step: ActivityStep, places: Places, is_cat: bool) -> None:
+    """Raises InputError where a person or a cat cannot do that."""
+    if is_cat and step.word not in _CAT:
+        raise step.error(f"a cat does not; it can {', '.join(sorted(_CAT))}")
+    allowed = {"sit": (SIT, LIE), "lie": (LIE,)}.get(step.word)
+    if not is_cat and allowed and places.places[step.name].use not in allowed:
+        fits = sorted(name for name, place in places.places.items() if place.use in allowed)
+        there = ", ".join(map(repr, fits)) or "nowhere"
+        raise step.error(f"one cannot {step.word} there; where one can: {there}")
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Movements while an activity lasts, one of the steps each time; `burst`: how many come soon
+    one after the other, on average."""
+
+    steps: tuple[ActivityStep, ...]
+    every: float
+    varies: float
+    burst: float
+
+
+@dataclass(frozen=True)
+class Deeds:
+    """What an activity is made of; the place and posture in which it ends, None where it has
+    neither."""
+
+    steps: tuple[ActivityStep, ...]
+    meanwhile: tuple[Repeated, ...]
+    place: str | None
+    posture: str | None
+
+    @property
+    def places(self) -> set[str]:
+        """The places of its steps; none for a step that leaves."""
+        return {step.name for step in self.all_steps if step.word in POSTURES}
+
+    @property
+    def all_steps(self) -> tuple[ActivityStep, ...]:
+        return (*self.steps, *(step for one in self.meanwhile for step in one.steps))
+
+
+def read_activities(routine: Routine, places: Places) -> Mapping[str, Deeds]:
+    """All of a routine's activities by name, and what it is to be away. Raises InputError."""
+    found = {name: _deeds(activity, places) for name, activity in routine.activities.items()}
+    found[AWAY] = Deeds((ActivityStep("leave", "", None, "", False, AWAY),), (), "", GONE)
+    return found
+
+
+def _deeds(activity: RoutineActivity, places: Places) -> Deeds:
+    where = activity.where or (activity.name,) * len(activity.do)
+    steps = tuple(read_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
+    place: str | None = None
+    posture: str | None = None
+    for step in steps:
+        _check_posture(step, posture)
+        if step.word in POSTURES:
+            place, posture = step.name, POSTURES[step.word]
+    meanwhile = []
+    for one in activity.meanwhile:
+        lines = zip(one.do, one.where or (activity.name,) * len(one.do), strict=True)
+        among = tuple(read_step(text, at, places) for text, at in lines)
+        for step in among:
+            _check_posture(step, posture)
+            if step.word == "leave":
+                raise step.error("nobody leaves in between; make it an activity of its own")
+        usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
+        meanwhile.append(Repeated(among, one.every, one.varies, one.burst or usual))
+    return Deeds(steps, tuple(meanwhile), place, posture)
+
+
+def _check_posture(step: ActivityStep, posture: str | None) -> None:
+    needed = _NEEDS.get(step.word)
+    if needed and posture not in needed:
+        raise step.error(f"that is done {' or '.join(needed)}; put such a step before it")

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A home with residents, opened by a script: their places, a stretch of a day, days."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ...angen_addon.api import home
+from ...angen_addon.runtime.simulation import Progress
+from ...angen_addon.runtime.time_base import evaluated_depsgraph
+from ...angen_addon.scene.sensors import Sensor, unit_scale
+from ...sensor_logic.error import AngenError
+from ..acting.places import Place
+from ..body.skeleton import Sort
+from ..days.rows import Day
+from ..routine.routine import time_of_day
+from . import run as living
+from . import settings as adding
+from .marks import LABELS
+from .places import read_places
+from .run import Household, Plan
+
+
+def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
+    """The household of the open home from a date on. Raises AngenError."""
+    try:
+        first = date.fromisoformat(start) if isinstance(start, str) else start
+    except ValueError:
+        raise AngenError(f"start: '{start}' is not a date such as 2026-03-02") from None
+    return Household(bpy.context.scene, sensors, plan, first, seed)
+
+
+def run_days(
+    sensors: Sequence[Sensor],
+    routine: str | Path,
+    start: date | str,
+    days: int = 1,
+    seed: int = 0,
+    diary: str | Path | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Iterator[Day]:
+    """Simulates days of a routine file from the date `start`, with these sensors.
+
+    Yields each day once it is complete: `date`, `events`, `activities`, `people`, with times in µs
+    since its midnight. `diary`: a file of activities, instead of those that the routine plans.
+    `progress` is called with the share done, 0 to 1; an exception from it ends the run. At the end
+    the home is as before. Raises AngenError.
+    """
+    plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
+    household = household_of(sensors, plan, start, seed)
+
+    def report(number: int, step: Progress) -> None:
+        if progress is not None:
+            progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
+
+    yield from living.run_days(household, range(days), report)
+
+
+# Residents, their places and a stretch of a day, for scripts.
+
+SORTS = [sort.value for sort in Sort]
+
+
+def add_resident(sort: str, name: str, at: Sequence[float], yaw: float, walking_frame: bool) -> str:
+    """See `Home.add_resident`."""
+    if sort not in SORTS:
+        raise AngenError(f"sort '{sort}' is unknown; there are {', '.join(SORTS)}")
+    point = np.asarray(at, float)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise AngenError(f"at={at!r} is not a point: give x, y and z in metres")
+    place = Vector((point / unit_scale(bpy.context.scene)).tolist())
+    has_frame = walking_frame and sort != Sort.CAT.value
+    rig = adding.add_resident(bpy.context, Sort(sort), place, yaw, has_frame)
+    if name:
+        rig.name = name
+    return str(rig.name)
+
+
+def mark(name: str, use: str, settings: dict[str, Any]) -> None:
+    """See `Home.mark`."""
+    obj = bpy.data.objects.get(name)
+    if obj is None or obj.name not in bpy.context.view_layer.objects:
+        raise AngenError(f"the home has no object '{name}'")
+    if use not in LABELS:
+        raise AngenError(f"use '{use}' is unknown; there are {', '.join(LABELS)}")
+    group = obj.angen_place
+    known = [p.identifier for p in group.bl_rna.properties if p.identifier not in NO_SETTINGS]
+    for key in settings:
+        if key not in known:
+            raise AngenError(f"a mark has no '{key}'; there are {', '.join(known)}")
+    bpy.context.view_layer.update()
+    # Guesses what the settings do not say.
+    group.use = use
+    for key, value in settings.items():
+        if key == "switch" and isinstance(value, str):
+            value = bpy.data.objects.get(value)
+        try:
+            setattr(group, key, value)
+        except (TypeError, ValueError) as error:
+            raise AngenError(f"'{name}': {key}: {error}") from None
+
+
+NO_SETTINGS = ("rna_type", "name", "use")
+
+
+def places() -> dict[str, Place]:
+    """See `Home.places`."""
+    found = read_places(bpy.context.scene, evaluated_depsgraph())
+    if found.problems:
+        raise AngenError(found.problems[0])
+    return dict(found.places)
+
+
+def live(
+    sensors: Sequence[Sensor],
+    routine: str | Path,
+    start: date | str,
+    between: tuple[str, str] | None,
+    seed: int,
+) -> Day:
+    """See `Home.live`."""
+    text = isinstance(routine, str) and "\n" in routine
+    plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
+    household = household_of(sensors, plan, start, seed)
+    span = _seconds(between) if between is not None else None
+    with household.keyed() as keys:
+        run = household.run(0, keys, span)
+        while True:
+            try:
+                next(run)
+            except StopIteration as end:
+                day: Day = end.value
+                return day
+
+
+def _seconds(between: tuple[str, str]) -> tuple[float, float]:
+    try:
+        begin, end = (time_of_day(one) for one in between)
+    except (TypeError, ValueError):
+        begin = end = 0.0
+    if not begin < end:
+        raise AngenError(f"between={between!r} is no stretch of a day such as ('19:00', '19:05')")
+    return begin, end
+
+
+class Home(home.Home):
+    """An open blend file, with the residents of its home. Opening another closes it, since Blender
+    holds one at a time."""
+
+    def days(
+        self,
+        routine: str | Path,
+        start: date | str,
+        days: int = 1,
+        seed: int = 0,
+        sensors: Iterable[str] | None = None,
+        diary: str | Path | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Iterator[Day]:
+        """Simulates days of residents with a routine, one after the other: see `run_days`."""
+        found = self._simulated(sensors)
+        yield from run_days(found, routine, start, days, seed, diary, progress)
+
+    def add_resident(
+        self,
+        sort: str,
+        name: str = "",
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        yaw: float = 0.0,
+        walking_frame: bool = False,
+    ) -> str:
+        """Adds a resident at the point `at` (metres), who looks along `yaw` (rad, 0: +x).
+
+        `sort` is ADULT, OLDER_ADULT, CHILD or CAT. Returns the name of its object, to which Blender
+        adds a number if another object has it. Raises AngenError.
+        """
+        self.all_sensors()
+        return add_resident(sort, name, at, yaw, walking_frame)
+
+    def mark(self, object: str, use: str, **settings: Any) -> None:
+        """Marks the object of this name with what residents do there: SIT, LIE, DOOR …
+
+        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; all others are
+        guessed. Raises AngenError.
+        """
+        self.all_sensors()
+        mark(object, use, settings)
+
+    def places(self) -> dict[str, Place]:
+        """The marked places by name: `use`, `room`, `room_guessed`, `at`, `yaw`, `target` …
+
+        Doors, and lamps that nobody has to stand at, are not among them. Raises AngenError.
+        """
+        self.all_sensors()
+        return places()
+
+    def live(
+        self,
+        routine: str | Path,
+        start: date | str = "2026-03-02",
+        between: tuple[str, str] | None = None,
+        seed: int = 0,
+        sensors: Iterable[str] | None = None,
+    ) -> Day:
+        """Simulates one day by a routine (a path, or the text of one), or a stretch of it.
+
+        `between`: the stretch that sensors read, as ("19:00", "19:05"). For several days: `days`.
+        Raises AngenError.
+        """
+        return live(self._simulated(sensors), routine, start, between, seed)

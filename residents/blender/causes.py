@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which object made an event, as *Explain* names it, and which person that belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ...angen_addon.explain.replay import Recalled, Replay
+from ...angen_addon.kinds import appearance_of
+from ...angen_addon.runtime import state
+from ...angen_addon.runtime.probes import Probes
+from ...angen_addon.runtime.sensor_runner import SensorRunner
+from ...angen_addon.runtime.trace import NotNoted
+from ...angen_addon.scene.bearers import candidates
+from ...angen_addon.scene.sensors import Sensor
+from ...sensor_logic.log.event_log import Event, NewEvents
+from ...sensor_logic.recording.tracks import Recording
+from ..acting.timeline import Acted
+
+
+class Causes:
+    """The causes of the events of a day's run, which calls `note`, found as soon as they are read.
+    `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
+    `told`: the events, `because` of the object that made each, with the `person` who moves that, if
+    anybody does; those up to midnight have neither, and no event has where they are not `wanted`.
+    """
+
+    def __init__(
+        self,
+        scene: Any,
+        sensors: Sequence[Sensor],
+        recording: Recording,
+        acted: Acted,
+        residents: Mapping[str, Any],
+        midnight: float,
+        wanted: bool = True,
+    ) -> None:
+        self._scene = scene
+        self._sensors = {sensor.name: sensor for sensor in sensors}
+        self._recording = recording
+        self.new = NewEvents(recording)
+        self._acted = acted
+        self._midnight = midnight
+        self._persons = {obj.name: person for person, obj in residents.items()}
+        frames = {person: obj.angen_resident.walking_frame for person, obj in residents.items()}
+        self._persons |= {frame.name: person for person, frame in frames.items() if frame}
+        self._probes: Probes | None = None
+        self._owners: dict[str, list[str]] = {}
+        self._left: list[Event[float]] = []
+        self.wanted = wanted
+        self.told: list[Event[float]] = []
+
+    def note(self, runner: SensorRunner) -> None:
+        """Find the causes of a sensor's new events by its trace. Those for which one must look at
+        the scene are left."""
+        because: dict[float, str] = {}
+        for event in self.new.take_of(runner.sensor.name):
+            if event.time <= self._midnight:
+                self.told.append(event)
+                continue
+            try:
+                if event.frame not in because:
+                    recalled = Recalled(self._scene, self._recording, runner.trace)
+                    because[event.frame] = self._because(recalled, event)
+            except NotNoted:
+                self._left.append(event)
+            else:
+                self._tell(event, because[event.frame])
+
+    def take_left(self) -> None:
+        """The events that are left, while the keys of their time are in the home and nothing is
+        sensed."""
+        if not self.wanted:
+            self.told += (event for name in self._sensors for event in self.new.take_of(name))
+            return
+        was_running, state.CACHE.running = state.CACHE.running, True
+        because: dict[tuple[str, float], str] = {}
+        try:
+            for event in sorted(self._left):
+                key = event.sensor, event.frame
+                if key not in because:
+                    sensor = self._sensors[event.sensor]
+                    replay = Replay(self._scene, sensor, self._recording, self._probes)
+                    self._probes = replay.probes
+                    because[key] = self._because(replay, event)
+                self._tell(event, because[key])
+        finally:
+            if self._probes is not None:
+                self._probes.close()
+            state.CACHE.running = was_running
+            self._left = []
+
+    def _because(self, replay: Replay, event: Event[float]) -> str:
+        kind, track = replay.sensor.kind, replay.track
+        index = track.at(event.frame)
+        if index is None or (kind.publishes("motion") and not track.active[index]):
+            # That nothing moves any more, nobody does.
+            return ""
+        return appearance_of(kind).explain(replay, index).because
+
+    def _tell(self, event: Event[float], because: str) -> None:
+        person = self.person_of(because, event.time - self._midnight) if because else ""
+        self.told.append(replace(event, person=person, because=because))
+
+    def person_of(self, name: str, time: float) -> str:
+        """Whose body an object is part of, who moves it at a time, or who is on it, as on the
+        cushion over a pad; empty where nobody is."""
+        for owner in self._chain(name):
+            person = self._persons.get(owner) or self._acted.mover(owner, time)
+            if person:
+                return person
+        obj = _object(name)
+        if obj is None or obj.type != "MESH":
+            return ""
+        corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
+        corners *= self._scene.unit_settings.scale_length
+        return self._acted.borne(corners.min(axis=0), corners.max(axis=0), time)
+
+    def _chain(self, name: str) -> list[str]:
+        """The object itself and what it hangs on, by their names."""
+        if name not in self._owners:
+            self._owners[name] = [owner.name for owner in _chain(_object(name))]
+        return self._owners[name]
+
+
+def _object(name: str) -> Any:
+    """Instances are told as "thing in what brings it forth"."""
+    return bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])
+
+
+def _chain(obj: Any) -> Iterable[Any]:
+    return candidates(obj) if obj is not None else ()

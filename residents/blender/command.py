@@ -1,0 +1,424 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen day`: days of a routine in the open home, into a folder."""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import date, datetime
+from pathlib import Path
+from typing import Any, Protocol, TextIO
+
+import bpy
+import numpy as np
+
+from ...angen_addon.commands.console import DONE, FAILED, note, tell
+from ...angen_addon.commands.home import open_home, sensors_of
+from ...angen_addon.commands.interrupt import SIGNALS
+from ...angen_addon.commands.leaving import leave_hard
+from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path
+from ...angen_addon.output.output_files import Outputs, check_not_read
+from ...angen_addon.runtime.simulation import Progress
+from ...angen_addon.scene.sensors import Sensor, chosen, simulated
+from ...angen_addon.scene.units import lengths_of
+from ...sensor_logic.error import InputError
+from ...sensor_logic.formats import FORMATS
+from ...sensor_logic.wording import part_is
+from ..acting.timeline import Acted
+from ..days.truth import DAY_S
+from . import reachable
+from .folder import Folder
+from .run import Household, Plan, run_days
+
+# How far a run of days is, on standard error.
+
+TERMINAL_S, LOG_S = 0.3, 30.0
+
+
+class FinishedDays(Protocol):
+    def has(self, number: int) -> bool: ...
+
+
+class DayLine:
+    """One line that renews itself on a terminal, else one now and then. Of several processes it
+    sees the whole days."""
+
+    def __init__(self, stream: TextIO, quiet: bool, days: int, kept: FinishedDays) -> None:
+        self._stream, self._quiet, self._days, self._kept = stream, quiet, days, kept
+        self._begin = time.perf_counter()
+        self._shown = self._begin
+        self._terminal = stream is not None and stream.isatty()
+        self._had = self._whole()
+
+    def _whole(self) -> int:
+        return sum(self._kept.has(number) for number in range(self._days))
+
+    def show(self, step: Progress | None = None, acted: Acted | None = None) -> None:
+        """`step` of the day that was `acted`; without them, of several processes."""
+        now = time.perf_counter()
+        if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):
+            return
+        self._shown = now
+        whole = self._whole()
+        part = step.seconds_done / max(step.seconds_total, 1e-9) if step is not None else 0.0
+        moved = _moved(acted, part) if acted is not None else part
+        made = whole - self._had + moved
+        text = f"day {min(whole + 1, self._days)} of {self._days}"
+        text += f", {part:.0%} of it" if step is not None else ""
+        if made > 0.02:
+            each = (now - self._begin) / made
+            left = each * (self._days - whole - moved)
+            text += f", {60 / each:.2g} days a minute, about {_rounded(left)} left"
+        if step is not None and step.doing:
+            text += f", {step.doing}"
+        tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
+
+    def clear(self) -> None:
+        if self._terminal and not self._quiet:
+            tell("\r" + " " * 70 + "\r", self._stream)
+
+    def summary(self) -> str:
+        """What was made, and how fast."""
+        made, took = self._whole() - self._had, time.perf_counter() - self._begin
+        return f"; {made} made in {_rounded(took)}" if made else ""
+
+
+def _moved(acted: Acted, part: float) -> float:
+    """How much of a day's movement is in the first part of its time: while all rest, a run takes
+    no time."""
+    spans = acted.spans(0.0, DAY_S)
+    moving = float(np.diff(spans).sum())
+    before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())
+    return before / moving if moving else part
+
+
+def _rounded(seconds: float) -> str:
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+# Shares the days of `angen day --jobs` among several processes.
+#
+# This process hands each worker one day at a time, by its number, over the worker's standard
+# input. The system closes that pipe when this process ends, however it ends, and the worker ends
+# with it.
+
+# s
+LOOK_EVERY, PATIENCE_S = 0.2, 2.0
+# The option of the command that makes its process a worker.
+WORKER = "--worker"
+# Runs the command line of this very package in another Python.
+_START = (
+    "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
+    "runpy.run_module('angen_addon', run_name='__main__', alter_sys=True)"
+)
+
+
+def worker_command() -> list[str]:
+    """Return this process's own command, as that of a worker."""
+    if bpy.app.binary_path:
+        # Threads that wait for each other at each frame cost more than they give.
+        return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
+    root = Path(__file__).resolve().parents[2]
+    return [sys.executable, "-c", _START, str(root), *sys.argv[1:], "--quiet", WORKER]
+
+
+def days_of_worker() -> Iterator[int]:
+    """Yield the days that a worker is handed, until the process that started it closes the pipe or
+    ends: then the worker ends at once, also amid a day."""
+    for number in SIGNALS:
+        # Whoever ends a worker by a signal is to be told of as such.
+        signal.signal(number, signal.SIG_DFL)
+    handed: queue.SimpleQueue[int] = queue.SimpleQueue()
+
+    def read() -> None:
+        for text in sys.stdin:
+            handed.put(int(text))
+        leave_hard(DONE)
+
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        yield handed.get()
+
+
+@dataclass
+class _Worker:
+    process: subprocess.Popen[bytes]
+    day: int | None = None
+
+
+class SharedDays:
+    """The days `left` to be made into a folder by this process and `workers` others, which run
+    within the context."""
+
+    def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
+        self._folder, self._left, self._count = folder, deque(left), workers
+        self._workers: list[_Worker] = []
+        self._looked = 0.0
+
+    def __enter__(self) -> SharedDays:
+        for _ in range(self._count):
+            # In a session of its own: Ctrl-C in a terminal is for this process alone.
+            process = subprocess.Popen(
+                worker_command(),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+            self._workers.append(_Worker(process))
+        # The first day is this process's own.
+        for worker, day in zip(self._workers, list(self._left)[1:], strict=False):
+            self._hand(worker, day)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in self._workers:
+            _close(worker.process)
+        until = time.monotonic() + PATIENCE_S
+        for worker in self._workers:
+            with suppress(subprocess.TimeoutExpired):
+                worker.process.wait(max(until - time.monotonic(), 0.0))
+            worker.process.kill()
+            worker.process.wait()
+
+    def own(self, waiting: Callable[[], object]) -> Iterator[int]:
+        """Yield the days that this process makes, until all are made or a worker has failed.
+        `waiting` is called now and then while there is none, but workers are at theirs."""
+        while True:
+            self.look()
+            if self._left:
+                yield self._left.popleft()
+            elif any(worker.day is not None for worker in self._workers):
+                waiting()
+                time.sleep(LOOK_EVERY)
+            else:
+                return
+
+    def look(self) -> None:
+        """Hand each worker that has made its day the next one, and take back the days of workers
+        that have ended. To be called often."""
+        if time.monotonic() - self._looked < LOOK_EVERY:
+            return
+        self._looked = time.monotonic()
+        for worker in list(self._workers):
+            status = worker.process.poll()
+            if worker.day is not None and self._folder.has(worker.day):
+                worker.day = None
+            if status is not None:
+                self._workers.remove(worker)
+                self._lose(worker, status)
+            elif worker.day is None and self._left:
+                self._hand(worker, self._left[0])
+
+    def _hand(self, worker: _Worker, day: int) -> None:
+        self._left.remove(day)
+        worker.day = day
+        assert worker.process.stdin is not None
+        with suppress(OSError):
+            # Where it has ended, `look` takes the day back.
+            worker.process.stdin.write(b"%d\n" % day)
+            worker.process.stdin.flush()
+
+    def _lose(self, worker: _Worker, status: int) -> None:
+        _close(worker.process)
+        if status > 0:
+            # It has told what is wrong; those at a day still end it.
+            self._left.clear()
+            return
+        text = f"a process of --jobs was ended by {_name_of(-status)}"
+        if worker.day is not None:
+            self._left.appendleft(worker.day)
+            text += f"; another one makes {self._folder.date_of(worker.day)}"
+        note(text)
+
+
+def _close(process: subprocess.Popen[bytes]) -> None:
+    assert process.stdin is not None
+    with suppress(OSError):
+        process.stdin.close()
+
+
+def _name_of(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
+MOST_DAYS = 10_000
+
+
+def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "day", parents=[every], help="run days that residents live by a routine"
+    )
+    verb.add_argument("--routine", type=path, required=True, metavar="FILE.toml")
+    verb.add_argument(
+        "--diary", type=path, metavar="FILE.csv", help="what is done, instead of the routine's plan"
+    )
+    verb.add_argument("--start", type=_date, required=True, metavar="DATE", help="the first day")
+    verb.add_argument("--days", type=_count, default=1, metavar="N", help="how many (default 1)")
+    verb.add_argument("--seed", type=_seed, default=0, metavar="S", help="of chance (default 0)")
+    verb.add_argument(
+        "--out", type=path, required=True, metavar="DIR", help="a new folder, or one to go on with"
+    )
+    verb.add_argument(
+        "--format",
+        action="append",
+        default=[],
+        choices=[name for name in FORMATS if name != "events"],
+        metavar="NAME",
+        help=f"also for another tool, in DIR; may be given again: {', '.join(FORMATS)}",
+    )
+    add_choice(verb)
+    verb.add_argument(
+        "--jobs",
+        type=_count,
+        default=1,
+        metavar="N",
+        help="processes at once (default 1), each of which runs whole days",
+    )
+    verb.add_argument(
+        "--layout",
+        type=path,
+        metavar="FILE.json",
+        help="the home with the sensors of this layout, as `apply` adds and changes them",
+    )
+    verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    # The process is one of those that `--jobs` started.
+    verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
+
+
+def _date(text: str) -> date:
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a date such as 2026-03-02") from None
+
+
+def _whole(text: str, least: int, most: int) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = least - 1
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from {least} to {most}")
+    return number
+
+
+def _count(text: str) -> int:
+    return _whole(text, 1, MOST_DAYS)
+
+
+def _seed(text: str) -> int:
+    return _whole(text, 0, 0x7FFFFFFF)
+
+
+def _day(options: argparse.Namespace, _outputs: Outputs) -> int:
+    sensors = sensors_of(options, options.layout)
+    try:
+        return DONE if _run(options, sensors) else FAILED
+    except KeyboardInterrupt:
+        # The complete days are written, and their number was printed.
+        options.interrupt.came = False
+        return FAILED
+
+
+def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
+    """Runs what the options ask for; whether all days are whole. Raises AngenError;
+    KeyboardInterrupt, when the whole days were kept."""
+    told = simulated(chosen(sensors, choice_of(options)))
+    if not told:
+        raise InputError("no sensor is switched on")
+    _check_dates(options)
+    check_not_read([options.out / "events.csv"])
+    scene = bpy.context.scene
+    plan = Plan.read(options.routine, options.diary)
+    household = Household(scene, told, plan, options.start, options.seed)
+    if options.worker:
+        # Never returns: the process ends with the one that started it, which makes the tables.
+        folder = Folder(options.out, household, options.format)
+        _make(household, folder, days_of_worker(), lambda *_: None)
+    # What cannot be acted is told before anything is written.
+    household.acted(0)
+    return _all(household, Folder(options.out, household, options.format), options)
+
+
+def _check_dates(options: argparse.Namespace) -> None:
+    """Raises InputError where the days, or a format, do not hold such dates."""
+    start = datetime.combine(options.start, datetime.min.time())
+    for name in ("events", *options.format):
+        FORMATS[name].check_dates(start, 0.0, options.days * DAY_S)
+
+
+def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
+    line = DayLine(sys.stderr, options.quiet, options.days, folder)
+    left = [n for n in range(options.days) if not folder.has(n)]
+    workers = max(min(options.jobs, len(left)) - 1, 0)
+
+    def waiting() -> None:
+        options.interrupt.check()
+        line.show()
+
+    try:
+        with SharedDays(folder, left, workers) as shared:
+
+            def progress(number: int, step: Progress) -> None:
+                options.interrupt.check()
+                shared.look()
+                line.show(step, household.acted(number))
+
+            _make(household, folder, shared.own(waiting), progress)
+    finally:
+        line.clear()
+        whole, notes = folder.finish(options.days)
+        for text in notes:
+            note(text)
+        kept = f"{part_is(whole, options.days, 'day')} in {options.out}"
+        if whole < options.days and (whole or options.interrupt.came):
+            note(f"{kept}; the same command goes on with the {'next' if whole else 'first'}")
+    if whole == options.days and not options.quiet:
+        note(f"{kept}{line.summary()}")
+    return whole == options.days
+
+
+def _make(
+    household: Household,
+    folder: Folder,
+    numbers: Iterable[int],
+    progress: Callable[[int, Progress], object],
+) -> None:
+    for day in run_days(household, numbers, progress):
+        folder.keep(day)
+
+
+def _add_places(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "places",
+        parents=[every],
+        help="list the places marked for residents, and those that they cannot reach",
+    )
+    verb.add_argument("--json", action="store_true", help="for programs")
+
+
+def _places(options: argparse.Namespace, outputs: Outputs) -> int:
+    open_home(options)
+    found = reachable.check_places(bpy.context.evaluated_depsgraph_get())
+    as_text = reachable.as_text(found, lengths_of(bpy.context.scene))
+    outputs.said = reachable.as_json(found) if options.json else as_text
+    note(found.count)
+    return FAILED if found.lost or found.places.problems else DONE
+
+
+VERBS = {"day": Verb(_add_day, _day), "places": Verb(_add_places, _places)}

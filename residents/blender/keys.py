@@ -1,0 +1,354 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keys of one stretch of a day in the open home: bodies, leaves, lamps, and things in hands.
+
+Frame 1 is midnight; 10 frames are a second. Only what moves has keys, at the frames at which it
+does; in between, and before and after the stretch, it is held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import ceil, floor, pi
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Quaternion
+from numpy.typing import ArrayLike
+
+from ...angen_addon.scene.animation import action_curves
+from ...angen_addon.scene.light.scene import BEGINS, begins_of
+from ...sensor_logic.model import Array, Index
+from ..acting.places import Places
+from ..acting.timeline import Acted, Gesture, Hold, Timeline, swung
+from ..body.pose import BodyPose
+from ..body.poses import palm, upright
+from ..body.solve import Bones, channels, solve
+from ..body.turns import ease, mix, mix_turns, times, turned
+from .person import body_of
+
+# F-curves of one datablock, written as whole arrays.
+
+# Numbers of Blender's interpolations.
+CONSTANT, LINEAR = 0, 1
+
+
+class Curves:
+    """The F-curves of a datablock's own action, the actions of 4.2 and the layered ones since."""
+
+    def __init__(self, owner: bpy.types.ID, name: str) -> None:
+        action = bpy.data.actions.new(name)
+        data = owner.animation_data_create()
+        data.action = action
+        self.curves: Any
+        if hasattr(action, "slots"):
+            slot = action.slots.new(owner.id_type, owner.name)
+            strip = action.layers.new("Story").strips.new(type="KEYFRAME")
+            self.curves = strip.channelbag(slot, ensure=True).fcurves
+            data.action_slot = slot
+        else:
+            self.curves = action.fcurves
+        self.action = action
+        self.count = 0
+
+    def write(
+        self, path: str, index: int, frames: ArrayLike, values: ArrayLike,
+        interpolation: ArrayLike = LINEAR,
+    ) -> None:  # fmt: skip
+        """Replaces the keys of a curve; frames must increase. `interpolation`: one number for all
+        keys, or one for each."""
+        at = np.stack([np.asarray(frames, np.float32), np.asarray(values, np.float32)], 1)
+        curve = self.curves.find(path, index=index) or self.curves.new(path, index=index)
+        points = curve.keyframe_points
+        if len(points) != len(at):
+            points.clear()
+            points.add(len(at))
+        points.foreach_set("co", at.ravel())
+        points.foreach_set("interpolation", np.full(len(at), interpolation, np.int32))
+        curve.update()
+        self.count += len(at)
+
+
+FPS = 10
+# How far a thing is tilted by who drinks from it, rad.
+TILT = 1.45
+# A thing goes from the hand to where it stands in so many seconds.
+_LETS_GO = 0.3
+
+
+# What keys move, in this order: a change of the mode turns one rotation into the other. A matrix
+# would not give back every bit.
+MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
+         "hide_viewport", "hide_render", "energy")  # fmt: skip
+
+
+class Taken:
+    """A datablock whose animation is ours until `give_back`."""
+
+    def __init__(self, owner: Any) -> None:
+        self.owner = owner
+        data = owner.animation_data
+        self._had = (data.action, getattr(data, "action_slot", None)) if data else None
+        self._values: list[tuple[Any, str, Any]] = [
+            (part, name, value.copy() if hasattr(value := getattr(part, name), "copy") else value)
+            for part in (owner, *(owner.pose.bones if getattr(owner, "pose", None) else ()))
+            for name in MOVED
+            if hasattr(part, name)
+        ]
+        self.curves = Curves(owner, f"Day {owner.name}")
+
+    def give_back(self) -> None:
+        """The action that was there before, and the values that ours have moved."""
+        data, (action, slot) = self.owner.animation_data, self._had or (None, None)
+        data.action = action
+        if action is not None and slot is not None:
+            data.action_slot = slot
+        if self._had is None and not data.drivers:
+            self.owner.animation_data_clear()
+        for owner, name, value in self._values:
+            setattr(owner, name, value)
+        bpy.data.actions.remove(self.curves.action)
+
+
+class KeyedStretch:
+    """The keys of a day's stretches, one after the other, in place of the home's own.
+
+    `residents` are armatures by the person's name. `clear` gives everything back as it was.
+    """
+
+    def __init__(self, residents: Mapping[str, Any], places: Places) -> None:
+        self._residents, self._places = dict(residents), places
+        self._taken: dict[Any, Taken] = {}
+        self._rest = {
+            name: {b.name: np.array(b.matrix_local.to_quaternion()) for b in rig.data.bones}
+            for name, rig in residents.items()
+        }
+        self._world: dict[str, Matrix] = {}
+        self._powers: dict[str, float] = {}
+        self.keyed_frames = 0
+
+    def clear(self) -> None:
+        for taken in self._taken.values():
+            taken.give_back()
+        self._taken.clear()
+
+    def show(self, acted: Acted, start: float, end: float) -> None:
+        """Keys from `start` to `end` (s of the day), in place of those of the stretch before."""
+        frames = np.arange(ceil(1 + FPS * start - 1e-6), floor(1 + FPS * end + 1e-6) + 1)
+        scene = bpy.context.scene
+        if BEGINS in scene:
+            # Light sensors look at how it was when the day and this part of it began.
+            frames = np.union1d(frames, begins_of(scene, int(frames[0])))
+        shown: dict[str, tuple[Array, BodyPose, Bones]] = {}
+        for person, line in acted.bodies.items():
+            if person in self._residents:
+                shown[person] = self._show_body(person, line, frames)
+        for name, swings in acted.swings.items():
+            self._show_leaf(name, swings, frames)
+        lamps: dict[str, list[tuple[float, bool]]] = {}
+        for switch in acted.switches:
+            lamps.setdefault(switch.object, []).append((switch.time, switch.on))
+        for name, changes in lamps.items():
+            self._show_lamp(name, changes, frames)
+        for name, holds in acted.holds.items():
+            self._show_thing(name, holds, acted.sips.get(name, ()), frames, shown)
+
+    # --- bodies -------------------------------------------------------------------------------
+    def _show_body(
+        self, person: str, line: Timeline, frames: Index
+    ) -> tuple[Array, BodyPose, Bones]:  # fmt: skip
+        rig = self._residents[person]
+        at = _moving_frames(frames, line.moving())
+        pose = line.poses((at - 1) / FPS)
+        bones = solve(pose)
+        self.keyed_frames += len(at)
+        curves = self._curves(rig)
+        rig.rotation_mode = "XYZ"
+        metres = _metres()
+        for path, index, values in channels(pose, self._rest[person], bones):
+            kept = _until_wound(values) if path == "rotation_euler" else LINEAR
+            values = values / metres if path == "location" else values
+            curves.write(path, index, at, values, kept)
+        for axis in (0, 1):
+            curves.write("rotation_euler", axis, at[:1], [0.0])
+        frame = rig.angen_resident.walking_frame
+        if frame is not None:
+            curves = self._curves(frame)
+            frame.rotation_mode = "XYZ"
+            for axis in range(3):
+                curves.write("location", axis, at, pose.walker[:, axis] / metres)
+            yaw = pose.walker[:, 3]
+            curves.write("rotation_euler", 2, at, yaw, _until_wound(yaw))
+        for obj in (body_of(rig), frame):
+            if obj is not None:
+                self._show_or_hide(obj, line.away(), frames)
+        return at, pose, bones
+
+    def _show_or_hide(self, obj: Any, away: Array, frames: Index) -> None:
+        """Who is away is not there for sensors, cameras and lamps."""
+        if obj not in self._taken and not len(away):
+            return
+        seconds = (frames - 1) / FPS
+        gone = np.zeros(len(frames), bool)
+        for begins, ends in away:
+            gone |= (seconds >= begins) & (seconds < ends)
+        at = np.unique([0, *np.flatnonzero(np.diff(gone)) + 1])
+        for path in ("hide_viewport", "hide_render"):
+            self._curves(obj).write(path, 0, frames[at], gone[at], CONSTANT)
+
+    # --- leaves and lamps ---------------------------------------------------------------------
+    def _show_leaf(self, name: str, swings: Any, frames: Index) -> None:
+        obj, door = _object(name), self._places.doors[name]
+        spans = np.array([(swing.start, swing.end) for swing in swings]).reshape(-1, 2)
+        at = _moving_frames(frames, spans)
+        resting = swings[0].before if swings else 0.0
+        openings = swung(swings, (at - 1) / FPS, resting)
+        before = self._world_of(obj)
+        metres = Matrix.Scale(1 / _metres(), 4)
+        back = Matrix.Scale(_metres(), 4)
+        moved = [metres @ Matrix(door.moved(float(one)).tolist()) @ back @ before
+                 for one in openings]  # fmt: skip
+        self._write_placed(obj, at, moved)
+
+    def _show_lamp(self, name: str, changes: list[tuple[float, bool]], frames: Index) -> None:
+        seconds = (frames - 1) / FPS
+        on = np.full(len(frames), not changes[0][1])
+        for time, state in changes:
+            on[seconds >= time - 1e-6] = state
+        at = np.unique([0, *np.flatnonzero(np.diff(on)) + 1])
+        obj = _object(name)
+        for light in {one.data for one in (obj, *obj.children_recursive) if one.type == "LIGHT"}:
+            if light.name not in self._powers:
+                self._powers[light.name] = _power(light)
+            power = self._powers[light.name]
+            # One key before all, so that every stretch tells how bright it becomes, also one in
+            # which it stays off: by that Cycles chooses where light paths go.
+            keyed = np.r_[frames[0] - 1, frames[at]]
+            values = np.r_[power, np.where(on[at], power, 0.0)]
+            self._curves(light).write("energy", 0, keyed, values, CONSTANT)
+
+    # --- things -------------------------------------------------------------------------------
+    def _show_thing(
+        self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
+        shown: Mapping[str, tuple[Array, BodyPose, Bones]],
+    ) -> None:  # fmt: skip
+        """In the hand the middle of its box is; where it was put, its underside's middle stands."""
+        obj = _object(name)
+        before = self._world_of(obj)
+        metres = _metres()
+        corners = np.array([before @ Matrix.Translation(c).translation for c in obj.bound_box])
+        origin = np.array(before.translation)
+        middle = (corners.min(0) + corners.max(0)) / 2
+        under = np.array([*middle[:2], corners[:, 2].min()])
+        turn = np.array(before.to_quaternion())
+        spans = [(hold.start, hold.start + _LETS_GO) for hold in holds]
+        at = _moving_frames(frames, np.array(spans))
+        at = np.unique(np.concatenate([at, *(keyed for keyed, _, _ in shown.values())]))
+        seconds = (at - 1) / FPS
+        tilt = sum((TILT * sip.weight(seconds) for sip in sips), 0.0 * seconds)
+        where, how = np.tile(origin * metres, (len(at), 1)), np.tile(turn, (len(at), 1))
+        for hold in holds:
+            begun = np.flatnonzero(seconds >= hold.start - 1e-6)
+            if not len(begun):
+                continue
+            share = ease((seconds[begun] - hold.start) / _LETS_GO)
+            if hold.hand is None:
+                point = under * metres if hold.at is None else hold.at
+                new = np.tile((origin - under) * metres + point, (len(begun), 1))
+                turns = np.tile(turn, (len(begun), 1))
+            else:
+                new, turns = _carried(hold, at[begun], tilt[begun], shown[hold.person], turn,
+                                      (origin - middle) * metres)  # fmt: skip
+            where[begun], how[begun] = (
+                mix(where[begun], new, share), mix_turns(how[begun], turns, share),
+            )  # fmt: skip
+        placed = [
+            Matrix.LocRotScale(w / metres, Quaternion(q), before.to_scale())
+            for w, q in zip(where, how, strict=True)
+        ]
+        self._write_placed(obj, at, placed)
+
+    # --- in common ----------------------------------------------------------------------------
+    def _curves(self, owner: Any) -> Curves:
+        if owner not in self._taken:
+            self._taken[owner] = Taken(owner)
+        return self._taken[owner].curves
+
+    def _world_of(self, obj: Any) -> Matrix:
+        """How an object stands in the file, whatever its keys say by now."""
+        if obj.name not in self._world:
+            self._world[obj.name] = obj.matrix_world.copy()
+        return self._world[obj.name]
+
+    def _write_placed(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
+        """Keys of location and turn of an object at places in the world."""
+        above = Matrix()
+        if obj.parent is not None:
+            above = (obj.parent.matrix_world @ obj.matrix_parent_inverse).inverted()
+        parts = [(above @ world).decompose() for world in worlds]
+        turns = np.array([part[1] for part in parts])
+        flips = np.sign((turns[1:] * turns[:-1]).sum(1))
+        turns[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
+        curves = self._curves(obj)
+        obj.rotation_mode = "QUATERNION"
+        places = np.array([part[0] for part in parts])
+        for axis in range(3):
+            curves.write("location", axis, at, places[:, axis])
+        for axis in range(4):
+            curves.write("rotation_quaternion", axis, at, turns[:, axis])
+
+
+def _carried(
+    hold: Hold, at: Array, tilt: Array, shown: tuple[Array, BodyPose, Bones], turn: Array,
+    offset: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Where a thing in a hand is (n, 3) m and how it is turned (n, 4): with the body's heading, and
+    tilted (n,) rad towards the face."""
+    keyed, pose, bones = shown
+    # Between two of its keys a body keeps still.
+    index = np.maximum(np.searchsorted(keyed, at, side="right") - 1, 0)
+    carried = upright(pose.take(index), tilt)
+    hand = palm(bones, hold.hand or 0, pose.build.scale)[index]
+    return hand + turned(carried, offset), times(carried, turn)
+
+
+def _until_wound(yaw: Array) -> Index:
+    """(n,) how each key goes on to the next: where whole turns are taken back, it stays."""
+    jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
+    return np.where(jumps, CONSTANT, LINEAR)
+
+
+def _moving_frames(frames: Index, spans: Array) -> Array:
+    """Those of the frames at which a body moves, the ones before and after each span among them,
+    and the first and the last of all, also of those before a gap."""
+    keyed = np.zeros(len(frames), bool)
+    keyed[[0, -1]] = True
+    keyed[1:][np.diff(frames) > 1] = True
+    for start, end in spans:
+        # At the start itself it may stand elsewhere than before, as who comes home.
+        low, high = ceil(1 + FPS * start) - 1, ceil(1 + FPS * end)
+        keyed[slice(*np.searchsorted(frames, (low, high + 1)))] = True
+    return np.asarray(frames[keyed], np.float64)
+
+
+def _object(name: str) -> Any:
+    return bpy.data.objects[name]
+
+
+def _metres() -> float:
+    return float(bpy.context.scene.unit_settings.scale_length)
+
+
+def _power(light: Any) -> float:
+    """What a lamp shines with when it is on, also where the file's own keys have it off now."""
+    data = light.animation_data
+    if data is None:
+        return float(light.energy)
+    curves = action_curves(data.action, getattr(data, "action_slot", None))
+    keys = [
+        key.co[1]
+        for curve in curves
+        if curve.data_path == "energy"
+        for key in curve.keyframe_points
+    ]
+    return float(max([light.energy, *keys]))

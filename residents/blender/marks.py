@@ -1,0 +1,433 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The marks on objects: what residents do there, and how doors open."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
+from bpy.types import Context, Object
+from mathutils import Vector
+
+from ...angen_addon.coverage.cells import finished, free_ways
+from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
+from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
+from ...angen_addon.scene.placed import NotPlaced, placed_matrix
+from ...angen_addon.scene.rooms import known_rooms
+from ...angen_addon.scene.sensors import unit_scale
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.model import Array
+from ..acting import places as known
+from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door
+
+# Where a marked object looks.
+
+# What looks somewhere.
+FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+
+
+def look_of(obj: Any, matrix: Any) -> Array:
+    """(2,): where the mark of an object looks, as a unit vector on the floor."""
+    angle = obj.angen_place.facing
+    local = np.array([math.sin(angle), -math.cos(angle), 0.0])
+    found: Array = (np.array(matrix)[:3, :3] @ local)[:2]
+    size = float(np.linalg.norm(found))
+    # Of what lies on its back the front looks up or down.
+    return found / size if size > 1e-9 else local[:2]
+
+
+def set_look(obj: Any, matrix: Any, look: Array) -> None:
+    """Turns the mark so that it looks along (2,) in the world."""
+    axes = np.array(matrix)[:2, :2]
+    if abs(np.linalg.det(axes)) < 1e-12:
+        return
+    local = np.linalg.solve(axes, look)
+    obj.angen_place.facing = math.atan2(local[0], -local[1])
+
+
+# The size and the surfaces of an object that is marked as a place, with its children.
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+class MarkedObject:
+    """`at` (3,) m is the object's origin; `points` (n, 3) m the corners of its surfaces and those
+    of its children: none of an empty. `rows` (k,) are their solids. Raises NotPlaced."""
+
+    def __init__(self, home: EvaluatedHome, obj: Any) -> None:
+        self.obj = obj
+        self.matrix = placed_matrix(obj, home.depsgraph).copy()
+        self.at = np.array(self.matrix.translation) * home.metres
+        uid = obj.session_uid
+        self.home = home.part(lambda solid: uid in solid.owners)
+        self.rows = self.home.rows
+        wanted = np.zeros(len(home.caster.solids.solids), bool)
+        wanted[self.rows] = True
+        parts = [surface.points for surface in home.surfaces(wanted)] if len(self.rows) else []
+        points = np.concatenate(parts) if parts else np.empty((0, 3))
+        self.points = points[np.isfinite(points).all(axis=1)]
+
+    @property
+    def solid(self) -> bool:
+        return bool(len(self.points))
+
+    @property
+    def middle(self) -> Array:
+        """(3,) m: the middle of its bounding box, or its origin if it has no surface."""
+        if not self.solid:
+            return self.at
+        middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
+        return middle
+
+    @property
+    def size(self) -> float:
+        """The largest side of its bounding box, m."""
+        return float(np.ptp(self.points, axis=0).max()) if self.solid else 0.0
+
+    def reach(self, way: Array) -> tuple[float, float]:
+        """The least and the greatest distance (m) of its points along a direction (2,) from the
+        world's origin."""
+        if not self.solid:
+            here = float(self.at[:2] @ way)
+            return here, here
+        along = self.points[:, :2] @ way
+        return float(along.min()), float(along.max())
+
+    def box(self, look: Array) -> tuple[Array, float, float]:
+        """Its middle on the floor (2,), and how far it goes from there along a look and across
+        (half its size), m."""
+        across = np.array([-look[1], look[0]])
+        near, far = self.reach(look)
+        right, left = self.reach(across)
+        middle: Array = look * (near + far) / 2.0 + across * (right + left) / 2.0
+        return middle, (far - near) / 2.0, (left - right) / 2.0
+
+    def heights(self, points: Array) -> Array:
+        """(n,) m in the world: its top at points (n, 2); not a number where it is not."""
+        if not self.solid:
+            return np.full(len(points), np.nan)
+        top, bottom = float(self.points[:, 2].max()) + 0.05, float(self.points[:, 2].min()) - 0.05
+        starts = np.column_stack([points, np.full(len(points), top)])
+        ranges = finished(free_ways(self.home, starts, DOWN, top - bottom))
+        return np.where(ranges < top - bottom - 1e-6, top - ranges, np.nan)
+
+
+# Doors, drawers and curtains as the marks on their leaves tell them.
+
+UP = np.array([0.0, 0.0, 1.0])
+# m: a handle above the floor, and from the free edge at most; of what is narrow a share of it.
+HANDLE_M, INSET_M, INSET = 1.05, 0.11, 0.15
+# Of its width, or depth, that slides away where the mark does not tell.
+SLIDES = 0.9
+
+
+def leaf_of(obj: Any) -> tuple[Leaf, Any]:
+    """The likeliest leaf of a marked door or curtain, shut, and what takes it there from where it
+    stands. Raises AngenError."""
+    mark = obj.angen_place
+    motion = "SLIDING" if mark.use == CURTAIN else mark.motion
+    shutting = shutting_of(obj)
+    leaf = leaves_of(obj, motion, shutting)[0][0]
+    if mark.other_side:
+        turned = leaf.turned_round()
+        if leaf.slides:
+            # It slides to the other end.
+            corner = leaf.corner - leaf.edge * leaf.width
+            turned = Leaf(corner, -leaf.edge, leaf.out, leaf.up, leaf.width, leaf.thickness, True)
+        leaf = turned
+    return leaf, shutting
+
+
+def turns_by(leaf: Leaf, angle: float) -> float:
+    """How far (rad) the leaf opens about Z, with its sign: towards its `out`."""
+    return angle if leaf.up.cross(leaf.edge).dot(leaf.out) > 0.0 else -angle
+
+
+def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int) -> Door:
+    """The door of a marked leaf on a storey whose floor is at a height in m. Raises AngenError."""
+    if obj.angen_place.use == DRAWER:
+        return _drawer(home, obj, room, number)
+    leaf, shutting = leaf_of(obj)
+    mark, metres = obj.angen_place, home.metres
+    edge, out, up = (np.array(v) for v in (leaf.edge, leaf.out, leaf.up))
+    corner = np.array(leaf.corner) * metres
+    width, thick = leaf.width * metres, leaf.thickness * metres
+    low_z = float(MarkedObject(home, obj).points[:, 2].min(initial=corner[2]))
+    hinge = corner - edge * width
+    if leaf.pivot is not None and not leaf.slides:
+        hinge = np.array(leaf.pivot) * metres
+    hinge = np.array([hinge[0], hinge[1], low_z])
+    frame = np.column_stack([edge, np.cross(up, edge), up])
+    # The leaf's box in that frame, from its free upper corner.
+    free = (corner - hinge) @ frame
+    side = float(out @ frame[:, 1])
+    faces = sorted((free[1], free[1] - side * thick))
+    low = np.array([free[0] - width, faces[0], 0.0])
+    high = np.array([free[0], faces[1], float(corner[2] - low_z)])
+    handle = _handle(low, high, floor - low_z)
+    if leaf.slides:
+        way = -edge
+        slide = mark.slide or SLIDES * width
+        shut = float(np.array(shutting.translation) * metres @ way) if _moved(shutting) else 0.0
+        return Door(
+            obj.name, mark.use, hinge - way * shut, way, shut, shut + slide, frame, low, high,
+            handle, True, mark.entrance, room, number,
+        )  # fmt: skip
+    about, turned = shutting.to_quaternion().to_axis_angle()
+    shut = turned if about.z >= 0.0 else -turned
+    back = np.array(shutting.to_3x3().normalized().inverted())
+    opened = shut + turns_by(leaf, mark.angle)
+    return Door(
+        obj.name, mark.use, hinge, UP, shut, opened, back @ frame, low, high, handle, False,
+        mark.entrance, room, number,
+    )  # fmt: skip
+
+
+def _moved(shutting: Any) -> bool:
+    return bool(shutting.translation.length > 0.0)
+
+
+def _handle(low: Array, high: Array, floor: float) -> Array:
+    """(3,) in the leaf's frame, in which the floor is at a height."""
+    width, height = float(high[0] - low[0]), float(high[2])
+    at = floor + HANDLE_M
+    if not 0.1 * height <= at <= 0.95 * height:
+        at = height / 2.0
+    inset = min(INSET_M, INSET * width)
+    return np.array([high[0] - inset, (low[1] + high[1]) / 2.0, at])
+
+
+def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
+    """It comes out towards who looks at it."""
+    marked = MarkedObject(home, obj)
+    if not marked.solid:
+        raise AngenError("it has no surface: a drawer is a mesh, pulled out against where it faces")
+    look = look_of(obj, marked.matrix)
+    middle, deep, wide = marked.box(look)
+    low_z, high_z = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
+    way = np.array([*-look, 0.0])
+    across = np.cross(UP, way)
+    hinge = np.array([*(middle - look * deep), low_z]) - across * wide
+    frame = np.column_stack([across, -way, UP])
+    high = np.array([2 * wide, 2 * deep, high_z - low_z])
+    handle = np.array([wide, 0.0, high[2] / 2.0])
+    slide = obj.angen_place.slide or SLIDES * 2 * deep
+    return Door(
+        obj.name, DRAWER, hinge, way, 0.0, slide, frame, np.zeros(3), high, handle, True, False,
+        room, number,
+    )  # fmt: skip
+
+
+def as_door(obj: Any) -> tuple[str, bool]:
+    """A text for a panel on how a marked leaf moves, and whether it slides."""
+    try:
+        leaf, _ = leaf_of(obj)
+    except AngenError as error:
+        return str(error), False
+    if leaf.slides:
+        return "Slides along its width", True
+    hinge = "at its origin" if leaf.pivot is not None else "at the edge of its box"
+    guessed = ", a guess: choose the Motion" if leaf.guessed else ""
+    return f"Hinge {hinge}{guessed}", False
+
+
+def keyed_angle(leaf: Leaf) -> float:
+    """rad that the keys open it by; 0 without."""
+    return abs(leaf.opening.turn) if leaf.opening is not None and leaf.opening.pivot else 0.0
+
+
+def keyed_slide(leaf: Leaf) -> float:
+    """Units of the scene that the keys slide it by; 0 without."""
+    way = leaf.opening.way if leaf.opening is not None else Vector()
+    return way.length if leaf.slides else 0.0
+
+
+# Guesses the settings of a new mark: which way an object faces, how far a door opens.
+
+# m: what is less uneven has no back; how far room is looked for; beyond its own box.
+UNEVEN_M, FAR_M, BEYOND_M = 0.08, 3.0, 0.01
+# m: as much room is enough to stand; what is not higher is looked over.
+ENOUGH_M, LOW_M = 1.0, 1.3
+
+
+def guess(obj: Any, depsgraph: Any) -> None:
+    """Fills in the mark of an object."""
+    mark = obj.angen_place
+    if mark.use in (DOOR, CURTAIN):
+        try:
+            leaf, _ = leaf_of(obj)
+        except AngenError:
+            return
+        if angle := keyed_angle(leaf):
+            mark.angle = angle
+        if slide := keyed_slide(leaf):
+            mark.slide = slide * unit_scale(depsgraph.scene)
+    elif mark.use in FACING:
+        home = EvaluatedHome(depsgraph)
+        try:
+            marked = MarkedObject(home, obj)
+        except NotPlaced:
+            return
+        look = _look(home, marked, mark.use)
+        if look is not None:
+            set_look(obj, marked.matrix, look)
+
+
+def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
+    """(2,): where it probably faces; None if no side is more likely than another."""
+    axes = np.array(marked.matrix)[:2, :2].T
+    sizes = np.linalg.norm(axes, axis=1)
+    if sizes.min() < 1e-9:
+        axes, sizes = np.eye(2), np.ones(2)
+    x, y = axes / sizes[:, None]
+    ways = [-y, x, y, -x]
+    if not marked.solid:
+        return None
+    if use == LIE:
+        _, deep, wide = marked.box(x)
+        ways = [x, -x] if deep > wide else [y, -y]
+    tops = [_top_at(marked, way) for way in ways]
+    free = [_free(home, marked, way) for way in ways]
+    if max(tops) - min(tops) > UNEVEN_M and use in (SIT, LIE):
+        high = int(np.argmax(tops))
+        return ways[high] if use == LIE else -ways[high]
+    # One is where there is room, with a wall opposite; else its front tells.
+    room = np.round(np.minimum(free, ENOUGH_M), 1)
+    back = room[[2, 3, 0, 1]] if len(ways) == 4 else room[::-1]
+    front = ways[int(np.argmax(room - back))]
+    return front if use == SIT else -front
+
+
+def _top_at(marked: MarkedObject, way: Array) -> float:
+    """m: how high it is at its end along a way."""
+    middle, deep, wide = marked.box(way)
+    across = np.array([-way[1], way[0]])
+    points = [
+        middle + way * (deep - inset * deep) + across * wide * k
+        for inset in (0.04, 0.1, 0.16)
+        for k in (-0.5, 0.0, 0.5)
+    ]
+    heights = marked.heights(np.array(points))
+    return float(np.nanmax(heights)) if np.isfinite(heights).any() else 0.0
+
+
+def _free(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
+    """m: how far there is room beyond its end along a way."""
+    middle, deep, wide = marked.box(way)
+    across = np.array([-way[1], way[0]])
+    rows = set(marked.rows.tolist())
+    others = home.part(lambda solid: solid.row not in rows)
+    # Over what is low and built into something, such as a sink.
+    low, top = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
+    level = top + 0.05 if top - low < LOW_M else (low + top) / 2.0
+    edge = middle + way * (deep + BEYOND_M)
+    starts = [[*(edge + across * wide * k), level] for k in (-0.6, 0.0, 0.6)]
+    ranges = finished(free_ways(others, np.array(starts), np.array([*way, 0.0]), FAR_M))
+    return float(np.mean(ranges))
+
+
+NONE = "NONE"
+USES = [
+    (NONE, "None", "Residents do nothing with it", "NONE", 0),
+    (known.STAND, "Stand", "One stands there", "USER", 1),
+    (known.SIT, "Sit", "One sits on it", "ASSET_MANAGER", 2),
+    (known.LIE, "Lie", "One lies on it", "MOD_CLOTH", 3),
+    (known.USE, "Use", "One stands before it and does something with the hands", "VIEW_PAN", 4),
+    (known.DOOR, "Door", "A leaf, which is opened on the way and closed behind", "MOD_ARRAY", 5),
+    (known.LAMP, "Lamp", "It is switched on and off", "LIGHT", 6),
+    (known.TAP, "Tap", "Water is taken there", "MOD_FLUIDSIM", 7),
+    (known.APPLIANCE, "Appliance", "It is used standing before it", "PREFERENCES", 8),
+    (known.DRAWER, "Drawer", "It is pulled out and pushed in", "REMOVE", 9),
+    (known.CURTAIN, "Curtain", "It is drawn aside along its width", "MOD_OPACITY", 10),
+]
+LABELS = {identifier: label for identifier, label, *_ in USES}
+# What has a distance from which it is used.
+BEFORE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+
+
+def _use_changed(self: Any, context: Context) -> None:
+    obj = self.id_data
+    if self.use != NONE and not obj.library and obj.name in context.view_layer.objects:
+        guess(obj, context.evaluated_depsgraph_get())
+
+
+MARK = property_group(
+    "AngenPlace",
+    {
+        "use": EnumProperty(
+            name="Use", description="What residents do there", items=USES, update=_use_changed
+        ),
+        "room": StringProperty(
+            name="Room",
+            description="The room that it is in; empty: guessed from the sensors around it",
+            search=known_rooms,
+            search_options={"SUGGESTION"},
+        ),
+        "facing": FloatProperty(
+            name="Facing",
+            description="Where one looks who sits, stands or works there, or where the head lies: "
+            "about the object's own Z, from its front (-Y) on",
+            subtype="ANGLE",
+        ),
+        "away": FloatProperty(
+            name="Distance",
+            description="From its front to whoever uses it; 0: as near as there is room",
+            subtype="DISTANCE",
+            min=0.0,
+            soft_max=2.0,
+        ),
+        "motion": EnumProperty(name="Motion", description="How the leaf moves", items=MOTIONS),
+        "other_side": BoolProperty(
+            name="Other Side",
+            description="It opens to the other side, or slides to the other end",
+        ),
+        "angle": FloatProperty(
+            name="Opens by",
+            description="How far the leaf turns from shut to open",
+            subtype="ANGLE",
+            default=math.radians(90),
+            min=0.0,
+            max=math.pi,
+        ),
+        "slide": FloatProperty(
+            name="Slides by",
+            description="How far it slides; 0: nearly its own width, or its depth",
+            subtype="DISTANCE",
+            min=0.0,
+            soft_max=3.0,
+        ),
+        "entrance": BoolProperty(name="Entrance", description="Residents come and go by this door"),
+        "switch": PointerProperty(
+            name="Switch",
+            description="The object, such as an empty on a wall, where a hand switches the lamp; "
+            "without one at the lamp itself, or, above 2.2 m, from anywhere",
+            type=Object,
+            options={"ANIMATABLE"},
+        ),
+    },
+    options=set(),
+    override=OVERRIDABLE,
+)
+
+
+def marked(view_layer: Any) -> list[Any]:
+    """The objects with a mark, by name."""
+    found = [obj for obj in view_layer.objects if obj.angen_place.use != NONE]
+    return sorted(found, key=lambda obj: obj.name)
+
+
+_register, _unregister = bpy.utils.register_classes_factory((MARK,))
+
+
+def register() -> None:
+    _register()
+    Object.angen_place = PointerProperty(type=MARK, override=OVERRIDABLE)
+
+
+def unregister() -> None:
+    del Object.angen_place
+    _unregister()

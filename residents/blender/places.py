@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the places, doors, lamps and floors of a home from the marks on its objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.scene.placed import is_placed
+from ...angen_addon.scene.rooms import set_room
+from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.model import Array
+from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
+from .marks import MarkedObject, door_of, marked
+from .standing import REACH_M, grounds, place_of, under, walked
+
+T = TypeVar("T")
+
+
+def read_places(scene: Any, depsgraph: Any) -> Places:
+    """Reads the marks of the evaluated scene. Raises AngenError."""
+    return HomeMarks(depsgraph).places
+
+
+class HomeMarks:
+    """The marks of a home, with the grounds that they stand on."""
+
+    def __init__(self, depsgraph: Any) -> None:
+        objects = marked(depsgraph.view_layer)
+        if not objects:
+            raise InputError(
+                "nothing is marked: choose what residents do with an object in the panel "
+                "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
+            )
+        self.home = EvaluatedHome(depsgraph)
+        self.problems: list[str] = []
+        leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
+        self.marked = self._read(lambda obj: MarkedObject(self.home, obj), objects)
+        anchors = self._read(self._anchor, [obj for obj in objects if obj.name in self.marked])
+        if not anchors:
+            raise InputError(self.problems[0])
+        self.marked = {name: self.marked[name] for name in anchors}
+        objects = [marked.obj for marked in self.marked.values()]
+        points = np.array([*anchors.values()])
+        # Lamps without a switch hang anywhere.
+        loose = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
+        stood = ~np.array(loose) | np.all(loose)
+        rows = [t.rows for t in self.marked.values() if t.obj.angen_place.use != STAND]
+        rows = np.concatenate([np.empty(0, np.intp), *rows])
+        names = [name for name, counts in zip(self.marked, stood, strict=True) if counts]
+        walk = walked(self.home, leaves)
+        self.grounds = grounds(self.home, walk, points[stood], names, rows)
+        heights = [ground.storey.height for ground in self.grounds]
+        self.numbers = {
+            obj.name: under(heights, float(point[2]))
+            for obj, point in zip(objects, points, strict=True)
+        }
+        doors = self._read(self._door, [o for o in objects if o.angen_place.use in MOVED])
+        self._stay_out_of(doors.values())
+        lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
+        places = self._read(self._place, [o for o in objects if self._stood_at(o, lamps)])
+        storeys = tuple(ground.storey for ground in self.grounds)
+        self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
+
+    def _read(self, read: Callable[[Any], T], objects: list[Any]) -> dict[str, T]:
+        """By name, what is read of objects; what cannot be read is a problem."""
+        found = {}
+        for obj in objects:
+            try:
+                found[obj.name] = read(obj)
+            except AngenError as error:
+                why = str(error).removeprefix(f"'{obj.name}' ")
+                self.problems.append(f"'{obj.name}': {why}")
+        return found
+
+    def _stay_out_of(self, doors: Iterable[Door]) -> None:
+        lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
+        self.grounds = [
+            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
+            for number, ground in enumerate(self.grounds)
+            for of_it in [[line for storey, line in lines if storey == number]]
+        ]
+
+    def _stood_at(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
+        """Whether one stands somewhere for it: not for doors, nor lamps that hang too high."""
+        if obj.angen_place.use != LAMP:
+            return bool(obj.angen_place.use != DOOR)
+        ground = self.grounds[self.numbers[obj.name]]
+        return float(lamps[obj.name].at[2]) <= ground.storey.height + REACH_M
+
+    def _anchor(self, obj: Any) -> Array:
+        """(3,): where a mark is, as its floor is looked for; of a lamp with a switch, there."""
+        mark = obj.angen_place
+        if mark.use == LAMP and mark.switch is not None:
+            return MarkedObject(self.home, mark.switch).at
+        return self.marked[obj.name].middle
+
+    def _door(self, obj: Any) -> Door:
+        if not is_placed(obj, self.home.depsgraph):
+            raise InputError(
+                "it is disabled in viewports, so that sensors do not meet the leaf: enable it "
+                "there (monitor icon), or set its Use to None"
+            )
+        number = self.numbers[obj.name]
+        storey = self.grounds[number].storey
+        room = set_room(obj, storey.rooms) or storey.room_at(self.marked[obj.name].middle)
+        return door_of(self.home, obj, storey.height, room, number)
+
+    def _lamp(self, obj: Any) -> LampPlace:
+        switch = obj.angen_place.switch
+        at: Array = (
+            MarkedObject(self.home, switch).middle if switch else self.marked[obj.name].middle
+        )
+        return LampPlace(obj.name, _light_of(obj).name, at)
+
+    def _place(self, obj: Any) -> Place:
+        switch = obj.angen_place.switch if obj.angen_place.use == LAMP else None
+        number = self.numbers[obj.name]
+        hand = MarkedObject(self.home, switch) if switch else None
+        return place_of(self.marked[obj.name], self.grounds[number], number, hand)
+
+
+def _light_of(obj: Any) -> Any:
+    """The lamp of a mark: the object, or the first light among its children at any depth, or its
+    parent."""
+    family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
+    if obj.parent is not None:
+        family.append(obj.parent)
+    return next((member for member in family if member.type == "LIGHT"), obj)

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arrows in 3D views: where one looks at a marked place, and how its doors swing."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty
+from mathutils import Matrix, Vector
+
+from ...angen_addon.runtime import state
+from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.view.overlay.settings import redraw_views
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.model import Array
+from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
+from .marks import FACING, SLIDES, leaf_of, look_of, marked, turns_by
+
+# Colours by what is done there.
+REST, USED, LEAF, LIT = (0.2, 0.65, 1.0), (1.0, 0.6, 0.1), (0.25, 0.85, 0.4), (1.0, 0.9, 0.3)
+COLOURS = {SIT: REST, LIE: REST, STAND: REST, DOOR: LEAF, CURTAIN: LEAF, LAMP: LIT}
+# m: of an arrow, of that along a bed, and of an arrow's head; above what it lies on.
+LONG_M, BED_M, HEAD_M, ABOVE_M = 0.45, 0.9, 0.12, 0.04
+ARC = 12
+BOLD = 2.4
+
+
+def lines(obj: Any, metres: float) -> Array:
+    """(n, 2, 3) in units of the scene: what is drawn of a mark."""
+    mark = obj.angen_place
+    if mark.use in (DOOR, CURTAIN):
+        return _leaf(obj, metres)
+    if mark.use == LAMP:
+        return _lamp(obj)
+    if mark.use not in FACING:
+        return np.empty((0, 2, 3))
+    look = look_of(obj, obj.matrix_world)
+    long = (BED_M if mark.use == LIE else LONG_M) / metres
+    start = _top(obj) + np.array([0.0, 0.0, ABOVE_M / metres])
+    if mark.use == LIE:
+        start[:2] -= look * long / 2.0
+    return _arrow(start, np.array([*look, 0.0]), long, HEAD_M / metres)
+
+
+def _top(obj: Any) -> Array:
+    """(3,): over its middle; its origin where it has no box."""
+    if obj.type == "EMPTY" or not obj.bound_box:
+        return np.array(obj.matrix_world.translation)
+    corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return np.array([*((low + high) / 2.0)[:2], high[2]])
+
+
+def _arrow(start: Array, way: Array, long: float, head: float) -> Array:
+    tip, side = start + way * long, np.array([-way[1], way[0], 0.0])
+    back = tip - way * head
+    return np.array(
+        [(start, tip), (tip, back + side * head / 2.0), (tip, back - side * head / 2.0)]
+    )
+
+
+def _lamp(obj: Any) -> Array:
+    switch = obj.angen_place.switch
+    if switch is None:
+        return np.empty((0, 2, 3))
+    return np.array([[switch.matrix_world.translation, obj.matrix_world.translation]])
+
+
+def _leaf(obj: Any, metres: float) -> Array:
+    """A door's swing as on a plan, over its lower edge; or the way that it slides."""
+    try:
+        leaf, _ = leaf_of(obj)
+    except AngenError:
+        return np.empty((0, 2, 3))
+    corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
+    free = leaf.corner.copy()
+    free.z = min(corner.z for corner in corners) + ABOVE_M / metres
+    mark = obj.angen_place
+    if leaf.slides:
+        long = mark.slide / metres or SLIDES * leaf.width
+        return _arrow(np.array(free), np.array(-leaf.edge), long, HEAD_M / metres)
+    hinge = leaf.pivot.copy() if leaf.pivot else free - leaf.edge * leaf.width
+    hinge.z = free.z
+    turn = turns_by(leaf, mark.angle)
+    swung = [
+        hinge + Matrix.Rotation(turn * k / ARC, 3, "Z") @ (free - hinge) for k in range(ARC + 1)
+    ]
+    pairs = [*pairwise(swung), (hinge, swung[-1])]
+    return np.array([[tuple(a), tuple(b)] for a, b in pairs])
+
+
+def _signature(obj: Any) -> tuple[Any, ...]:
+    """What the lines of a mark follow; a leaf with keys is drawn as it is shut."""
+    mark, keyed = obj.angen_place, obj.animation_data is not None and obj.animation_data.action
+    at = obj.matrix_world if not (keyed and mark.use in (DOOR, CURTAIN)) else Matrix()
+    switch = mark.switch.matrix_world.translation[:] if mark.switch else ()
+    values = mark.use, mark.facing, mark.motion, mark.other_side, mark.angle, mark.slide, switch
+    return obj.session_uid, *(value for row in at for value in row), *values
+
+
+def _batch(objects: list[Any], metres: float, shader: Any) -> Any:
+    from gpu_extras.batch import batch_for_shader
+
+    points, colours = [], []
+    for obj in objects:
+        found = lines(obj, metres).reshape(-1, 3)
+        points += [tuple(point) for point in found.tolist()]
+        use = obj.angen_place.use
+        colours += [(*COLOURS.get(use, USED), 0.35 if use == LAMP else 0.9)] * len(found)
+    return batch_for_shader(shader, "LINES", {"pos": points, "color": colours})
+
+
+def draw() -> None:
+    """In the world; nothing is written but what was drawn last."""
+    context = bpy.context
+    scene, space = context.scene, context.space_data
+    if not scene.angen_show_places or not space.overlay.show_overlays or state.CACHE.running:
+        return
+    objects = [o for o in marked(context.view_layer) if o.visible_in_viewport_get(space)]
+    if not objects:
+        return
+    import gpu
+
+    shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+    metres = unit_scale(scene)
+    known = metres, *(_signature(obj) for obj in objects)
+    if state.CACHE.arrows is None or state.CACHE.arrows[0] != known:
+        state.CACHE.arrows = known, _batch(objects, metres, shader)
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+    shader.uniform_float("lineWidth", BOLD * context.preferences.system.ui_scale)
+    state.CACHE.arrows[1].draw(shader)
+    gpu.state.depth_test_set("NONE")
+    gpu.state.blend_set("NONE")
+
+
+def _changed(self: Any, context: Any) -> None:
+    redraw_views()
+
+
+_handles: list[Any] = []
+
+
+def register() -> None:
+    bpy.types.Scene.angen_show_places = BoolProperty(
+        name="Show Places",
+        description="Draw arrows for the marked places of residents, and how doors swing",
+        default=True,
+        options=set(),
+        update=_changed,
+    )
+    if not bpy.app.background:
+        add = bpy.types.SpaceView3D.draw_handler_add
+        _handles.append(add(draw, (), "WINDOW", "POST_VIEW"))
+
+
+def unregister() -> None:
+    while _handles:
+        bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), "WINDOW")
+    del bpy.types.Scene.angen_show_places

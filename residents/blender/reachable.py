@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which of the marked places residents cannot get to, and what is in the way."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...angen_addon.doctor import CHECKS
+from ...angen_addon.doctor.doors import leaves
+from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
+from ...angen_addon.scene.marks import WAY_MARK
+from ...angen_addon.scene.sensors import unit_scale
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.model import Array
+from ...sensor_logic.quantities import Lengths
+from ...sensor_logic.wording import named, quoted
+from ..acting.places import Place, Places
+from ..acting.reach import Unreached, unreached
+from .marks import LABELS, NONE, marked
+from .places import HomeMarks
+from .settings import residents_in
+from .standing import WalkedStorey
+
+# m above the floor: what is met there is named.
+HIP_M = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """The result of a check: the marked places; which of them nobody can reach, and what is in the
+    way, by the place's name; `shut`: leaves that look like doors, without a mark."""
+
+    places: Places
+    lost: list[Unreached]
+    between: Mapping[str, str]
+    shut: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> str:
+        all_of = len(self.places.places)
+        places = f"{all_of} place" if all_of == 1 else f"{all_of} places"
+        if not self.lost and not self.places.problems:
+            return f"{places} can be reached: all that are marked"
+        parts = []
+        if self.lost:
+            parts.append(f"{len(self.lost)} of {places} cannot be reached")
+        if self.places.problems:
+            parts.append(f"{len(self.places.problems)} cannot be read")
+        return ", ".join(parts)
+
+
+def guessed_rooms(home: Examined) -> Iterable[Found]:
+    """Reports marked places whose room only the sensors nearby tell."""
+    if not marked(home.view_layer):
+        return
+    try:
+        names = HomeMarks(home.depsgraph).places.guessed
+    except AngenError:
+        return
+    if names:
+        yield (
+            f"Rooms guessed from the sensors nearby, since no wall parts them: {named(names)}",
+            "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored by "
+            "sensors, its name noted), or put the objects into a collection named after the room",
+            names,
+        )
+
+
+def _lived(scene: Any, view_layer: Any) -> list[Any]:
+    """What moves by a routine (`angen day`): the marked objects of a home that has residents."""
+    return marked(view_layer) if residents_in(scene) else []
+
+
+# The doctor knows nothing of residents.
+CHECKS["rooms"] = guessed_rooms
+MOVED_WITHOUT_KEYS.append(_lived)
+
+
+def check_places(depsgraph: Any) -> Checked:
+    """Raises AngenError."""
+    reading = HomeMarks(depsgraph)
+    lost = unreached(reading.places)
+    between = {}
+    for one in lost:
+        if len(one.way):
+            ground = reading.grounds[one.place.storey]
+            name = _between(ground, reading.marked[one.place.name].rows, one)
+            if name:
+                between[one.place.name] = name
+    return Checked(reading.places, lost, between, _shut(depsgraph) if lost else ())
+
+
+def _shut(depsgraph: Any) -> tuple[str, ...]:
+    home = Examined(depsgraph.scene, depsgraph.view_layer, depsgraph)
+    found = {leaf.name for leaf, *_ in leaves(home) if leaf.angen_place.use == NONE}
+    return tuple(sorted(found))
+
+
+def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> str:
+    """The name of what a ray meets from as far as one gets to the place; empty: nothing."""
+    home = ground.home
+    level = ground.storey.height + HIP_M
+    start, end = np.array([*lost.nearest, level]), np.array([*lost.place.at[:2], level])
+    length = float(np.linalg.norm(end - start))
+    if length < 1e-6:
+        return ""
+    way = ((end - start) / length)[None]
+    others = np.setdiff1d(home.rows, rows)
+    _, met = home.caster.first_met(
+        home.depsgraph, others, start[None] / home.metres, way, np.array([length / home.metres])
+    )
+    names = {solid.number: solid.name for solid in home.caster.solids.solids}
+    return names.get(int(met[0]), "")
+
+
+def _causes(checked: Checked) -> Iterable[list[Unreached]]:
+    """The places that cannot be reached, in groups: of each the same thing is in the way, or one
+    gets as far."""
+    found: dict[Any, list[Unreached]] = {}
+    for one in checked.lost:
+        far = tuple(one.nearest) if len(one.way) else ()
+        cause = one.start, checked.between.get(one.place.name) or far
+        found.setdefault(cause, []).append(one)
+    return found.values()
+
+
+def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
+    """One line on places of one cause: from where they cannot be reached, how far one gets, and
+    what is in the way."""
+    nearest = min(lost, key=lambda one: one.short)
+    several = len(lost) > 1
+    names = named((one.place.name for one in lost), len(lost))
+    text = f"{names} cannot be reached from '{nearest.start}': "
+    if not len(nearest.way):
+        on = "they are" if several else "it is"
+        return text + f"{on} on another floor, and residents do not climb stairs"
+    x, y = (lengths.text(float(c)) for c in nearest.nearest)
+    of = quoted(nearest.place.name) if several else "it"
+    text += f"one gets as far as ({x}, {y}), {lengths.text(nearest.short)} short of {of}"
+    between = checked.between.get(nearest.place.name, "")
+    return text + (f"; '{between}' is between" if between else "")
+
+
+def sentences(checked: Checked, lengths: Lengths) -> list[str]:
+    shut = f"Nobody opens {named(checked.shut)}: what is a door has to be marked as one"
+    lost = [sentence(checked, group, lengths) for group in _causes(checked)]
+    return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
+
+
+def as_text(checked: Checked, lengths: Lengths) -> str:
+    """A table of what is marked, then what is wrong."""
+    rows = [
+        (p.name, LABELS[p.use], p.room + " (guessed)" * p.room_guessed)
+        for p in checked.places.places.values()
+    ]
+    rows += [
+        (d.name, "Entrance" if d.entrance else LABELS[d.use], d.room)
+        for d in checked.places.doors.values()
+        if d.name not in checked.places.places
+    ]
+    rows += [
+        (lamp.name, f"{LABELS['LAMP']}, from anywhere", "")
+        for lamp in checked.places.lamps.values()
+        if lamp.name not in checked.places.places
+    ]
+    widths = [max(len(row[k]) for row in rows) for k in (0, 1)]
+    lines = [f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in sorted(rows)]
+    return "\n".join([*lines, *sentences(checked, lengths)]) + "\n"
+
+
+def as_json(checked: Checked) -> str:
+    """Metres, and degrees counter-clockwise from +x."""
+    lost = {one.place.name: one for one in checked.lost}
+    places = [_facts(p, lost.get(p.name), checked) for p in checked.places.places.values()]
+    doors = [
+        {
+            "name": door.name, "use": door.use, "entrance": door.entrance, "slides": door.slides,
+            "hinge_m": _point(door.hinge), "width_m": round(door.width, 4),
+            "opens_m" if door.slides else "opens_deg": round(_opens(door), 3),
+        }
+        for door in checked.places.doors.values()
+    ]  # fmt: skip
+    lamps = [
+        {"name": lamp.name, "object": lamp.object, "at_m": _point(lamp.at)}
+        for lamp in checked.places.lamps.values()
+    ]
+    rooms = sorted({name for s in checked.places.storeys for name in s.rooms} - {""})
+    told = {
+        "places": places, "doors": doors, "lamps": lamps, "rooms": rooms,
+        "problems": list(checked.places.problems),
+    }  # fmt: skip
+    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _facts(place: Place, lost: Unreached | None, checked: Checked) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "name": place.name, "use": place.use, "room": place.room,
+        "room_guessed": place.room_guessed, "stand_m": _point(place.at),
+        "yaw_deg": round(math.degrees(place.yaw), 2), "target_m": _point(place.target),
+        "height_m": round(place.height, 4), "reached": lost is None,
+    }  # fmt: skip
+    if lost is not None:
+        facts["from"] = lost.start
+        if len(lost.way):
+            facts |= {"nearest_m": _point(lost.nearest), "short_m": round(lost.short, 4)}
+            facts["between"] = checked.between.get(place.name, "")
+    return facts
+
+
+def _opens(door: Any) -> float:
+    by = door.open - door.closed
+    return float(by) if door.slides else math.degrees(by)
+
+
+def _point(at: Array) -> list[float]:
+    return [round(float(c), 4) for c in at]
+
+
+# Ways that end before a place, as curves on the floor, which no sensor sees.
+
+COLLECTION = "Ways"
+# m: above the floor, and its radius.
+ABOVE_M, RADIUS_M = 0.05, 0.015
+RED = (0.85, 0.12, 0.1, 1.0)
+
+
+def show(scene: Any, places: Places, lost: list[Unreached]) -> list[Any]:
+    """Draws how far residents get towards each lost place, instead of earlier drawings; returns the
+    objects."""
+    remove(scene)
+    drawn = [one for one in lost if len(one.way) > 1]
+    if not drawn:
+        return []
+    own = bpy.data.collections.new(COLLECTION)
+    own[WAY_MARK] = True
+    own.hide_render = True
+    scene.collection.children.link(own)
+    found = []
+    for one in drawn:
+        obj = _curve(scene, one, places.storeys[one.place.storey].height + ABOVE_M)
+        own.objects.link(obj)
+        found.append(obj)
+    return found
+
+
+def _curve(scene: Any, lost: Unreached, height: float) -> Any:
+    metres = unit_scale(scene)
+    name = f"Way to {lost.place.name}"
+    curve = bpy.data.curves.new(name, "CURVE")
+    curve.dimensions, curve.bevel_depth = "3D", RADIUS_M / metres
+    spline = curve.splines.new("POLY")
+    spline.points.add(len(lost.way) - 1)
+    for point, (x, y) in zip(spline.points, lost.way.tolist(), strict=True):
+        point.co = (x / metres, y / metres, height / metres, 1.0)
+    curve.materials.append(_material())
+    obj = bpy.data.objects.new(name, curve)
+    obj[WAY_MARK] = lost.place.name
+    obj.angen_ignored = obj.hide_render = True
+    obj.color = RED
+    return obj
+
+
+def _material() -> Any:
+    name = "Way that ends"
+    found = bpy.data.materials.get(name)
+    if found is None or found.library is not None:
+        found = bpy.data.materials.new(name)
+        found.diffuse_color = RED
+    return found
+
+
+def remove(scene: Any) -> int:
+    """Takes all ways out of the scene; how many there were."""
+    shown = [obj for obj in scene.objects if WAY_MARK in obj]
+    for obj in shown:
+        curve = obj.data
+        bpy.data.objects.remove(obj)
+        if curve is not None and not curve.users:
+            bpy.data.curves.remove(curve)
+    for child in list(scene.collection.children):
+        if WAY_MARK in child and not child.objects:
+            bpy.data.collections.remove(child)
+    return len(shown)

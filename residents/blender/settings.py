@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`obj.angen_resident`: who an armature is in the routines of days."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.props import EnumProperty, FloatProperty, PointerProperty
+from bpy.types import Object, PropertyGroup
+from mathutils import Matrix, Vector
+
+from ...angen_addon.advice.warmth import USUAL, warm
+from ..body import gait as walker
+from ..body.gait import Stand
+from ..body.moves import standing
+from ..body.skeleton import BUILDS, SKELETON_STATURE, Build, Sort
+from ..body.solve import channels
+from .person import LABELS, add_person, body_of
+
+NO_RESIDENT = "NONE"
+_TIPS = {
+    Sort.OLDER_ADULT: "Walks slowly, with short steps and a bent back",
+    Sort.ADULT: "A grown-up person",
+    Sort.CHILD: "A child of about seven",
+    Sort.CAT: "Walks on four legs; sits and lies",
+}
+SORT_ITEMS = [
+    (sort.value, LABELS[sort], _TIPS[sort], number)
+    for number, sort in enumerate((Sort.OLDER_ADULT, Sort.ADULT, Sort.CHILD, Sort.CAT), 1)
+]
+
+
+def _metres() -> float:
+    return float(bpy.context.scene.unit_settings.scale_length)
+
+
+def _sort_of(group: Any) -> Sort:
+    return Sort(group.sort) if group.sort != NO_RESIDENT else Sort.ADULT
+
+
+def _get_stature(group: Any) -> float:
+    return float(group.id_data.scale[2]) * _metres() * SKELETON_STATURE[_sort_of(group)]
+
+
+def _set_stature(group: Any, stature: float) -> None:
+    size = stature / SKELETON_STATURE[_sort_of(group)] / _metres()
+    group.id_data.scale = (size, size, size)
+
+
+def _get_mass(group: Any) -> float:
+    body = body_of(group.id_data)
+    return float(body.angen_load.mass) if body is not None else 0.0
+
+
+def _set_mass(group: Any, mass: float) -> None:
+    body = body_of(group.id_data)
+    if body is not None:
+        body.angen_load.mass = mass
+
+
+class ANGEN_PG_resident(PropertyGroup):
+    sort: EnumProperty(
+        name="Sort",
+        description="What the resident is: how it is built and moves",
+        items=[
+            (NO_RESIDENT, "No Resident", "Moved by its own animation only", 0),
+            *SORT_ITEMS,
+        ],
+    )
+    speed: FloatProperty(
+        name="Speed",
+        description="How fast it usually walks; with it go the lengths of its steps",
+        default=1.1, min=0.05, soft_min=0.3, soft_max=1.6, unit="VELOCITY",
+    )  # fmt: skip
+    stature: FloatProperty(
+        name="Stature",
+        description="Height of the body (of a cat: of its back): the scale of the armature",
+        get=_get_stature, set=_set_stature, min=0.05, soft_max=2.2, precision=3, unit="LENGTH",
+    )  # fmt: skip
+    mass: FloatProperty(
+        name="Mass",
+        description="What the body weighs on pressure pads: the mass of its mesh",
+        get=_get_mass, set=_set_mass, min=0.0, soft_max=150.0, unit="MASS",
+    )  # fmt: skip
+    walking_frame: PointerProperty(
+        name="Walking Frame",
+        description="What the resident pushes before it as it walks, both hands on it",
+        type=Object,
+    )
+
+
+def is_resident(obj: Any) -> bool:
+    return obj is not None and obj.type == "ARMATURE" and obj.angen_resident.sort != NO_RESIDENT
+
+
+def residents_in(scene: Any) -> list[Any]:
+    """The armatures of all residents of a scene, by name."""
+    return sorted(filter(is_resident, scene.objects), key=lambda obj: obj.name)
+
+
+def build_of(obj: Any) -> Build:
+    """The body of a resident's armature. Raises ValueError where it is none."""
+    if not is_resident(obj):
+        raise ValueError(f"'{obj.name}' is no resident: add one with Shift+A, Sensor, Resident")
+    settings = obj.angen_resident
+    return Build(
+        Sort(settings.sort), settings.stature, settings.mass, settings.speed,
+        settings.walking_frame is not None,
+    )  # fmt: skip
+
+
+def make_resident(obj: Any, sort: Sort) -> None:
+    """The usual settings of a sort for an armature with a body."""
+    usual, settings = BUILDS[sort], obj.angen_resident
+    settings.sort = sort.value
+    settings.stature, settings.mass, settings.speed = usual.stature, usual.mass, usual.speed
+
+
+_register, _unregister = bpy.utils.register_classes_factory((ANGEN_PG_resident,))
+
+
+def register() -> None:
+    _register()
+    Object.angen_resident = PointerProperty(type=ANGEN_PG_resident)
+
+
+def unregister() -> None:
+    del Object.angen_resident
+    _unregister()
+
+
+# A new resident in the scene, ready to be weighed, felt and named in a routine.
+
+
+def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: bool = False) -> Any:
+    """Adds one that stands at a point (in Blender's units) and looks along a yaw (rad)."""
+    collection = context.collection
+    rig = add_person(collection, sort)
+    make_resident(rig, sort)
+    rig.location, rig.rotation_euler = at, (0.0, 0.0, yaw)
+    # What was removed on the way is in the view layer until then.
+    context.view_layer.update()
+    warm(body_of(rig), USUAL["PET" if sort is Sort.CAT else "PERSON"], context.view_layer)
+    if with_frame:
+        add_walking_frame(rig)
+    stand_up(rig)
+    for obj in context.selected_objects:
+        obj.select_set(False)
+    rig.select_set(True)
+    context.view_layer.objects.active = rig
+    return rig
+
+
+def stand_up(rig: Any) -> None:
+    """The bones as one stands, in place of the spread arms of rest; the frame before the hips."""
+    metres = bpy.context.scene.unit_settings.scale_length
+    place, yaw = rig.location * metres, rig.rotation_euler.z
+    build = build_of(rig)
+    pose = standing(Stand.at(place.x, place.y, yaw, build), place.z, build)
+    rest = {bone.name: np.array(bone.matrix_local.to_quaternion()) for bone in rig.data.bones}
+    for path, index, values in channels(pose, rest):
+        if path.startswith("pose.bones"):
+            bone, _, name = path.rpartition(".")
+            getattr(rig.path_resolve(bone), name)[index] = float(values[0])
+    frame = rig.angen_resident.walking_frame
+    if frame is not None:
+        frame.location = Vector(pose.walker[0, :3].tolist()) / metres
+        frame.rotation_euler = (0.0, 0.0, yaw)
+
+
+def add_walking_frame(rig: Any) -> Any:
+    """A walking frame with four wheels, in the resident's size; it becomes the resident's."""
+    mesh = bpy.data.meshes.new(f"{rig.name} walking frame")
+    points: list[Vector] = []
+    faces: list[list[int]] = []
+    for start, end, radius in _tubes():
+        _add_tube(points, faces, Vector(start), Vector(end), radius)
+    mesh.from_pydata(points, [], faces)
+    mesh.update()
+    mesh.materials.append(_metal())
+    frame = bpy.data.objects.new(mesh.name, mesh)
+    rig.users_collection[0].objects.link(frame)
+    frame.scale = rig.scale
+    rig.angen_resident.walking_frame = frame
+    return frame
+
+
+def _tubes() -> list[tuple[tuple[float, ...], tuple[float, ...], float]]:
+    """Ends and radius of each: handles, legs, wheels on their axles, cross bars, the seat."""
+    back, side, high = walker.HANDLE_BACK, walker.HANDLE_SIDE, walker.HANDLE_HEIGHT
+    tubes: list[tuple[tuple[float, ...], tuple[float, ...], float]] = []
+    for y in (side, -side):
+        out = y + (0.02 if y > 0 else -0.02)
+        tubes += [
+            ((back - 0.08, y, high), (back + 0.06, y, high), 0.017),
+            ((back + 0.05, y, high), (-0.20, out, 0.09), 0.012),
+            ((back + 0.05, y, high - 0.25), (0.24, out, 0.09), 0.012),
+            ((-0.20, out - 0.015, 0.09), (-0.20, out + 0.015, 0.09), 0.09),
+            ((0.24, out - 0.015, 0.09), (0.24, out + 0.015, 0.09), 0.09),
+        ]
+    tubes += [((x, -side, z), (x, side, z), 0.010) for x, z in ((0.02, 0.52), (0.16, 0.30))]
+    tubes.append(((-0.02, -side + 0.03, 0.55), (-0.02, side - 0.03, 0.55), 0.05))
+    return tubes
+
+
+def _add_tube(
+    points: list[Vector], faces: list[list[int]], start: Vector, end: Vector, radius: float
+) -> None:  # fmt: skip
+    along = (end - start).to_track_quat("Z", "X").to_matrix()
+    first, sides = len(points), 12
+    for middle in (start, end):
+        for k in range(sides):
+            rim = Matrix.Rotation(6.283185307 * k / sides, 3, "Z") @ Vector((radius, 0.0, 0.0))
+            points.append(middle + along @ rim)
+    for k in range(sides):
+        after = (k + 1) % sides
+        faces.append([first + k, first + after, first + sides + after, first + sides + k])
+    faces.append([first + k for k in reversed(range(sides))])
+    faces.append([first + sides + k for k in range(sides)])
+
+
+def _metal() -> bpy.types.Material:
+    name = "Walking frame metal"
+    material = bpy.data.materials.get(name)
+    if material is None:
+        material = bpy.data.materials.new(name)
+        material.diffuse_color = (0.35, 0.36, 0.38, 1.0)
+        material.metallic, material.roughness = 0.6, 0.4
+    return material

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stretch of a day in the window: its keys in the home, and the way back from there.
+
+How the home was is noted in the scene as text, so that it survives undo, saving and opening.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import bpy
+
+from ...angen_addon.scene.light.scene import take_begins
+from ..acting.places import Places
+from ..acting.timeline import Acted
+from ..days.rows import FPS, frame_at
+from .daylight import Daylight
+from .keys import MOVED, KeyedStretch
+from .person import body_of
+
+# s before and after a stretch that can be scrubbed into.
+AROUND_S = 2.0
+TIME = ("fps", "fps_base", "frame_map_old", "frame_map_new")
+RANGE = ("frame_start", "frame_end", "frame_current", "use_preview_range")
+
+
+def show(
+    scene: Any,
+    acted: Acted,
+    places: Places,
+    residents: Mapping[str, Any],
+    daylight: Daylight,
+    start: float,
+    end: float,
+) -> None:
+    """What happens from `start` to `end` (s of the day) as animation at the home's frames, in the
+    day's light."""
+    leave(scene)
+    ranged = {name: getattr(scene, name) for name in RANGE}
+    scene.frame_set(scene.frame_start)
+    lamps = _lamps(places)
+    owners = [*_objects(acted, places, residents, daylight), *_lights(lamps, daylight)]
+    skies = [(scene.world, path) for _, path, _ in daylight.skies()]
+    before = {
+        "time": {name: getattr(scene.render, name) for name in TIME},
+        "range": ranged,
+        "owners": [_noted(owner) for owner in owners] + [_noted_sky(*sky) for sky in skies],
+    }
+    scene.angen_day.before = json.dumps(before)
+    keys = KeyedStretch(residents, places)
+    for owner in owners:
+        data = owner.animation_data
+        # What a lamp shines with when it is on, its keys tell.
+        if data is not None and owner not in lamps:
+            data.action, data.use_nla = None, False
+    daylight.put_in()
+    first, last = max(start - AROUND_S, 0.0), end + AROUND_S
+    keys.show(acted, first - 1.0, last + 1.0)
+    render = scene.render
+    render.fps, render.fps_base, render.frame_map_old, render.frame_map_new = FPS, 1.0, 100, 100
+    scene.use_preview_range = False
+    # In this order, for the one pushes the other.
+    scene.frame_end, scene.frame_start = frame_at(last), frame_at(first)
+    scene.frame_set(frame_at(start))
+
+
+def leave(scene: Any) -> None:
+    """The home as it was before; nothing where no stretch is shown."""
+    if not scene.angen_day.before:
+        return
+    before = json.loads(scene.angen_day.before)
+    scene.angen_day.before = ""
+    take_begins(scene)
+    for noted in before["owners"]:
+        owner = getattr(bpy.data, noted["of"]).get(noted["name"])
+        if noted["of"] == "worlds" and owner is not None:
+            owner = owner.node_tree
+        if owner is not None:
+            _give_back(owner, noted)
+    for name, value in before["time"].items():
+        setattr(scene.render, name, value)
+    wanted = before["range"]
+    scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
+    scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]
+    scene.frame_set(wanted["frame_current"])
+
+
+def _objects(
+    acted: Acted, places: Places, residents: Mapping[str, Any], daylight: Daylight
+) -> list[Any]:
+    """Whatever a day moves, and whatever the home's own story moves."""
+    objects = bpy.data.objects
+    named = [*acted.swings, *acted.holds, *places.doors, *(o.name for o in residents.values())]
+    found = {name: objects[name] for name in named if name in objects}
+    parts = [daylight.sun]
+    for rig in residents.values():
+        parts += [body_of(rig), rig.angen_resident.walking_frame]
+    found |= {obj.name: obj for obj in parts if obj is not None}
+    found |= {o.name: o for o in objects if o.animation_data is not None and o.library is None}
+    return [*found.values()]
+
+
+def _lamps(places: Places) -> set[Any]:
+    """The lights of the lamps that people switch."""
+    lamps = [bpy.data.objects.get(lamp.object) for lamp in places.lamps.values()]
+    parts = {one for lamp in lamps if lamp for one in (lamp, *lamp.children_recursive)}
+    return {one.data for one in parts if one.type == "LIGHT"}
+
+
+def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
+    """Those, that of the sun, and those of the home's own story."""
+    sun = {daylight.sun.data} if daylight.sun is not None else set()
+    return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
+
+
+def _noted(owner: Any) -> dict[str, Any]:
+    """How an object or a light is now."""
+    of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
+    bones = owner.pose.bones if getattr(owner, "pose", None) else ()
+    found = _noted_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
+    return found | {"bones": {bone.name: _values(bone) for bone in bones}}
+
+
+def _noted_sky(world: Any, path: str) -> dict[str, Any]:
+    """How strong a world's sky is now, which the path in its node tree tells."""
+    found = _noted_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
+    return found | {"values": {path: world.node_tree.path_resolve(path)}}
+
+
+def _noted_animation(owner: Any) -> dict[str, Any]:
+    data = owner.animation_data
+    action, slot = (data.action, getattr(data, "action_slot", None)) if data else (None, None)
+    if action is not None:
+        # Else it would be lost where the file is saved meanwhile.
+        fake, action.use_fake_user = action.use_fake_user, True
+    return {
+        "animated": data is not None,
+        "action": action.name if action is not None else "",
+        "fake": fake if action is not None else False,
+        "slot": slot.identifier if slot is not None else "",
+        "use_nla": data.use_nla if data is not None else True,
+    }
+
+
+def _values(part: Any) -> dict[str, Any]:
+    found = {name: getattr(part, name) for name in MOVED if hasattr(part, name)}
+    return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
+
+
+def _give_back(owner: Any, noted: Mapping[str, Any]) -> None:
+    data = owner.animation_data
+    ours = data.action if data is not None else None
+    if data is not None:
+        data.action = bpy.data.actions.get(noted["action"])
+        data.use_nla = noted["use_nla"]
+        if data.action is not None:
+            data.action.use_fake_user = noted["fake"]
+            if noted["slot"]:
+                data.action_slot = data.action.slots[noted["slot"]]
+    # Blender 4.2 goes on counting a world's nodes as a user.
+    unused = noted["of"] == "worlds" or (ours is not None and ours.users == 0)
+    if ours is not None and unused and ours.name != noted["action"]:
+        bpy.data.actions.remove(ours)
+    if data is not None and not noted["animated"] and not data.drivers:
+        owner.animation_data_clear()
+    parts = [(owner, noted["values"])]
+    parts += [(owner.pose.bones[name], values) for name, values in noted["bones"].items()]
+    for part, values in parts:
+        for path, value in values.items():
+            holder, _, name = path.rpartition(".")
+            setattr(part.path_resolve(holder) if holder else part, name, value)

@@ -1,0 +1,436 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds where a person stands to sit, lie down or use an object, and where hips or hand go."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import compress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...angen_addon.coverage.cells import (
+    MOST_CELLS,
+    OVER_M,
+    PIT_M,
+    RUG_M,
+    Grid,
+    Mask,
+    finished,
+    flood,
+    floors,
+    free_ways,
+    passable,
+)
+from ...angen_addon.coverage.floor import storeys_of
+from ...angen_addon.coverage.rooms import labels_of, volumes
+from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
+from ...angen_addon.scene.bearers import candidates
+from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.scene.rays.solids import Solid
+from ...angen_addon.scene.rooms import set_room
+from ...angen_addon.scene.sensors import all_sensors
+from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.model import Array
+from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
+from ..acting.ways import Floor, parts
+from .marks import MarkedObject, look_of
+from .settings import is_resident, residents_in
+
+# Finds where residents can walk: the floors below the marks, as free cells, and their rooms.
+
+# m: of a cell, where the home is not too large for it; of the largest.
+SIZE_M, COARSEST_M = 0.05, 0.1
+# m: a mark is at what is so near.
+NEAR_M = 0.8
+# m around the marks that residents may walk on.
+AROUND_M = 2.0
+# Heights (m) at which a body must not meet anything on its way from cell to cell.
+FELT_M = (0.3, 1.0, 1.6)
+# Rays go down around each mark at these distances (m) to find its floor.
+RINGS_M, DEEP_M = (0.5, 1.0, 1.6, 2.2), 4.0
+# m: a mark is at most so far above its floor.
+ABOVE_M = 2.7
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@dataclass(frozen=True)
+class WalkedStorey:
+    """A storey as residents walk on it: `home` without what they pass or are, and the number
+    (nx, ny) of the cells that a body gets to from one another, 0 where it does not fit; `main` is
+    the number that most marks are at. `doorways` (k, 2) are points along shut leaves, where nobody
+    stays."""
+
+    storey: Storey
+    home: EvaluatedHome
+    part: NDArray[np.int64]
+    main: int
+    doorways: Array = field(default_factory=lambda: np.empty((0, 2)))
+
+
+def walked(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
+    """The home as it is for who walks: without the leaves of doors and what hangs on them, and
+    without residents and what they push."""
+    frames = [r.angen_resident.walking_frame for r in residents_in(home.depsgraph.scene)]
+    uids = {obj.session_uid for obj in (*leaves, *frames) if obj is not None}
+
+    def stays(solid: Solid) -> bool:
+        return not (uids & solid.owners or _lives(solid.original))
+
+    return home.part(stays)
+
+
+def _lives(obj: Any) -> bool:
+    """Whether it is somebody's body, or what hangs on it."""
+    owners = list(candidates(obj))
+    rigged = any(owner.type == "ARMATURE" for owner in owners)
+    return any(map(is_resident, owners)) or (
+        rigged and any(owner.angen_load.mass > 0.0 for owner in owners)
+    )
+
+
+def grounds(
+    home: EvaluatedHome,
+    walk: EvaluatedHome,
+    marks: Array,
+    names: Sequence[str],
+    things: NDArray[np.intp],
+) -> list[WalkedStorey]:
+    """The storeys below points (n, 3) m of the marks of these names, the lowest first; `things`
+    (k,) are the rows of solids that are no floor. Raises AngenError."""
+    rows = set(things.tolist())
+    heights = _heights(walk.part(lambda solid: solid.row not in rows), marks)
+    found = []
+    for height in heights:
+        below = [h for h in heights if h <= height]
+        mine = [under(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
+        grid = _grid(height, marks[mine], list(compress(names, mine)))
+        found.append(_ground(home, walk, grid, marks[mine]))
+    return found
+
+
+def under(heights: Sequence[float], z: float) -> int:
+    below = [k for k, height in enumerate(heights) if height <= z + PIT_M]
+    return below[-1] if below else 0
+
+
+def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
+    """The heights (m) of the floors: what most rays around the marks meet. Raises AngenError."""
+    starts = (marks[:, None] + around(RINGS_M) + [0.0, 0.0, 0.2]).reshape(-1, 3)
+    ranges = finished(free_ways(home, starts, DOWN, DEEP_M))
+    met = (starts[:, 2] - ranges)[ranges < DEEP_M - 1e-6]
+    votes = Counter(np.round(met / GRAIN_M).astype(int).tolist())
+    chosen: Counter[int] = Counter()
+    for z in marks[:, 2].tolist():
+        low, high = (z - ABOVE_M) / GRAIN_M, (z + RUG_M) / GRAIN_M
+        of_mark = [grain for grain in votes if low <= grain <= high]
+        if of_mark:
+            chosen[max(of_mark, key=lambda grain: (votes[grain], -grain))] += 1
+    if not chosen:
+        raise InputError("no floor is below the marked places: give the home a floor")
+    groups = grouped(sorted(chosen), lambda grain: grain * GRAIN_M)
+    most = [max(group, key=lambda grain: (chosen[grain], -grain)) for group in groups]
+    # The height itself, not the middle of its grain.
+    return [float(np.median(met[np.abs(met - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
+
+
+def _ground(home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array) -> WalkedStorey:
+    over = finished(floors(walk, grid, OVER_M)).reshape(grid.shape)
+    level = (over <= RUG_M) & (over >= -PIT_M)
+    along = [finished(passable(walk, grid, felt, level)) for felt in FELT_M]
+    ways = (
+        np.all([pair[0] for pair in along], axis=0),
+        np.all([pair[1] for pair in along], axis=0),
+    )
+    # Inside solids there is nothing in the way either: only what is reached is floor.
+    seeds = np.where(level & _near(grid, marks), 1, 0)
+    reached = finished(flood(seeds, level, ways)) > 0
+    free = reached & ~_beside(ways, reached)
+    part = parts(Floor(grid.low, grid.size, free), BODY_M)
+    # What no body gets to is the inside of a wall.
+    free &= finished(flood((part > 0).astype(np.int64), free, ways)) > 0
+    floor = Floor(grid.low, grid.size, free)
+    number, names, guessed = _rooms(home, grid, grid.floor)
+    part = parts(floor, BODY_M)
+    return WalkedStorey(
+        Storey(grid.floor, floor, number, names, guessed), walk, part, _main(floor, part, marks)
+    )
+
+
+def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
+    """The cells around marks of these names. Raises InputError where they are too far apart."""
+    low, high = marks[:, :2].min(axis=0) - AROUND_M, marks[:, :2].max(axis=0) + AROUND_M
+    size = SIZE_M
+    area = float(np.prod(high - low + 2 * size))
+    if area / size**2 > MOST_CELLS:
+        size = float(np.sqrt(area / MOST_CELLS)) * 1.01
+    if size > COARSEST_M:
+        off = np.linalg.norm(marks[:, :2] - np.median(marks[:, :2], axis=0), axis=1)
+        raise InputError(
+            f"'{names[int(np.argmax(off))]}' is marked {off.max():.0f} m from the other "
+            "places: mark only what belongs to one home"
+        )
+    first = np.floor(low / size)
+    # An even number, for rooms are found on cells twice as large.
+    shape = ((np.ceil(high / size) - first + 1) // 2 * 2).astype(int)
+    return Grid(first * size, (int(shape[0]), int(shape[1])), size, height)
+
+
+def _near(grid: Grid, marks: Array) -> Mask:
+    """(nx, ny): the cells at which a mark is, within AROUND_M."""
+    points = grid.at(0.0)[:, :2]
+    near = np.zeros(len(points), bool)
+    for mark in marks[:, :2]:
+        near |= ((points - mark) ** 2).sum(axis=1) <= AROUND_M**2
+    return near.reshape(grid.shape)
+
+
+def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
+    """The cells on both sides of what is too thin to stand on a cell of its own."""
+    found = np.zeros_like(reached)
+    thin = reached[:-1] & reached[1:] & ~ways[0]
+    found[:-1] |= thin
+    found[1:] |= thin
+    thin = reached[:, :-1] & reached[:, 1:] & ~ways[1]
+    found[:, :-1] |= thin
+    found[:, 1:] |= thin
+    return found
+
+
+def _rooms(
+    home: EvaluatedHome, grid: Grid, height: float
+) -> tuple[NDArray[np.int64], tuple[str, ...], Mask]:
+    """The room (nx, ny) of each cell, their names, as sensors and marks of rooms tell, and which
+    cells (nx, ny) are guessed."""
+    view_layer = home.depsgraph.view_layer
+    marked = volumes(home)
+    try:
+        storeys = storeys_of(home, all_sensors(view_layer), marked)
+    except AngenError:
+        return np.zeros(grid.shape, np.int64), ("",), np.zeros(grid.shape, bool)
+    members = [s for floor, group in storeys if abs(floor - height) < 1.0 for s in group]
+    here = [volume for volume in marked if abs(volume.lo[2] - height) < 1.0]
+    shape = grid.shape[0] // 2, grid.shape[1] // 2
+    coarse = Grid(grid.low, shape, 2 * grid.size, height)
+    found = finished(labels_of(home, coarse, members, here))
+    guessed = found.guessed.repeat(2, 0).repeat(2, 1)
+    return found.number.repeat(2, 0).repeat(2, 1), ("", *found.names), guessed
+
+
+def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
+    """The number of the part of the floor that most of the marks are near."""
+    votes: Counter[int] = Counter()
+    for mark in marks:
+        x, y = floor.cell(mark)
+        reach = int(NEAR_M / floor.size)
+        around = part[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1]
+        votes.update(set(np.unique(around).tolist()) - {0})
+    sizes = np.bincount(part.ravel())
+    return max(votes, key=lambda number: (votes[number], int(sizes[number])), default=0)
+
+
+# m: who stands before a seat has the hips so far before where they will be.
+BEFORE_SEAT_M = 0.57
+# Hips are so far behind a seat's front, or a bed's edge.
+ON_SEAT_M, ON_EDGE_M = 0.3, 0.22
+# Heights of seats and beds above the floor.
+SEATS_M = (0.15, 1.1)
+# Between the body's middle and the front of what is used; to a point, such as an empty.
+USED_FROM_M, POINT_FROM_M = 0.3, 0.45
+# Hands are at this height at what is higher.
+HAND_M = 1.1
+# Nobody reaches higher.
+REACH_M = 2.2
+# A place to stand is looked for within this, and has so much room around it at least.
+WITHIN_M, ROOM_M = 1.2, 0.12
+# What is not on everybody's way counts as so much farther away.
+APART_M = 1.5
+# So does what is so near to a shut leaf, which would meet who stands there.
+LEAF_M, IN_DOORWAY_M = 0.3, 0.5
+# No wall may be between who stands there and the object, at this height above the floor.
+SIGHT_M = 1.25
+# Cells that are tried.
+TRIED = 400
+STEP_M = 0.02
+# A seat may have a hole: it is as high as it is anywhere so near.
+AT_HIPS_M = 0.08
+# The target itself may lie in what it is marked on, or in what stands there.
+SHORT_M = 0.12
+
+
+def place_of(
+    marked: MarkedObject, ground: WalkedStorey, number: int, target: MarkedObject | None = None
+) -> Place:
+    """The place of a marked object; `target`: what the hand goes to instead of the object."""
+    mark = marked.obj.angen_place
+    look = look_of(marked.obj, marked.matrix)
+    floor = ground.storey.height
+    edge = None
+    if mark.use == STAND:
+        point = marked.middle
+        at, target_at = point[:2], np.array([*point[:2], floor])
+    elif mark.use == SIT:
+        target_at = _seat(marked, look, floor)
+        ideal = target_at[:2] + look * (mark.away or BEFORE_SEAT_M)
+        at = stand(ground, marked, ideal, target_at)
+    elif mark.use == LIE:
+        target_at = _bed(marked, look)
+        at, edge = _bedside(ground, marked, look, target_at)
+    else:
+        aimless = mark.use in (LAMP, CURTAIN)
+        at, target_at = _used(ground, target or marked, look, mark.away, aimless)
+        away = target_at[:2] - at
+        look = away / np.linalg.norm(away) if np.linalg.norm(away) > 1e-6 else look
+    yaw = math.atan2(look[1], look[0])
+    noted = set_room(marked.obj, ground.storey.rooms)
+    room = noted or ground.storey.room_at(at)
+    guessed = not noted and ground.storey.is_guessed_at(at)
+    standing = np.array([*at, floor])
+    height = float(target_at[2]) - floor
+    return Place(
+        marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number, guessed,
+        marked.size,
+    )  # fmt: skip
+
+
+def stand(
+    ground: WalkedStorey, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
+) -> Array:
+    """(2,) m: the best place to stand near `ideal` (2,), or at `ring` m from it, with no wall
+    between it and `target` (3,); `ideal` itself where there is none."""
+    floor = ground.storey.floor
+    cells = np.argwhere(floor.free & (floor.clearance >= ROOM_M))
+    points = floor.low + (cells + 0.5) * floor.size
+    off = np.linalg.norm(points - ideal, axis=1)
+    near = off <= WITHIN_M + ring
+    cells, points, off = cells[near], points[near], np.abs(off[near] - ring)
+    # Beside a seat, where a table is before it.
+    far = np.linalg.norm(points - target[:2], axis=1)
+    cost = (
+        0.5 * off
+        + np.maximum(far - BEFORE_SEAT_M, 0.0)
+        + np.where(ground.part[tuple(cells.T)] == ground.main, 0.0, APART_M)
+    )
+    if len(ground.doorways) and len(points):
+        gaps = np.linalg.norm(points[:, None] - ground.doorways, axis=2).min(axis=1)
+        cost += np.where(gaps < LEAF_M, IN_DOORWAY_M, 0.0)
+    order = np.argsort(cost, kind="stable")[:TRIED]
+    if not len(order):
+        return ideal
+    # The middle of a cell is not better than what lies in it.
+    exact = floor.cell(ideal)
+    seen = _sees(ground, marked, points[order], target)
+    if not seen.any():
+        return ideal
+    best = order[int(np.argmax(seen))]
+    same = tuple(cells[best].tolist()) == exact
+    found: Array = ideal if same else points[best]
+    return found
+
+
+def _sees(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
+    """(n,): whether nothing but the object is between points (n, 2) and a target, at the height of
+    a breast."""
+    home = ground.home
+    rows = np.setdiff1d(home.rows, marked.rows)
+    way = target[:2] - points
+    length = np.linalg.norm(way, axis=1)
+    far = np.maximum(length - SHORT_M, 1e-3)
+    level = np.full(len(points), ground.storey.height + SIGHT_M)
+    ways = np.column_stack([way / np.maximum(length, 1e-9)[:, None], np.zeros(len(points))])
+    starts = np.column_stack([points, level])
+    ranges, _ = home.caster.first_met(
+        home.depsgraph, rows, starts / home.metres, ways, far / home.metres
+    )
+    seen: Array = ranges * home.metres >= far * (1 - 1e-6)
+    return seen
+
+
+def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
+    """(3,): what the hips rest on."""
+    if not marked.solid:
+        return marked.at
+    middle, deep, wide = marked.box(look)
+    across = np.array([-look[1], look[0]]) * min(0.1, wide / 2)
+    along = np.arange(deep, -deep, -STEP_M)
+    lines = [middle + along[:, None] * look + across * k for k in (-1, 0, 1)]
+    tops = np.array([marked.heights(line) for line in lines]) - floor
+    height = np.where((tops >= SEATS_M[0]) & (tops <= SEATS_M[1]), tops, np.nan)
+    known = np.isfinite(height).any(axis=0)
+    if not known.any():
+        return np.array([*middle, float(marked.points[:, 2].max())])
+    front = float(along[np.argmax(known)])
+    # Of what is shallow, as a stool, the middle.
+    hips = max(front - ON_SEAT_M, (front - deep) / 2.0)
+    there = np.abs(along - hips) <= AT_HIPS_M
+    top = np.nanmax(height[:, there]) if (known & there).any() else np.nanmax(height)
+    return np.array([*(middle + look * hips), floor + float(top)])
+
+
+def _bed(marked: MarkedObject, look: Array) -> Array:
+    """(3,): what the hips rest on of who lies."""
+    if not marked.solid:
+        return marked.at
+    middle, deep, wide = marked.box(look)
+    across = np.array([-look[1], look[0]])
+    s = np.linspace(-0.25, 0.25, 5)
+    points = [middle + look * a * deep + across * b * wide for a in s for b in s]
+    tops = marked.heights(np.array(points))
+    top = float(np.nanmedian(tops)) if np.isfinite(tops).any() else float(marked.middle[2])
+    return np.array([*middle, top])
+
+
+def _bedside(
+    ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
+) -> tuple[Array, Array]:
+    """The point (2,) where a person stands beside a bed, and the one (3,) where they sit on its
+    edge."""
+    across = np.array([-look[1], look[0]])
+    sides = []
+    for side in (across, -across):
+        edge = _edge(ground, marked, target, side)
+        ideal = target[:2] + side * (edge - ON_EDGE_M + BEFORE_SEAT_M)
+        at = stand(ground, marked, ideal, np.array([*(target[:2] + side * edge), target[2]]))
+        here = ground.storey.floor.cell(at)
+        apart = 0.0 if ground.part[here] == ground.main else APART_M
+        free = bool(ground.storey.floor.free[here])
+        off = float(np.linalg.norm(at - ideal)) + apart + (0.0 if free else WITHIN_M)
+        sides.append((off, at, side * (edge - ON_EDGE_M)))
+    _, at, sitting = min(sides, key=lambda found: found[0])
+    return at, target + np.array([*sitting, 0.0])
+
+
+def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
+    """The distance in m from the target to the bed's edge on one side."""
+    if marked.solid:
+        return float(marked.reach(side)[1] - target[:2] @ side)
+    steps = np.arange(0.05, 1.5, STEP_M)
+    starts = np.column_stack(
+        [target[:2] + steps[:, None] * side, np.full(len(steps), target[2] + 0.15)]
+    )
+    drops = finished(free_ways(ground.home, starts, np.array([0.0, 0.0, -1.0]), 0.5))
+    over = np.flatnonzero(drops > 0.3)
+    return float(steps[over[0]]) if len(over) else 0.45
+
+
+def _used(
+    ground: WalkedStorey, marked: MarkedObject, look: Array, away: float, aimless: bool
+) -> tuple[Array, Array]:
+    """Where one stands (2,) and where the hand goes (3,); `aimless`: from any side."""
+    floor = ground.storey.height
+    if aimless:
+        at = stand(ground, marked, marked.middle[:2], marked.middle, ring=POINT_FROM_M)
+        return at, marked.middle
+    if not marked.solid:
+        target, front, usual = marked.at, marked.at[:2], POINT_FROM_M
+    else:
+        middle, deep, _ = marked.box(look)
+        front, usual = middle - look * deep, USED_FROM_M
+        top = float(marked.points[:, 2].max())
+        hand = min(top, floor + HAND_M)
+        target = np.array([*(front + look * min(0.15, deep)), hand])
+    return stand(ground, marked, front - look * (away or usual), target), target

@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a cat stands, walks on its four paws, sits and lies.
+
+A cat at a point has its middle over it; its paws are hind left, hind right, fore left, fore right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import ceil, pi
+
+import numpy as np
+
+from ...sensor_logic.model import Array
+from . import surface as sf
+from .cat_skeleton import BACK_HEIGHT, CAT, HIP, HOCK, SHOULDER, WRIST
+from .gait import Footstep, Stand, near_turn
+from .pose import Arms, BodyPose, Feet
+from .skeleton import Build
+from .skin import Part
+from .surface import Shape
+from .turns import X, about_y, about_z, ease, times, turned
+
+_PAWS = tuple((leg.names[3], leg.names[2], side) for leg in CAT.legs for side in "LR")
+# Where a paw bears on the floor, and where the joint above it is from there, at rest, (4, 3) m.
+_BALLS = np.array([CAT.head[f"{tip}.{side}"] for tip, _, side in _PAWS])
+_ABOVE = np.array([CAT.head[f"{foot}.{side}"] for _, foot, side in _PAWS]) - _BALLS
+_KNEES = np.array([X, X, -X, -X])
+# Of a cycle: when each paw lands, and for how much of it a paw bears.
+_LANDS, _BEARS = np.array([0.0, 0.5, 0.25, 0.75]), 0.62
+_STRIDE = 0.30  # m a cycle, at the usual speed
+_LIFT = 0.035
+_TURN_LENGTH = 0.12  # m of walking that a rad of turning is worth
+_PELVIS = CAT.head["pelvis"]
+
+
+def _posture(
+    build: Build, middle: Array, yaw: Array, balls: Array, soles: Array, pitch: float = 0.0,
+    sink: tuple[float, float] = (0.0, 0.0), bend: tuple[Array, Array, Array] | None = None,
+) -> BodyPose:  # fmt: skip
+    """A cat over points `middle` (n, 3) on what bears it, its paws at `balls` (n, 4, 3) and turned
+    by `soles` (n, 4, 4). `sink` moves the hips forward and down at rest; pitch lifts the chest."""
+    scale, count = build.scale, len(yaw)
+    ahead = about_z(yaw)
+    hips = _PELVIS + np.array([sink[0], 0.0, -sink[1]])
+    feet = Feet(
+        balls + turned(soles, _ABOVE * scale), soles, soles, turned(ahead[:, None], _KNEES)
+    )  # fmt: skip
+    spine, look, tail = bend or (np.zeros((count, 3)),) * 3
+    turn = times(ahead, about_y(np.full(count, -pitch)))
+    return BodyPose(
+        build, yaw, middle + turned(ahead, hips * scale), turn, feet, Arms(), spine, look,
+        np.concatenate([middle, yaw[:, None]], 1), tail,
+    )  # fmt: skip
+
+
+def _at(x: float, y: float, z: float, yaw: float) -> tuple[Array, Array]:
+    return np.array([[x, y, z]]), np.array([yaw])
+
+
+def _under(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
+    """Points (n, 4, 3) at offsets (4, 3) from the middle of a cat."""
+    return middle[:, None] + turned(about_z(yaw)[:, None], offsets * scale)
+
+
+_GROUND = _BALLS.copy()
+_TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
+
+
+def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
+    """The pose on four paws."""
+    middle, yaw = _at(*stand.centre, floor, stand.yaw)
+    soles = np.broadcast_to(about_z(yaw)[:, None], (1, 4, 4))
+    balls = _under(middle, yaw, _GROUND, build.scale)
+    still = np.zeros((1, 3))
+    return _posture(build, middle, yaw, balls, soles, bend=(still, still, _TAIL_DOWN))
+
+
+def sitting(stand: BodyPose, seat: Array) -> BodyPose:
+    """The pose on its haunches at a point, looking along its heading."""
+    build, yaw = stand.build, stand.heading[:1]
+    middle = np.asarray(seat, float)[None]
+    offsets = _GROUND + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
+    flat = np.array([-1.265, -1.265, 0.0, 0.0])
+    soles = times(about_z(yaw)[:, None], about_y(flat))
+    bend = (
+        np.array([[0.0, -0.10, 0.0]]), np.array([[0.0, 0.62, 0.0]]), np.array([[0.0, -0.16, 0.45]]),
+    )  # fmt: skip
+    balls = _under(middle, yaw, offsets, build.scale)
+    return _posture(build, middle, yaw, balls, soles, 0.58, (0.03, BACK_HEIGHT - 0.100), bend)
+
+
+def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
+    """The pose on its belly, curled to the left (side 1) or the right (-1)."""
+    build = seated.build
+    x, y, z = map(float, bed)
+    middle, heading = _at(x, y, z, near_turn(yaw, float(seated.heading[0])))
+    offsets = _GROUND + np.array([[0.06, 0.0, 0.0]] * 2 + [[0.05, 0.0, 0.0]] * 2)
+    soles = times(about_z(heading)[:, None], about_y(np.array([-1.265, -1.265, -1.3, -1.3])))
+    bend = (
+        np.array([[0.0, 0.0, 0.45 * side]]),
+        np.array([[0.0, 0.30 - 0.1 * abs(side), 0.5 * side]]),
+        np.array([[0.0, -0.03, -0.55 * side]]),
+    )
+    balls = _under(middle, heading, offsets, build.scale)
+    sink = (0.0, BACK_HEIGHT - 0.075)
+    return _posture(build, middle, heading, balls, soles, 0.0, sink, bend)
+
+
+def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
+    """The poses from one posture (t = 0) to another (1): a leap if one of them is higher."""
+    s = ease(t)
+    pose = before.mixed(after, s)
+    way = float(np.linalg.norm(after.walker[0, :3] - before.walker[0, :3]))
+    rise = abs(float(after.walker[0, 2] - before.walker[0, 2]))
+    up = (0.02 * pose.build.scale + 0.4 * rise + 0.05 * way) * np.sin(pi * s)
+    lift = up[:, None] * np.array([0.0, 0.0, 1.0])
+    feet = replace(pose.feet, ankle=pose.feet.ankle + lift[:, None])
+    whole = 1.0 if way > 0.05 else 0.0
+    return replace(pose, pelvis=pose.pelvis + whole * lift, feet=feet)
+
+
+def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
+    """The head raised and turned."""
+    w = weight[:, None]
+    return replace(pose, look=pose.look + w * (0.0, -0.35, 0.6), tail=pose.tail + w * (0, 0, 0.35))
+
+
+def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
+    """Points of the way of a cat's middle with its heading there, turns on the spot among them."""
+    found = [Footstep(0, *start.centre, start.yaw)]
+
+    def turn(to: float) -> None:
+        here = found[-1]
+        count = ceil(abs(to - here.yaw) / 0.1)
+        for k in range(1, count + 1):
+            found.append(replace(here, yaw=here.yaw + (to - here.yaw) * k / count))
+
+    gaps = np.diff(path, axis=0)
+    lengths = np.hypot(*gaps.T)
+    if lengths.sum() > 0.04:
+        bends = np.unwrap(np.arctan2(gaps[:, 1], gaps[:, 0])[lengths > 1e-9])
+        points = path[1:][lengths > 1e-9]
+        bends += near_turn(float(bends[0]), start.yaw) - bends[0]
+        turn(float(bends[0]))
+        for (x, y), yaw in zip(points, bends, strict=True):
+            found.append(Footstep(0, float(x), float(y), float(yaw)))
+    if end_yaw is not None:
+        turn(near_turn(end_yaw, found[-1].yaw))
+    return found if len(found) > 1 else [found[0]] * 2
+
+
+class CatWalk:
+    """A walk along the points of `footsteps`, at a speed in m/s, on a floor at a height in m."""
+
+    def __init__(self, steps: list[Footstep], speed: float, floor: float, build: Build) -> None:
+        self.build, self.floor, self.speed = build, floor, speed
+        way = np.array([(step.x, step.y, step.yaw) for step in steps])
+        gaps = np.abs(np.diff(way, axis=0))
+        length = np.hypot(gaps[:, 0], gaps[:, 1]) + _TURN_LENGTH * build.scale * gaps[:, 2]
+        keep = np.concatenate([[True], length > 1e-9])
+        self._way, self._along = way[keep], np.concatenate([[0.0], np.cumsum(length)])[keep]
+        self.length = float(self._along[-1])
+        self.stride = _STRIDE * build.scale * (speed / 0.55) ** 0.5
+        self.soft = min(self.stride / 6, self.length / 2)
+        self.last = self.length + 1.5 * self.stride
+        self.duration = self.last / speed
+
+    @property
+    def end(self) -> Stand:
+        x, y, yaw = map(float, self._way[-1])
+        return Stand.at(x, y, yaw, self.build)
+
+    def track(self) -> tuple[Array, Array]:
+        """Seconds (k,) since the start, and where the body is then on the floor (k, 2)."""
+        return (self._along + self.stride / 2) / self.speed, self._way[:, :2]
+
+    def _body(self, w: Array) -> Array:
+        """How far along the way (…,) the middle is when the paws have gone for w m."""
+
+        def ramp(x: Array) -> Array:
+            soft = max(self.soft, 1e-9)
+            return np.where(x < -soft, 0.0, np.where(x < soft, (x + soft) ** 2 / (4 * soft), x))
+
+        return self.length - ramp(self.length - ramp(w - self.stride / 2))
+
+    def _place(self, along: Array) -> Array:
+        """x, y and yaw (…, 3); the heading is that of half a body's length around."""
+        xy = [np.interp(along, self._along, self._way[:, k]) for k in (0, 1)]
+        offsets = np.linspace(-0.08, 0.08, 9) * self.build.scale
+        room = np.minimum(along, self.length - along)[..., None]
+        around = along[..., None] + np.clip(offsets, -room, room)
+        yaw = np.interp(around, self._along, self._way[:, 2]).mean(-1)
+        return np.stack([*xy, yaw], -1)
+
+    def pose(self, seconds: Array) -> BodyPose:
+        """The body so many seconds (n,) after the start of the walk."""
+        w = np.clip(np.asarray(seconds, float) / self.duration, 0.0, 1.0) * self.last
+        body = self._place(self._body(w))
+        yaw = np.ascontiguousarray(body[:, 2])
+        middle = np.concatenate([body[:, :2], np.full((len(w), 1), self.floor)], 1)
+        balls, paws_yaw = self._paws(w)
+        scale = self.build.scale
+        # The joint above a paw goes on with the body while the paw stays.
+        local = turned(about_z(-yaw)[:, None], balls - middle[:, None]) / scale - _GROUND
+        soles = times(about_z(paws_yaw), about_y(np.clip(-6.0 * local[..., 0], -0.8, 0.8)))
+        ahead = self._place(np.minimum(self._body(w) + 0.12 * scale, self.length))[:, 2] - yaw
+        beat = 2 * pi * w / self.stride
+        busy = ease(np.minimum(w, self.last - w) / (self.stride / 2))
+        spine = np.stack([0 * w, 0 * w, np.clip(0.6 * ahead, -0.4, 0.4) * busy], -1)
+        look = np.stack([0 * w, 0.04 * np.sin(beat) * busy, np.clip(ahead, -0.6, 0.6) * busy], -1)
+        tail = _TAIL_DOWN + busy[:, None] * np.stack(
+            [0 * w, -0.22 + 0 * w, 0.10 * np.sin(beat / 2)], -1
+        )  # fmt: skip
+        pose = _posture(self.build, middle, yaw, balls, soles, bend=(spine, look, tail))
+        bob = 0.006 * scale * busy * (np.cos(2 * beat) - 1)
+        return replace(pose, pelvis=pose.pelvis + bob[:, None] * np.array([0.0, 0.0, 1.0]))
+
+    def _paws(self, w: Array) -> tuple[Array, Array]:
+        """Where the paws bear or swing (n, 4, 3), and their yaws (n, 4)."""
+        phase = w[:, None] / self.stride - _LANDS
+        number = np.floor(phase)
+        lands = (number + _LANDS) * self.stride
+        here = self._place(self._body(lands + _BEARS / 2 * self.stride))
+        after = self._place(self._body(lands + (1 + _BEARS / 2) * self.stride))
+        # The walk begins with all paws on the floor.
+        leaves = np.maximum(lands + _BEARS * self.stride, 0.0)
+        air = np.clip((w[:, None] - leaves) / (lands + self.stride - leaves), 0.0, 1.0)
+        feet = [
+            np.concatenate([at[..., :2], np.full((*at.shape[:2], 1), self.floor)], -1)
+            + turned(about_z(at[..., 2]), _GROUND * self.build.scale)
+            for at in (here, after)
+        ]
+        balls = feet[0] + ease(air)[..., None] * (feet[1] - feet[0])
+        far = np.linalg.norm(feet[1] - feet[0], axis=-1)
+        lift = _LIFT * self.build.scale * np.minimum(1.0, far / (0.5 * self.stride))
+        balls[..., 2] += lift * np.sin(pi * air) ** 2
+        return balls, here[..., 2] + ease(air) * (after[..., 2] - here[..., 2])
+
+
+# The fur of a cat as shapes, at rest, and which bones move it.
+
+_AHEAD = ((0, 0, 1), (0, 1, 0), (1, 0, 0))  # rings along the trunk: height, width, length
+
+
+def _trunk() -> Shape:
+    return sf.loft(
+        (
+            (-0.175, 0.205, 0.030, 0.028),
+            (-0.150, 0.203, 0.050, 0.046),
+            (-0.100, 0.196, 0.056, 0.053),
+            (-0.040, 0.192, 0.054, 0.052),
+            (0.030, 0.188, 0.054, 0.050),
+            (0.090, 0.190, 0.052, 0.047),
+            (0.130, 0.208, 0.044, 0.040),
+            (0.160, 0.232, 0.036, 0.034),
+        ),
+        (0, 0, 0),
+        _AHEAD,
+        cap=0.02,
+    )
+
+
+def _head() -> Shape:
+    skull = sf.ball((0.195, 0.0, 0.268), (0.044, 0.042, 0.038))
+    muzzle = sf.ball((0.232, 0.0, 0.254), (0.018, 0.020, 0.015))
+    ear = sf.capsule((0.185, 0.026, 0.290), (0.182, 0.036, 0.322), 0.014, 0.004)
+    return sf.union(0.012, skull, muzzle, ear, sf.mirrored(ear))
+
+
+def _leg(above: Array, joint: Array, ankle: Array, ball: Array, thick: float) -> Shape:
+    paw = sf.ball(ball + np.array([0.014, 0.0, -0.004]), (0.026, 0.016, 0.013))
+    return sf.union(
+        0.015,
+        sf.capsule(above, joint, thick, 0.021),
+        sf.capsule(joint, ankle, 0.020, 0.013),
+        sf.capsule(ankle, ball, 0.012, 0.012),
+        paw,
+    )
+
+
+def fur() -> Shape:
+    at = CAT.head
+    hind = _leg(HIP - np.array([0.0, 0.0, 0.01]), at["shin.L"], HOCK, at["toes.L"], 0.046)
+    fore = _leg(SHOULDER, at["forearm.L"], WRIST, at["fingers.L"], 0.032)
+    tail = [at[f"tail.{k}"] for k in (1, 2, 3)] + [np.array([-0.39, 0.0, 0.165])]
+    parts = [sf.capsule(a, b, 0.016, 0.014) for a, b in pairwise(tail)]
+    legs = [sf.union(0.004, leg, sf.mirrored(leg)) for leg in (hind, fore)]
+    return sf.union(0.022, sf.union(0.03, _trunk(), _head()), *legs, *parts)
+
+
+def cat_parts() -> list[Part]:
+    low, high = (-0.42, -0.085, -0.005), (0.26, 0.085, 0.34)
+    parts = [Part("fur", "fur", fur(), low, high, 0.008, 2200, "cat")]
+    for sign, side in ((1.0, "L"), (-1.0, "R")):
+        eye = sf.ball((0.229, sign * 0.020, 0.276), (0.007, 0.007, 0.007))
+        low, high = (0.21, sign * 0.02 - 0.015, 0.26), (0.245, sign * 0.02 + 0.015, 0.292)
+        parts.append(Part(f"eye.{side}", "eye", eye, low, high, 0.003, 60, "cat"))
+    return parts
+
+
+def cat_weights(points: Array, _region: str) -> dict[str, Array]:
+    """The weights of bones at points, by their distance: (n,) a bone, with the sum 1."""
+    near = {}
+    for cat_bone in CAT.bones:
+        if cat_bone.name == "pelvis":
+            continue
+        start, axis = np.array(cat_bone.head), np.array(cat_bone.tail) - np.array(cat_bone.head)
+        along = np.clip((points - start) @ axis / (axis @ axis), 0.0, 1.0)
+        away = np.linalg.norm(points - start - along[:, None] * axis, axis=1)
+        # A leg moves nothing of the other side.
+        other = {"L": points[:, 1] < -0.002, "R": points[:, 1] > 0.002}.get(cat_bone.name[-1:])
+        weight = 1.0 / (away + 0.004) ** 4
+        near[cat_bone.name] = weight if other is None else np.where(other, 0.0, weight)
+    start, end = CAT.head["pelvis"] - np.array([0.04, 0, 0]), CAT.head["spine"]
+    along = np.clip((points - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
+    away = np.linalg.norm(points - start - along[:, None] * (end - start), axis=1)
+    near["pelvis"] = 1.0 / (away + 0.004) ** 4
+    whole = np.sum(list(near.values()), axis=0)
+    return {name: weight / whole for name, weight in near.items()}

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bones of a person: rest positions in metres, looking along +X, left is +Y, z = 0 the sole.
+
+Rest is a stance with the arms a little away from the body, so that the skin has room.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import cos, radians, sin
+
+import numpy as np
+
+from ...sensor_logic.model import Array
+
+SIDES = ("L", "R")
+SIGN = np.array([1.0, -1.0])
+ARM_REST = radians(30)  # from the vertical
+
+SHOULDER = np.array([-0.010, 0.172, 1.392])
+UPPER_ARM, FOREARM = 0.285, 0.245
+_ARM = np.array([0.0, sin(ARM_REST), -cos(ARM_REST)])
+ELBOW = SHOULDER + UPPER_ARM * _ARM
+WRIST = ELBOW + FOREARM * _ARM
+KNUCKLES = WRIST + 0.09 * _ARM
+
+HIP = np.array([0.0, 0.090, 0.905])
+KNEE = np.array([0.012, 0.105, 0.490])
+ANKLE = np.array([-0.010, 0.115, 0.085])
+BALL = np.array([0.120, 0.120, 0.020])  # where the foot rolls off
+TOE = np.array([0.195, 0.122, 0.020])
+HEEL_X = -0.065  # the back of the sole
+
+
+@dataclass(frozen=True)
+class Bone:
+    """From head to tail; the parent of the first bone is ""."""
+
+    name: str
+    parent: str
+    head: tuple[float, ...]
+    tail: tuple[float, ...]
+
+
+def bone(name: str, parent: str, head: Array, tail: Array) -> Bone:
+    return Bone(name, parent, tuple(map(float, head)), tuple(map(float, tail)))
+
+
+def mirrored_limbs(
+    limbs: tuple[tuple[str, str, Array, Array], ...], trunk: tuple[str, ...]
+) -> list[Bone]:
+    """The bones (name, parent, head, tail) of the left side, and of the right."""
+    bones = []
+    for side, sign in zip(SIDES, SIGN, strict=True):
+        mirror = np.array([1.0, sign, 1.0])
+        for name, parent, a, b in limbs:
+            above = parent if parent in trunk else f"{parent}.{side}"
+            bones.append(bone(f"{name}.{side}", above, a * mirror, b * mirror))
+    return bones
+
+
+def _bones() -> tuple[Bone, ...]:
+    pelvis, spine = np.array([0.0, 0.0, 0.94]), np.array([-0.005, 0.0, 1.05])
+    chest, neck = np.array([-0.01, 0.0, 1.19]), np.array([-0.022, 0.0, 1.435])
+    head, crown = np.array([-0.005, 0.0, 1.535]), np.array([-0.005, 0.0, 1.72])
+    trunk = [
+        bone("pelvis", "", pelvis, spine),
+        bone("spine", "pelvis", spine, chest),
+        bone("chest", "spine", chest, neck),
+        bone("neck", "chest", neck, head),
+        bone("head", "neck", head, crown),
+    ]
+    limbs = (
+        ("upper_arm", "chest", SHOULDER, ELBOW),
+        ("forearm", "upper_arm", ELBOW, WRIST),
+        ("hand", "forearm", WRIST, KNUCKLES),
+        ("thigh", "pelvis", HIP, KNEE),
+        ("shin", "thigh", KNEE, ANKLE),
+        ("foot", "shin", ANKLE, BALL),
+        ("toes", "foot", BALL, TOE),
+    )
+    return tuple(trunk + mirrored_limbs(limbs, ("chest", "pelvis")))
+
+
+class Leg:
+    """A pair of limbs that feet end: upper and lower bone, foot and toes, by name without side.
+    `hinge` is +1 where the knee points forward, -1 where it points back."""
+
+    def __init__(self, heads: dict[str, Array], names: tuple[str, ...], hinge: float) -> None:
+        self.names = names
+        self.hinge = np.array([0.0, hinge, 0.0])
+        at = [heads[f"{name}.L"] for name in names]
+        self.upper = float(np.linalg.norm(at[1] - at[0]))
+        self.lower = float(np.linalg.norm(at[2] - at[1]))
+
+
+class Skeleton:
+    """The bones of a sort of body, with where each begins at rest and what it hangs on."""
+
+    def __init__(
+        self, bones: tuple[Bone, ...], legs: tuple[tuple[tuple[str, ...], float], ...]
+    ) -> None:
+        self.bones = bones
+        self.head = {b.name: np.array(b.head) for b in bones}
+        self.parent = {b.name: b.parent for b in bones}
+        self.legs = tuple(Leg(self.head, names, hinge) for names, hinge in legs)
+
+
+PERSON = Skeleton(_bones(), ((("thigh", "shin", "foot", "toes"), 1.0),))
+
+
+# The build of a resident: sorts, sizes, speeds.
+
+
+class Sort(StrEnum):
+    """The sorts of residents."""
+
+    OLDER_ADULT = "OLDER_ADULT"
+    ADULT = "ADULT"
+    CHILD = "CHILD"
+    CAT = "CAT"
+
+
+@dataclass(frozen=True)
+class Build:
+    """One resident's body. Stature in m (of a cat: the height of its back), mass in kg, the speed
+    of its usual walk in m/s; `frame`: walks with a walking frame."""
+
+    sort: Sort
+    stature: float
+    mass: float
+    speed: float
+    frame: bool = False
+
+    @property
+    def scale(self) -> float:
+        """The scale of the bones against the skeleton's."""
+        return self.stature / SKELETON_STATURE[self.sort]
+
+    @property
+    def stoop(self) -> float:
+        """How far the back is bent forward on its feet, rad."""
+        return 0.14 if self.sort is Sort.OLDER_ADULT else 0.0
+
+    @property
+    def is_cat(self) -> bool:
+        return self.sort is Sort.CAT
+
+    @property
+    def step_length(self) -> float:
+        """m from one foot's landing to the other's at the usual speed.
+
+        Steps grow with the root of the speed, about: 0.60 m at 1.1 m/s for an adult.
+        """
+        pace = self.speed / (1.1 * self.scale**0.5)
+        return float(0.60 * self.scale * pace**0.5)
+
+
+# How much larger a child's head is against its bones.
+CHILD_HEAD = 1.29
+# The stature of one with the skeleton's own bones, m: 1.535 to the head's joint, 0.2 above it.
+SKELETON_STATURE = {
+    Sort.OLDER_ADULT: 1.735,
+    Sort.ADULT: 1.735,
+    Sort.CHILD: 1.535 + 0.2 * CHILD_HEAD,
+    Sort.CAT: 0.25,
+}
+OLDER_ADULT = Build(Sort.OLDER_ADULT, 1.65, 68.0, 0.85)
+ADULT = Build(Sort.ADULT, 1.735, 72.0, 1.1)
+CHILD = Build(Sort.CHILD, 1.22, 23.0, 1.0)
+CAT = Build(Sort.CAT, 0.25, 4.5, 0.55)
+BUILDS = {build.sort: build for build in (OLDER_ADULT, ADULT, CHILD, CAT)}

@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rows that a day gives, and the files of a folder that the days of a run become."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import date, datetime, time, timedelta
+from operator import attrgetter
+from typing import Any
+
+from ...sensor_logic.clock import Clock
+from ...sensor_logic.formats.log import Log, LoggedActivity, SensorFacts
+from ...sensor_logic.formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
+from ...sensor_logic.log.event_log import Event, Value, format_value, to_csv
+from ...sensor_logic.model import Array
+from ..routine.timetable import day_number
+from .truth import DAY_S, US, Whereabouts, joined
+
+PEOPLE_HEADER = ("time", "person", "room", "x_m", "y_m", "z_m", "posture")
+DAY_US = round(DAY_S) * US
+_cells = attrgetter(*DAY_HEADER)
+
+
+@dataclass(frozen=True)
+class Day:
+    """A day that was lived: events in the log's order, with each field's value at midnight first,
+    which nobody made; the truth; times in µs since midnight."""
+
+    date: date
+    events: tuple[Event[int], ...]
+    activities: tuple[LoggedActivity, ...]
+    people: tuple[Whereabouts, ...]
+
+    def as_json(self, digest: str) -> str:
+        """To be kept; `digest` tells the run that it is of."""
+        activities = [(a.start, a.end, a.person, a.activity, a.room) for a in self.activities]
+        found = {
+            "run": digest,
+            "date": self.date.isoformat(),
+            "events": [_cells(event) for event in self.events],
+            "activities": activities,
+            "people": self.people,
+        }
+        return json.dumps(found, ensure_ascii=False, separators=(",", ":")) + "\n"
+
+    @classmethod
+    def of_json(cls, text: str, digest: str) -> Day | None:
+        """Reads a kept day; None if it belongs to another run. Raises ValueError for any other
+        text."""
+        try:
+            found = json.loads(text)
+            if found["run"] != digest:
+                return None
+            people = [
+                Whereabouts(t, person, room, None if at is None else tuple(at), posture)
+                for t, person, room, at, posture in found["people"]
+            ]
+            return cls(
+                date.fromisoformat(found["date"]),
+                tuple(_event(row) for row in found["events"]),
+                tuple(LoggedActivity(*row) for row in found["activities"]),
+                tuple(people),
+            )
+        except (KeyError, TypeError) as error:
+            raise ValueError(str(error)) from None
+
+
+def _event(cells: Iterable[Any]) -> Event[int]:
+    return Event(frame=0.0, **dict(zip(DAY_HEADER, cells, strict=True)))
+
+
+def attributed(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
+    """The events of a day in the log's order, each told with whose movement it is of. They come
+    with who moves the cause: what ends is of who began it."""
+    # By sensor, what made the last event that something did, and who.
+    last: dict[str, tuple[str, str]] = {}
+    found = []
+    for event in sorted(events, key=lambda event: (event.time, event.sensor, event.field)):
+        before, person = last.get(event.sensor, ("", ""))
+        if event.because:
+            if event.person or event.because != before:
+                person = event.person
+            last[event.sensor] = event.because, person
+        found.append(replace(event, person=person))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class DayRows:
+    """Days that follow each other: times in µs since the first midnight, `start`."""
+
+    start: date
+    events: tuple[Event[int], ...]
+    activities: tuple[LoggedActivity, ...]
+    people: tuple[Whereabouts, ...]
+
+    @classmethod
+    def of(cls, days: Sequence[Day]) -> DayRows:
+        """One after the other; what is at a midnight as it was before is told once."""
+        return cls(
+            days[0].date,
+            tuple(_events(days)),
+            tuple(joined(day.activities for day in days)),
+            tuple(_people(days)),
+        )
+
+    def files(self) -> dict[str, str]:
+        """The texts of the tables by file name."""
+        begin = datetime.combine(self.start, time())
+        events = ((_moment(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events)
+        activities = (
+            (_moment(begin, a.start), _moment(begin, a.end), a.person, a.activity, a.room)
+            for a in self.activities
+        )
+        people = (
+            (_moment(begin, w.time), w.person, w.room, *_point(w.at), w.posture)
+            for w in self.people
+        )
+        return {
+            "events.csv": to_csv(DAY_HEADER, events),
+            "activities.csv": to_csv(ACTIVITY_HEADER, activities),
+            "people.csv": to_csv(PEOPLE_HEADER, people),
+        }
+
+    def log(
+        self,
+        sensors: Mapping[str, SensorFacts],
+        about: Mapping[str, str],
+        labels: Mapping[str, str],
+    ) -> Log:
+        """For the formats of other tools; `labels`: what they call an activity."""
+        events = (event.at(event.time / US) for event in self.events)
+        activities = [
+            LoggedActivity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
+            for a in self.activities
+        ]
+        begin = datetime.combine(self.start, time())
+        return make_log(events, sensors, begin, activities, about)
+
+
+def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
+    last: dict[tuple[str, str], Value] = {}
+    for number, day in enumerate(days):
+        for event in day.events:
+            key = event.sensor, event.field
+            if event.time == 0 and last.get(key) == event.value:
+                continue
+            last[key] = event.value
+            yield event.at(event.time + number * DAY_US)
+
+
+def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
+    last: dict[str, Whereabouts] = {}
+    for number, day in enumerate(days):
+        for where in day.people:
+            before = last.get(where.person)
+            last[where.person] = where
+            if where.time or before is None or where[2:] != before[2:]:
+                yield where._replace(time=where.time + number * DAY_US)
+
+
+def _moment(begin: datetime, us: int) -> str:
+    return (begin + timedelta(microseconds=us)).isoformat(timespec="milliseconds")
+
+
+def _point(at: tuple[float, float, float] | None) -> Iterable[str]:
+    return ("", "", "") if at is None else (f"{x + 0.0:.3f}" for x in at)
+
+
+def toml(values: Mapping[str, Any], tables: Iterable[Mapping[str, Any]] = ()) -> str:
+    """A TOML file: values, tables of values, and an array of tables `sensors`."""
+    plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
+    lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            lines += ["", f"[{_key(key)}]"]
+            lines += [f"{_key(name)} = {_value(inner)}" for name, inner in value.items()]
+    for table in tables:
+        lines += ["", "[[sensors]]"]
+        lines += [
+            f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _key(name: str) -> str:
+    bare = name.isascii() and name.replace("_", "a").replace("-", "a").isalnum()
+    return name if bare else _value(name)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, (bool, int)):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(value)
+    # TOML's strings are JSON's, but for one sign.
+    return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+# The frames and the clock of a day (10 frames a second, midnight at frame 1), and where to cut
+# it.
+
+FPS = 10
+# s: so long before midnight a day's run begins, for detectors to have settled by then.
+LEAD_S = 120.0
+# Days: then noise begins again, as times in s that are too large lose digits.
+CYCLE = 1 << 13
+# s: a shorter rest is not cut in.
+REST = 2.0
+
+
+def frame_at(time: float) -> int:
+    """The first whole frame at or after a time in s since midnight."""
+    return 1 + math.ceil(time * FPS - 1e-6)
+
+
+def time_at(frame: float) -> float:
+    """s since midnight."""
+    return (frame - 1) / FPS
+
+
+def hours_minutes(time: float) -> str:
+    """A time in s since midnight as text, such as 07:05."""
+    return f"{int(time // 3600):02d}:{int(time // 60 % 60):02d}"
+
+
+def calendar_number(first: date) -> int:
+    """The number of a run's first day, from 0 to below `CYCLE`, by which its noise is drawn: by the
+    date, not by the day that the run begins with."""
+    return day_number(first) % CYCLE
+
+
+def clock_of_day(number: int) -> Clock:
+    """The clock of day `number`, in that day's frames: as in one long run that began `LEAD_S`
+    before the midnight of day 0, each update has a number and a time of its own."""
+    return Clock(frame_at(-LEAD_S) - round(number * DAY_S) * FPS, FPS)
+
+
+def stretches(spans: Array, first: float, last: float, most: float) -> list[float]:
+    """Times (s) at which to cut from `first` to `last`, so that there is movement for `most` s at
+    most between two of them; if possible while nothing moves, in the middle of that. `spans`
+    (k, 2): when anything moves."""
+    cuts: list[float] = []
+    moved = 0.0
+    # The last rest, and how much movement came before it.
+    rest: tuple[float, float] | None = None
+    for number, (start, end) in enumerate(spans.tolist()):
+        while moved + end - start > most:
+            if rest is not None:
+                cuts.append(rest[0])
+                moved, rest = moved - rest[1], None
+                continue
+            # No rest in sight: amid the movement.
+            start += most - moved
+            cuts.append(start)
+            moved = 0.0
+        moved += end - start
+        until = spans[number + 1, 0] if number + 1 < len(spans) else last
+        if until - end > REST:
+            rest = (end + until) / 2, moved
+    return [cut for cut in cuts if first < cut < last]

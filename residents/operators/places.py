@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Places of residents: adds a place, guesses its settings again, checks what residents can
+reach."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty
+from bpy.types import Context, Operator
+
+from ...angen_addon.runtime import state
+from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.scene.units import lengths_of
+from ...operators.polls import can_add, cancelled, is_idle
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.wording import capital
+from ..acting import places as known
+from ..blender import reachable
+from ..blender.marks import LABELS, NONE, USES, guess
+from ..blender.reachable import check_places, sentences
+
+# Kinds of places that an empty can mark; a door's leaf and a lamp are objects.
+POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
+# m: size of the empty.
+SHOWN_M = 0.1
+POINT_ITEMS = [item for item in USES if item[0] in POINTS]
+
+
+class ANGEN_OT_place_point(Operator):
+    bl_idname = "angen.place_point"
+    bl_label = "Add Place"
+    bl_description = (
+        "Add an empty at the 3D cursor as a place for residents: where they stand, or on the seat, "
+        "bed or thing itself. Its arrow points where they look, or where the head lies"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    use: EnumProperty(name="Use", items=POINT_ITEMS)
+
+    poll = classmethod(can_add)
+
+    def execute(self, context: Context) -> set[str]:
+        obj = bpy.data.objects.new(LABELS[self.use], None)
+        obj.empty_display_type = "CIRCLE"
+        obj.empty_display_size = SHOWN_M / unit_scale(context.scene)
+        obj.matrix_world = context.scene.cursor.matrix
+        context.collection.objects.link(obj)
+        for other in context.selected_objects:
+            other.select_set(False)
+        obj.select_set(True)
+        context.view_layer.objects.active = obj
+        obj.angen_place.use = self.use
+        return {"FINISHED"}
+
+
+class ANGEN_OT_place_guess(Operator):
+    bl_idname = "angen.place_guess"
+    bl_label = "Guess Again"
+    bl_description = "Find again where it faces, or how far the door opens, from its shape and keys"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.object is not None and context.object.angen_place.use != NONE
+
+    def execute(self, context: Context) -> set[str]:
+        guess(context.object, context.evaluated_depsgraph_get())
+        return {"FINISHED"}
+
+
+class ANGEN_OT_places_check(Operator):
+    bl_idname = "angen.places_check"
+    bl_label = "Check Places"
+    bl_description = (
+        "Find the marked places that residents cannot reach from the entrance, and draw how far "
+        "they get as a curve on the floor"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    poll = classmethod(is_idle)
+
+    def execute(self, context: Context) -> set[str]:
+        scene = context.scene
+        reachable.remove(scene)
+        context.view_layer.update()
+        try:
+            checked = check_places(context.evaluated_depsgraph_get())
+        except AngenError as error:
+            return cancelled(self, capital(str(error)))
+        reachable.show(scene, checked.places, checked.lost)
+        found = sentences(checked, lengths_of(scene))
+        state.CACHE.places = checked.count, tuple(found)
+        self.report({"WARNING" if found else "INFO"}, capital(checked.count))
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_OT_place_point, ANGEN_OT_place_guess, ANGEN_OT_places_check)
+)

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What residents do with the active object (Physics tab and sidebar), and the places they reach."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Panel
+
+from ...angen_addon.runtime import state
+from ...angen_addon.scene.instances import is_sensor
+from ...panels.lines import ClosedSidebar, draw_lines, draw_property, has_name_column
+from ...sensor_logic.wording import capital
+from ..acting.places import DOOR, DRAWER, LAMP, MOVED
+from ..blender.marks import BEFORE, FACING, NONE, as_door, marked
+
+MOST = 6
+
+
+def draw_place(layout: Any, context: Context) -> None:
+    """Draws the place that the active object marks."""
+    obj = context.object
+    mark = obj.angen_place
+    column = layout.column()
+    column.use_property_split = has_name_column()
+    column.prop(mark, "use")
+    if mark.use == NONE:
+        return
+    column.prop(mark, "room")
+    if mark.use in FACING:
+        column.prop(mark, "facing")
+    if mark.use in BEFORE:
+        draw_property(column, context.scene, mark, "away", "Distance", "m")
+    if mark.use == LAMP:
+        column.prop(mark, "switch")
+    if mark.use in MOVED:
+        _draw_moved(layout, column, context)
+    layout.operator("angen.place_guess", icon="FILE_REFRESH")
+
+
+def _draw_moved(layout: Any, column: Any, context: Context) -> None:
+    """Draws how a leaf, drawer or curtain moves."""
+    mark = context.object.angen_place
+    told, slides = as_door(context.object) if mark.use != DRAWER else ("", True)
+    if mark.use == DOOR:
+        column.prop(mark, "motion")
+    if slides:
+        draw_property(column, context.scene, mark, "slide", "Slides by", "m")
+    else:
+        column.prop(mark, "angle")
+    if mark.use != DRAWER:
+        column.prop(mark, "other_side", text="Other End" if slides else "Other Side")
+        draw_lines(layout, told, "INFO")
+    if mark.use == DOOR:
+        column.prop(mark, "entrance")
+
+
+class _Place:
+    bl_label = "Resident's Place"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.object is not None
+
+    def draw(self, context: Context) -> None:
+        draw_place(self.layout, context)  # type: ignore[attr-defined]
+
+
+class ANGEN_PT_physics_place(_Place, Panel):
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "physics"
+    bl_parent_id = "ANGEN_PT_physics"
+
+
+class ANGEN_PT_places(ClosedSidebar, Panel):
+    bl_label = "Residents' Places"
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        obj = context.object
+        if obj is not None and not is_sensor(obj):
+            layout.label(text=obj.name, icon="OBJECT_DATA")
+            draw_place(layout, context)
+        layout.operator_menu_enum("angen.place_point", "use", text="Add Place at 3D Cursor")
+        row = layout.row(align=True)
+        row.operator("angen.places_check", icon="VIEWZOOM")
+        row.prop(context.scene, "angen_show_places", text="", icon="HIDE_OFF", toggle=True)
+        count = len(marked(context.view_layer))
+        if state.CACHE.places is None:
+            layout.label(text=f"{count} marked, not checked", icon="INFO")
+            return
+        told, found = state.CACHE.places
+        layout.label(text=capital(told), icon="ERROR" if found else "CHECKMARK")
+        for text in found[:MOST]:
+            draw_lines(layout, text, "ERROR")
+        if len(found) > MOST:
+            layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
+        draw_lines(layout, "As found then: check again after changes", "INFO")
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics_place, ANGEN_PT_places))

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The active object as a resident: Physics tab and sidebar."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Panel
+
+from ...panels.lines import Sidebar, draw_lines, draw_property, draw_row, has_name_column
+from ..blender.person import LABELS, body_of
+from ..blender.settings import is_resident
+from ..body.skeleton import Sort
+
+
+def resident_of(obj: Any) -> Any:
+    """The armature of the resident that an object belongs to, or None."""
+    return next((one for one in (obj, obj.parent) if is_resident(one)), None) if obj else None
+
+
+class _Resident:
+    bl_label = "Resident"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return resident_of(context.object) is not None
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout  # type: ignore[attr-defined]
+        rig = resident_of(context.object)
+        settings, scene = rig.angen_resident, context.scene
+        column = layout.column()
+        column.use_property_split = has_name_column()
+        draw_row(column, "Sort", LABELS[Sort(settings.sort)])
+        column.prop(settings, "speed")
+        column.prop(settings, "stature")
+        if body_of(rig) is None:
+            draw_lines(layout, "Its body was deleted: sensors do not notice it", "ERROR")
+            return
+        column.prop(settings, "mass")
+        warmth = body_of(rig).angen_warmth
+        draw_property(column, scene, warmth, "temperature", "Surface", "°C")
+        if settings.sort != Sort.CAT.value:
+            column.prop(settings, "walking_frame")
+            if settings.walking_frame is None and rig is context.object:
+                layout.operator("angen.walking_frame_add", icon="ADD")
+        draw_lines(layout, f'In a routine: resident = "{rig.name}"', "INFO")
+
+
+class ANGEN_PT_physics_resident(_Resident, Panel):
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "physics"
+    bl_parent_id = "ANGEN_PT_physics"
+
+
+class ANGEN_PT_sidebar_resident(_Resident, Sidebar, Panel):
+    pass
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ANGEN_PT_physics_resident, ANGEN_PT_sidebar_resident)
+)

@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a routine from TOML. Everything that is wrong is told with its line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from datetime import date, datetime
+from typing import Any
+
+from ...sensor_logic.error import InputError
+from ...sensor_logic.toml_table import TomlTable, number, read_table, suggestion, text, texts
+from .routine import (
+    AWAY,
+    DAY,
+    SEASONS,
+    WEEKDAYS,
+    Absence,
+    Calendar,
+    Filler,
+    FixedPoint,
+    FixedPoints,
+    Interruption,
+    Meanwhile,
+    Pastime,
+    Person,
+    Routine,
+    RoutineActivity,
+    seconds,
+    time_of_day,
+)
+
+# Finds plans that ask for two things at once, and bodies that are asked for twice.
+
+
+def check_bodies(persons: Mapping[str, Person]) -> None:
+    """Raises InputError where two persons have the same body."""
+    bodies: dict[str, str] = {}
+    for person in persons.values():
+        other = bodies.setdefault(person.resident, person.name)
+        if other != person.name:
+            raise InputError(
+                f"{person.where}: {person.resident!r} is the body of {other!r} already; "
+                f"give {person.name!r} another resident"
+            )
+
+
+def check(routine: Routine, name: str) -> None:
+    """Raises InputError where a person is to be in two activities at the same time of the same
+    day, or where a day's plan takes longer than the day. Entries that only may happen do not count:
+    where they do, what comes later waits."""
+    for person in routine.persons:
+        plans = [plan for plan in routine.plans if plan.person == person]
+        for today, tomorrow in _days_together(plans):
+            entries = sorted(today, key=lambda entry: entry.at)
+            after = [(entry, entry.at) for entry in entries]
+            after += [(entry, entry.at + DAY) for entry in tomorrow]
+            for place, entry in enumerate(entries):
+                for other, at in after[place + 1 :]:
+                    if at < _end(entry):
+                        raise InputError(_twice(person, entry, other, at))
+
+
+def _days_together(plans: list[FixedPoints]) -> Iterator[tuple[list[FixedPoint], list[FixedPoint]]]:
+    """What is certain on each sort of day, and on the one after it."""
+    for month in range(1, 13):
+        for weekday in range(7):
+            yield _certain(plans, weekday, month), _certain(plans, (weekday + 1) % 7, month)
+
+
+def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
+    # Plans for some dates only may take turns: those are not compared with others.
+    always = [plan for plan in plans if plan.days.first.year == 1 and plan.days.last.year == 9999]
+    return [
+        entry
+        for plan in always
+        if weekday in plan.days.weekdays and month in plan.days.months
+        for entry in plan.entries
+        if entry.chance == 1.0
+    ]
+
+
+def _end(entry: FixedPoint) -> float:
+    if entry.until is not None:
+        return entry.until
+    return entry.at + (entry.lasts or 0.0)
+
+
+def _clock(seconds: float) -> str:
+    minutes = round(seconds % DAY / 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}"
+
+
+def _twice(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
+    lasting = f"{entry.activity!r} from {_clock(entry.at)} lasts until {_clock(_end(entry))}"
+    if _end(entry) - entry.at > DAY:
+        lasting = f"{entry.activity!r} lasts {(_end(entry) - entry.at) / 3600:.0f} hours"
+    what = f"{other.activity!r}" if other is not entry else "it"
+    return (
+        f"{other.where}: {person!r} cannot do two things at once: {lasting}, "
+        f"and {what} begins {'again ' if other is entry else ''}at {_clock(at)}"
+    )
+
+
+SCHEMA = 1
+# Spread of log-normal times where the file says nothing: a third of the median, about.
+VARIES = 0.3
+_GROUPS = {"daily": WEEKDAYS, "weekdays": WEEKDAYS[:5], "weekend": WEEKDAYS[5:]}
+
+
+def read(content: str, name: str) -> Routine:
+    """The routine in the text of the file `name`. Raises InputError."""
+    top = read_table(content, name)
+    if top.take("schema", number(0, 1e6)) != SCHEMA:
+        raise top.error(f"this version reads schema = {SCHEMA}", "schema")
+    activities = {key: _activity(key, table) for key, table in top.named("activity")}
+    if AWAY in activities:
+        raise top.error(f"{AWAY!r} is what people do who are out; name the activity otherwise")
+    known = {*activities, AWAY}
+    persons = {key: _person(key, table, known) for key, table in top.named("person")}
+    if not persons:
+        raise top.error("there is nobody: add a table [person.NAME]")
+    check_bodies(persons)
+    found = Routine(
+        persons,
+        activities,
+        tuple(_plan(table, persons, known) for table in top.tables("plan")),
+        tuple(_filler(table, persons, known) for table in top.tables("filler")),
+        tuple(_interruption(table, persons, known) for table in top.tables("interruption")),
+        tuple(_absence(table, persons) for table in top.tables("absence")),
+    )
+    top.finish()
+    check(found, name)
+    return found
+
+
+def _activity(name: str, table: TomlTable) -> RoutineActivity:
+    meanwhile = []
+    for row in table.tables("while"):
+        varies = row.take("varies", number(0, 3), VARIES)
+        every = row.take("every", _positive)
+        burst = row.take("burst", number(1, 1000), None)
+        do = row.take("do", _one_or_more)
+        meanwhile.append(Meanwhile(do, every, varies, burst, (row.where("do"),) * len(do)))
+        row.finish()
+    labels = {}
+    for vocabulary, label in table.take("labels", dict, {}).items():
+        labels[vocabulary] = text(label)
+    do = table.take("do", texts)
+    where = tuple(table.where("do", number) for number in range(len(do)))
+    found = RoutineActivity(name, do, tuple(meanwhile), labels, where)
+    if not found.do:
+        raise table.error("an activity has at least one step", "do")
+    table.finish()
+    return found
+
+
+def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
+    visitor = table.take("visitor", _flag, False)
+    resident = table.take("resident", text, name)
+    if not visitor and "begins" not in table.values:
+        raise table.error("'begins' is missing: what the person does at the first midnight")
+    begins = table.one_of("begins", activities, AWAY)
+    table.finish()
+    return Person(name, resident, visitor, begins, table.where("resident"))
+
+
+def _days(table: TomlTable) -> Calendar:
+    weekdays = table.take("on", _weekdays, frozenset(range(7)))
+    months = table.take("season", _months, frozenset(range(1, 13)))
+    first, last = table.take("from", _date, date.min), table.take("to", _date, date.max)
+    if last < first:
+        raise table.error("'to' is before 'from'", "to")
+    return Calendar(weekdays, months, first, last)
+
+
+def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
+    person = table.one_of("person", persons)
+    days = _days(table)
+    entries = []
+    for row in table.tables("entries"):
+        at = row.take("at", time_of_day)
+        until = row.take("until", time_of_day, None)
+        lasts = row.take("lasts", _positive, None)
+        if (until is None) == (lasts is None):
+            raise row.error("an entry has either 'lasts' or 'until'")
+        if until is not None and until <= at:
+            until += DAY
+        entries.append(
+            FixedPoint(
+                row.one_of("activity", activities),
+                at,
+                row.take("spread", seconds, 0.0),
+                lasts,
+                until,
+                row.take("varies", number(0, 3), VARIES),
+                row.take("chance", number(0, 1), 1.0),
+                row.where(),
+            )
+        )
+        row.finish()
+    table.finish()
+    return FixedPoints(person, days, tuple(entries))
+
+
+def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
+    person, days = table.one_of("person", persons), _days(table)
+    begins, ends = table.take("between", _between)
+    choices = []
+    for name, row in table.named("choose"):
+        if name not in activities:
+            raise row.error(f"{name!r} is not known; {suggestion(name, activities)}")
+        weight = row.take("weight", number(0, 1e6))
+        varies = row.take("varies", number(0, 3), VARIES)
+        choices.append(Pastime(name, weight, row.take("lasts", _positive), varies))
+        row.finish()
+    if sum(choice.weight for choice in choices) <= 0:
+        raise table.error("there is nothing to choose: give some activity a weight above 0")
+    table.finish()
+    return Filler(person, days, begins, ends, tuple(choices))
+
+
+def _interruption(table: TomlTable, persons: Any, activities: set[str]) -> Interruption:
+    found = Interruption(
+        table.one_of("person", persons),
+        table.one_of("during", activities),
+        table.one_of("activity", activities),
+        table.take("times", number(0, 100)),
+        table.take("lasts", _positive),
+        table.take("varies", number(0, 3), VARIES),
+    )
+    table.finish()
+    return found
+
+
+def _absence(table: TomlTable, persons: Any) -> Absence:
+    person = table.one_of("person", persons)
+    begins, ends = table.take("from", _moment), table.take("to", _moment)
+    if ends <= begins:
+        raise table.error("'to' is not after 'from'", "to")
+    table.finish()
+    return Absence(person, begins, ends)
+
+
+def _one_or_more(value: Any) -> tuple[str, ...]:
+    found = (value,) if isinstance(value, str) else texts(value)
+    if not found:
+        raise ValueError("there is nothing to do in it")
+    return found
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{value!r} is neither true nor false")
+    return value
+
+
+def _positive(value: Any) -> float:
+    found = seconds(value)
+    if not 0 < found <= 30 * DAY:
+        raise ValueError(f"{value!r} is not above 0 and at most 30 days")
+    return found
+
+
+def _weekdays(value: Any) -> frozenset[int]:
+    days: set[int] = set()
+    for name in [value] if isinstance(value, str) else texts(value):
+        if name not in _GROUPS and name not in WEEKDAYS:
+            raise ValueError(f"{name!r} is no day; {suggestion(name, (*WEEKDAYS, *_GROUPS))}")
+        days |= {WEEKDAYS.index(day) for day in _GROUPS.get(name, (name,))}
+    return frozenset(days)
+
+
+def _months(value: Any) -> frozenset[int]:
+    months: set[int] = set()
+    for name in [value] if isinstance(value, str) else texts(value):
+        if name not in SEASONS:
+            raise ValueError(f"{name!r} is no season; {suggestion(name, SEASONS)}")
+        months |= set(SEASONS[name])
+    return frozenset(months)
+
+
+def _between(value: Any) -> tuple[float, float]:
+    times = [time_of_day(part) for part in texts(value)]
+    if len(times) != 2 or times[0] == times[1]:
+        raise ValueError(f'{value!r} is not two times of day, such as ["07:00", "23:00"]')
+    begins, ends = times
+    return begins, ends if ends > begins else ends + DAY
+
+
+def _date(value: Any) -> date:
+    if isinstance(value, datetime) or not isinstance(value, date):
+        raise ValueError(f"{value!r} is not a date such as 2026-03-02")
+    return value
+
+
+def _moment(value: Any) -> datetime:
+    if not isinstance(value, datetime) or value.tzinfo is not None:
+        raise ValueError(f"{value!r} is no local date and time, such as 2026-03-02T08:00:00")
+    return value

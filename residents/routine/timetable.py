@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws who does what from when to when.
+
+Fixed points come first, in the order of their drawn times; one that is still under way makes the
+next one late. Fillers take what is left. Where nothing is planned and nothing fills, a person goes
+on with what was last done, and a visitor is away.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+import random
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, time, timedelta
+from math import inf
+from statistics import NormalDist
+
+from ...sensor_logic.error import InputError
+from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
+
+# Random numbers for routines: a stream of its own for each seed, person, date and purpose, so that
+# another day, person or entry changes nothing else. The same in every version of Python.
+
+_NORMAL = NormalDist()
+# Days are counted from here: any date does, and another one changes all that was ever drawn.
+ORIGIN = date(2026, 3, 2)
+
+
+class Stream:
+    def __init__(self, seed: int, person: str, day: int, purpose: str) -> None:
+        key = repr((seed, person, day, purpose)).encode()
+        # Of Random, only random() is promised to be the same in all versions.
+        self._uniform = random.Random(int.from_bytes(hashlib.sha256(key).digest()[:16])).random
+
+    def uniform(self) -> float:
+        """A number from 0 to below 1."""
+        return self._uniform()
+
+    def normal(self) -> float:
+        """Standard normal, within ±4."""
+        value = _NORMAL.inv_cdf(min(max(self._uniform(), 1e-9), 1 - 1e-9))
+        return min(max(value, -4.0), 4.0)
+
+    def log_normal(self, median: float, varies: float) -> float:
+        return median * math.exp(varies * self.normal())
+
+    def poisson(self, mean: float) -> int:
+        """A Poisson number, by multiplication of uniforms (Knuth); for small means."""
+        limit, product, count = math.exp(-mean), self._uniform(), 0
+        while product > limit:
+            product *= self._uniform()
+            count += 1
+        return count
+
+    def geometric(self, mean: float) -> int:
+        """1, 2 …, with a mean of 1 or more."""
+        if mean <= 1.0:
+            return 1
+        return 1 + int(math.log(1.0 - self._uniform()) / math.log(1.0 - 1.0 / mean))
+
+    def chosen(self, weights: Sequence[float]) -> int:
+        """An index, by weight."""
+        point = self._uniform() * sum(weights)
+        for index, weight in enumerate(weights):
+            point -= weight
+            if point < 0:
+                return index
+        return max(index for index, weight in enumerate(weights) if weight > 0)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """The streams of a seed, for days that are numbered from the date `first`."""
+
+    seed: int
+    first: date
+
+    def stream(self, person: str, day: int, purpose: str) -> Stream:
+        return Stream(self.seed, person, day_number(self.first) + day, purpose)
+
+
+def day_number(of: date) -> int:
+    """The same for a date, whichever day a run begins with; below 0 before `ORIGIN`."""
+    return (of - ORIGIN).days
+
+
+# The shortest stretch of an activity, s: less than that nobody begins.
+SHORTEST = 30.0
+
+
+@dataclass(frozen=True)
+class _Point:
+    start: float
+    end: float
+    activity: str
+    lasts: bool
+    name: str
+
+
+def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
+    """What everybody does on `days` days from the date `first`: for each person segments without
+    gaps, from the one that is under way at midnight of `first`, in s since then, to the end of the
+    last day."""
+    draws = Draws(seed, first)
+    found: list[Segment] = []
+    for person in routine.persons.values():
+        # From a day before to a day after: the first night and the last are whole ones.
+        drawn = list(_joined(_person(routine, person, days + 1, draws), inf))
+        for number, rule in enumerate(routine.interruptions):
+            if rule.person == person.name:
+                drawn = list(_interrupted(drawn, rule, draws, number))
+        for absence in routine.absences:
+            if absence.person == person.name:
+                away = _since(first, absence.begins), _since(first, absence.ends)
+                drawn = list(_replaced(drawn, *away, AWAY))
+        found += [s for s in _joined(drawn, days * DAY) if s.end > 0.0]
+    return found
+
+
+def _since(first: date, moment: datetime) -> float:
+    return (moment - datetime.combine(first, time())).total_seconds()
+
+
+def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterator[Segment]:
+    now, doing = -DAY, person.begins
+    for day in range(-1, days):
+        filling = draws.stream(person.name, day, "filler")
+        for point in [*_points(routine, person, day, draws), None]:
+            until = (day + 1) * DAY if point is None else max(point.start, now)
+            while now < until:
+                activity, end = _filled(
+                    routine, person, draws.first, day, now, until, doing, filling
+                )
+                yield Segment(now, end, person.name, activity)
+                now, doing = end, activity
+            if point is None:
+                continue
+            end = point.end if not point.lasts else now + point.end - point.start
+            if end - now >= SHORTEST:
+                yield Segment(now, end, person.name, point.activity)
+                now, doing = end, point.activity
+                # Anew after each fixed point: what came before it changes nothing after it.
+                filling = draws.stream(person.name, day, f"filler after {point.name}")
+        if person.visitor:
+            doing = AWAY
+
+
+def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_Point]:
+    """The fixed points of a day that happen, in order."""
+    found = []
+    for number, plan in enumerate(routine.plans):
+        if plan.person == person.name and draws.first + timedelta(day) in plan.days:
+            for place, entry in enumerate(plan.entries):
+                name = f"plan {number} {place}"
+                stream = draws.stream(person.name, day, name)
+                if stream.uniform() < entry.chance:
+                    found.append(_point(entry, name, day * DAY, stream))
+    return sorted(found, key=lambda point: point.start)
+
+
+def _point(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _Point:
+    start = midnight + entry.at + entry.spread * stream.normal()
+    if entry.until is not None:
+        end = midnight + entry.until + entry.spread * stream.normal()
+        return _Point(start, max(end, start), entry.activity, False, name)
+    end = start + stream.log_normal(entry.lasts or 0.0, entry.varies)
+    return _Point(start, end, entry.activity, True, name)
+
+
+def _filled(
+    routine: Routine, person: Person, first: date, day: int, now: float, until: float,
+    doing: str, stream: Stream,
+) -> tuple[str, float]:  # fmt: skip
+    """What is done from `now` on, and how long at most to `until`."""
+    soonest = until
+    for filler in routine.fillers:
+        if filler.person != person.name:
+            continue
+        # Yesterday's may last past midnight.
+        for since in (day, day - 1):
+            begins, ends = since * DAY + filler.begins, since * DAY + filler.ends
+            if first + timedelta(since) not in filler.days or ends <= now:
+                continue
+            if begins > now:
+                soonest = min(soonest, begins)
+                continue
+            choice = filler.choices[stream.chosen([c.weight for c in filler.choices])]
+            lasts = max(stream.log_normal(choice.lasts, choice.varies), SHORTEST)
+            return choice.activity, min(now + lasts, until)
+    return (AWAY if person.visitor else doing), soonest
+
+
+def _interrupted(
+    segments: list[Segment], rule: Interruption, draws: Draws, number: int
+) -> Iterator[Segment]:
+    for segment in segments:
+        if segment.activity != rule.during:
+            yield segment
+            continue
+        # Each stretch by its own stream: the ones before it on that day change nothing.
+        purpose = f"interruption {number} {segment.start % DAY:.0f}"
+        stream = draws.stream(rule.person, int(segment.start // DAY), purpose)
+        now = segment.start
+        times = sorted(
+            segment.start + (segment.end - segment.start) * stream.uniform()
+            for _ in range(stream.poisson(rule.times))
+        )
+        for start in times:
+            end = start + max(stream.log_normal(rule.lasts, rule.varies), SHORTEST)
+            if start - now < SHORTEST or segment.end - end < SHORTEST:
+                continue
+            yield Segment(now, start, segment.person, segment.activity)
+            yield Segment(start, end, segment.person, rule.activity)
+            now = end
+        yield Segment(now, segment.end, segment.person, segment.activity)
+
+
+def _replaced(
+    segments: list[Segment], begins: float, ends: float, activity: str
+) -> Iterator[Segment]:
+    """The segments with another activity from `begins` to `ends`."""
+    for segment in segments:
+        start, end, person = segment.start, segment.end, segment.person
+        if end <= begins or start >= ends:
+            yield segment
+            continue
+        if start < begins:
+            yield Segment(start, begins, person, segment.activity)
+        yield Segment(max(start, begins), min(end, ends), person, activity)
+        if end > ends:
+            yield Segment(ends, end, person, segment.activity)
+
+
+def _joined(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
+    """What lies before a moment, neighbours of the same activity as one."""
+    last: Segment | None = None
+    for segment in segments:
+        start, end = segment.start, min(segment.end, ends)
+        if start >= end:
+            continue
+        if last is not None and segment.activity == last.activity:
+            start = last.start
+        elif last is not None:
+            yield last
+        last = Segment(start, end, segment.person, segment.activity)
+    if last is not None:
+        yield last
+
+
+# A diary: a CSV `start,end,person,activity` of what was done, to be acted out as it stands.
+
+COLUMNS = ("start", "end", "person", "activity")
+# What is done where the diary says nothing.
+OTHER = "Other"
+
+
+def read(content: str, name: str) -> tuple[date, list[Segment]]:
+    """The date at whose midnight 0 s is, and for each person segments in order, with OTHER between
+    them where the diary has gaps. Raises InputError."""
+    rows = csv.DictReader(io.StringIO(content))
+    missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
+    if missing:
+        raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")
+    read_rows = [(rows.line_num, *_row(row, f"{name}, line {rows.line_num}")) for row in rows]
+    if not read_rows:
+        raise InputError(f"{name}: there is no row")
+    first = min(start for _, start, *_ in read_rows).date()
+    midnight = datetime.combine(first, time())
+    found: dict[str, list[Segment]] = {}
+    for line, start, end, person, activity in sorted(read_rows, key=lambda row: row[1:3]):
+        segments = found.setdefault(person, [])
+        begins, ends = ((moment - midnight).total_seconds() for moment in (start, end))
+        before = segments[-1].end if segments else 0.0
+        if begins < before:
+            raise InputError(
+                f"{name}, line {line}: {person!r} cannot do two things at once: "
+                f"{segments[-1].activity!r} ends after this begins"
+            )
+        if begins > before:
+            segments.append(Segment(before, begins, person, OTHER))
+        where = f"{name}, line {line}"
+        segments.append(Segment(begins, ends, person, activity, where))
+    return first, [segment for segments in found.values() for segment in segments]
+
+
+def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]:
+    try:
+        start, end = (datetime.fromisoformat((row[key] or "").strip()) for key in ("start", "end"))
+    except ValueError as error:
+        raise InputError(f"{where}: {error}") from None
+    person, activity = ((row[key] or "").strip() for key in ("person", "activity"))
+    if start.tzinfo is not None or end.tzinfo is not None:
+        raise InputError(f"{where}: times are local, without a time zone")
+    if end <= start:
+        raise InputError(f"{where}: the end is not after the start")
+    if not person or not activity:
+        raise InputError(f"{where}: person and activity must be named")
+    return start, end, person, activity

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Takes values out of a TOML table, and tells where in the file one is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from .error import InputError
+from .lines import KeyPath, LineError, line_of, read_toml
+
+T = TypeVar("T")
+_MISSING = object()
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """A text with the name that may have been meant by an unknown one, or else with all known
+    names."""
+    names = sorted(known)
+    near = get_close_matches(name, names, 1)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    return f"known: {', '.join(map(repr, names[:20]))}" if names else "there is none"
+
+
+def read_table(content: str, name: str) -> TomlTable:
+    """The outermost table in the text of the file `name`. Raises InputError."""
+    try:
+        values, lines = read_toml(content)
+    except LineError as error:
+        raise InputError(f"{name}, line {error.line}: {error}") from None
+    return TomlTable(name, lines, values)
+
+
+class TomlTable:
+    """A table of the file `name`, whose values stand at those `lines`; `path` leads to it."""
+
+    def __init__(
+        self, name: str, lines: dict[KeyPath, int], values: Any, path: KeyPath = ()
+    ) -> None:
+        self.name, self.lines, self.path = name, lines, path
+        if not isinstance(values, Mapping):
+            raise self.error("this must be a table, { … }")
+        self.values = values
+        self._taken: set[str] = set()
+
+    def where(self, *keys: str | int) -> str:
+        """The file and the line of this table, or of what is in it."""
+        return f"{self.name}, line {line_of(self.lines, (*self.path, *keys))}"
+
+    def below(self, values: Any, *keys: str | int) -> TomlTable:
+        """The table that is in this one."""
+        return TomlTable(self.name, self.lines, values, (*self.path, *keys))
+
+    def error(self, text: str, key: str | None = None) -> InputError:
+        return InputError(f"{self.where(*([] if key is None else [key]))}: {text}")
+
+    def take(self, key: str, read: Callable[[Any], T], default: Any = _MISSING) -> T:
+        """The value of `key` as `read` makes it, or the default. Raises InputError where there is
+        neither, or where `read` raises a ValueError."""
+        self._taken.add(key)
+        if key not in self.values:
+            if default is _MISSING:
+                raise self.error(f"{key!r} is missing")
+            result: T = default
+            return result
+        try:
+            return read(self.values[key])
+        except InputError:
+            raise
+        except ValueError as error:
+            raise self.error(f"{key}: {error}", key) from None
+
+    def one_of(self, key: str, known: Iterable[str], default: Any = _MISSING) -> str:
+        """A name that must be known."""
+        names = set(known)
+
+        def read(value: Any) -> str:
+            if value not in names:
+                raise ValueError(f"{value!r} is not known; {suggestion(str(value), names)}")
+            return str(value)
+
+        return self.take(key, read, default)
+
+    def tables(self, key: str) -> Iterator[TomlTable]:
+        """The tables in an array."""
+        found = self.take(key, _array, [])
+        for number, values in enumerate(found):
+            yield self.below(values, key, number)
+
+    def named(self, key: str) -> Iterator[tuple[str, TomlTable]]:
+        """The tables below a table, by name."""
+        self._taken.add(key)
+        below = self.below(self.values.get(key, {}), key)
+        for name, values in below.values.items():
+            yield name, below.below(values, name)
+
+    def finish(self) -> None:
+        """Raises InputError where there is a key that nothing took."""
+        for key in self.values:
+            if key not in self._taken:
+                hint = suggestion(key, self._taken)
+                raise self.error(f"{key!r} means nothing here; {hint}", key)
+
+
+def _array(value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise ValueError("this must be an array, [ … ]")
+    return value
+
+
+def text(value: Any) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise ValueError(f"{value!r} is no text")
+    return value
+
+
+def texts(value: Any) -> tuple[str, ...]:
+    return tuple(text(item) for item in _array(value))
+
+
+def number(low: float, high: float) -> Callable[[Any], float]:
+    """Reads a number from `low` to `high`."""
+
+    def read(value: Any) -> float:
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int | float)
+            or not low <= value <= high
+        ):
+            raise ValueError(f"{value!r} is no number from {low:g} to {high:g}")
+        return float(value)
+
+    return read
